@@ -6,7 +6,7 @@ use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::PeerId;
 use wire::refusal::Reason;
-use wire::stream::{Deed, Sight};
+use wire::stream::{Sight, StreamEffect};
 
 use crate::SEEDS;
 
@@ -52,7 +52,7 @@ fn a_damaged_confirmation_is_refused_by_the_secure_layer_and_no_act_follows_from
         };
         assert!(!times(&|e| matches!(e, Event::StreamSaw { sight: Sight::Refused, .. })).is_empty());
         // The operator asks again when nothing is acknowledged, and may act once the path is whole.
-        let damaged = times(&|e| matches!(e, Event::Tampered { deed: Deed::Damaged, .. }));
+        let damaged = times(&|e| matches!(e, Event::Tampered { deed: StreamEffect::Damaged, .. }));
         let acted = times(&|e| matches!(e, Event::PlantAct { .. }));
         assert!(acted.first().is_none_or(|at| Some(at) > damaged.last()), "{acted:?} {damaged:?}");
     }

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use evidence::custody::{Custodian, Custody, Held, Life};
 use evidence::log::{Logged, by_recorder};
 use evidence::reading::heads;
 use evidence::trial::{Outcome, Trial};
+use evidence::verification::{Held, Life, LogVerifier, Verification};
 use evidence::{Plan, Planned, Witnessed};
 use holdsafe_tests::{root, shipped, variations};
 use oracle::judge;
@@ -112,12 +112,12 @@ fn kept_of(run: &Run, of: impl Fn(NodeId) -> bool) -> Vec<Kept> {
     kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect()
 }
 
-fn judged(kept: &[Kept], held: &Held) -> Custody {
-    let mut custodian = Custodian::new(held);
+fn judged(kept: &[Kept], held: &Held) -> Verification {
+    let mut log_verifier = LogVerifier::new(held);
     for one in kept {
-        let _noted = custodian.take(one.at, one.node, &one.bytes);
+        let _noted = log_verifier.take(one.at, one.node, &one.bytes);
     }
-    custodian.close()
+    log_verifier.close()
 }
 
 /// Every kind of tampering, each at forty places.

@@ -1,6 +1,6 @@
 //! Processes that end, hang, are slow or find their disk full.
 
-use evidence::demise::Fate;
+use evidence::process_fault::ProcessFault;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
 use oracle::judge;
@@ -10,7 +10,7 @@ use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
 use wire::time::Instant;
-use wire::trust::Roll;
+use wire::trust::RevocationList;
 
 use crate::SEEDS;
 
@@ -86,7 +86,7 @@ const ARMING: (DisplayedState, DisplayedState) = (DisplayedState::Ready, Display
 fn a_gateway_that_hangs_at_arming_takes_its_grants_with_it_and_brings_nothing_back() {
     for run in shipped("process_ends").expect(SEEDS) {
         let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
-        assert!(response.kept && response.fate == Fate::Hang, "{response:?} {:?}", run.verdict.findings);
+        assert!(response.kept && response.fate == ProcessFault::Hang, "{response:?} {:?}", run.verdict.findings);
         assert!(response.restricted_ms.is_some_and(|ms| ms <= 1000.0), "{response:?}");
     }
 }
@@ -152,8 +152,8 @@ fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
     for judge in judges {
         let (before, after) = (judge.again(2_000_000), judge.again(4_000_000));
         let stands = |member| {
-            let roll = Roll::new(&[mandate(member).expect("it is still there")], Instant(0));
-            roll.stands(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
+            let revoked = RevocationList::new(&[mandate(member).expect("it is still there")], Instant(0));
+            revoked.stands(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
         };
         assert!(stands(judge) && stands(&before) && !stands(&after), "3.5 s of the run, whoever starts when");
     }
@@ -225,7 +225,7 @@ fn a_full_disk_takes_authority_within_the_seal_limit_and_holds_nothing_up() {
     for cell in variations("disk_full") {
         for run in cell.expect(SEEDS) {
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
-            assert!(response.kept && response.fate == Fate::Full, "{response:?} {:?}", run.verdict.findings);
+            assert!(response.kept && response.fate == ProcessFault::Full, "{response:?} {:?}", run.verdict.findings);
             let bounds = run.evidence.bounds;
             let owed = (bounds.seal_limit_ms + bounds.control_period_ms) as f64;
             assert!(response.restricted_ms.is_some_and(|ms| ms <= owed), "{response:?}");

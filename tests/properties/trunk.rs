@@ -6,28 +6,28 @@ use holdsafe_tests::{Ready, shipped};
 use scenario::{Alphabet, Scenario};
 use search::{Ground, Moments, Word};
 use twin::part::Part;
-use twin::part::trunk::Trunk;
-use twin::trial::{start, start_along, trunk};
+use twin::part::baseline::Baseline;
+use twin::trial::{baseline, start, start_following};
 
 use crate::forks::finish;
 
-/// How many of a run's cores went along with its trunk to the end, of how many.
-fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Trunk>, of: &Scenario, word: &str) -> (usize, usize) {
+/// How many of a run's cores went along with its baseline to the end, of how many.
+fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenario, word: &str) -> (usize, usize) {
     let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
     let alone = finish(twin, cast.duration);
-    let (cast, mut twin) = start_along(of, &ready.setup, seed, known).expect("it starts");
+    let (cast, mut twin) = start_following(of, &ready.setup, seed, known).expect("it starts");
     twin.run_until(cast.duration);
     twin.finish(1_500_000);
     // Every byte, signatures too.
     assert!(twin.log() == alone, "{word}");
-    let follows = |part: &Part| matches!(part, Part::Along(along) if along.follows());
+    let follows = |part: &Part| matches!(part, Part::Following(along) if along.follows());
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }
 
 #[test]
 fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
     let ready = shipped("nominal");
-    let known = Arc::new(trunk(&ready.scenario, &ready.setup, 3).expect("it runs"));
+    let known = Arc::new(baseline(&ready.scenario, &ready.setup, 3).expect("it runs"));
     let (along, all) = along_to_the_end(&ready, 3, &known, &ready.scenario, "nothing");
     assert_eq!(along, all);
 }
@@ -38,7 +38,7 @@ fn a_run_along_a_trunk_is_the_run_without_whatever_an_adversary_does() {
     for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
         let alphabet = Alphabet::load(&file.path()).expect("a shipped alphabet");
         let nothing = Word::default().in_scenario(&alphabet, &ready.scenario).expect("it fits");
-        let known = Arc::new(trunk(&nothing, &ready.setup, 1).expect("it runs"));
+        let known = Arc::new(baseline(&nothing, &ready.setup, 1).expect("it runs"));
         let ground = Ground::new(ready.scenario.clone(), ready.setup.clone(), 1, alphabet).expect("it runs");
         let nominal = ground.try_word(&Word::default()).expect("it runs");
         let moments = Moments::of(&nominal, &ground.alphabet, &ready.setup.bounds);

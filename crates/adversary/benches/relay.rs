@@ -1,7 +1,7 @@
-//! What an idle adversary in the path costs: round trips through the relays' own process, beside `socat` in the same place
-//! and nothing at all. Blocks of the three alternate, so that all see the same machine.
+//! Cost of an idle adversary in the path: round trips through the relays' own process, beside `socat` in the same place
+//! and an empty path. Blocks of the three alternate, so that all see the same machine.
 //!
-//! Run with `cargo bench --bench relay`. Where `socat` is not installed, its lines say so.
+//! Run with `cargo bench --bench relay`. If `socat` is not installed, its lines say so.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
@@ -24,7 +24,7 @@ const BLOCKS: usize = 20;
 const TRIPS: usize = 200;
 /// About the size of a sealed report.
 const BYTES: usize = 300;
-/// How long a helper has to come up.
+/// Longest time that a helper has to come up.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 fn main() {

@@ -1,15 +1,15 @@
 //! The adversary: relays that sit in a path without a key, and insiders who hold valid credentials and misuse them.
 //!
 //! Each role is a core with the same verbs as any service (`wire::core::Core`) and with no more powers than its place
-//! gives it: a relay sees ciphertext, an insider holds its own credential. What it does is a [`plan`], fixed before the
-//! run; every act is journaled with the hash of the bytes concerned, as one half of a receipt (the other half is what
-//! the target saw). It attacks the twin and nothing else: a core names a side or a session, never an address.
+//! gives it: a relay sees ciphertext, an insider holds its own credential. Its actions are a [`plan`], fixed before the
+//! run; every act is journaled with the hash of the bytes concerned, as one half of a receipt (the other half is the
+//! target's observation). It attacks only the twin: a core names a side or a session, never an address.
 //!
-//! The other services' internals and keys are unknown here. Judging what an attack achieved is left to the oracle.
+//! The other services' internals and keys are unknown here. Judging the effect of an attack is left to the oracle.
 
-mod desk;
 pub mod insider;
 mod opening;
+mod outbox;
 pub mod plan;
 pub mod process;
 pub mod relay;

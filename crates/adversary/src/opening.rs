@@ -1,6 +1,6 @@
-//! When an action begins and ends: at its time, or once what it waits for has come.
+//! Beginning and end of an action: at its time, or once the event that it waits for has come.
 //!
-//! Each core holds one [`Opening`] an action and tells it what passes, what is heard and what it is called to. A step
+//! Each core holds one [`Opening`] an action and shows it the traffic, the words heard and the calls. A step
 //! that has a name is told to the log as it begins and ends, so that others can wait for it. An action that does
 //! something by itself a counted number of times has its times here too.
 
@@ -22,11 +22,11 @@ pub(crate) struct Opening {
     opens: Option<Instant>,
     /// Datagrams or pieces since the earliest time.
     passed: u32,
-    /// When the last of them passed; the earliest time before that.
+    /// Time at which the last of them passed; the earliest time before that.
     last: Instant,
-    /// Whether the journal knows that it began, and that it ended.
+    /// True once the journal has its beginning, and its end.
     told: [bool; 2],
-    /// What it does by itself: how often, and how many ms apart.
+    /// Repetitions by itself: their number, and their spacing in ms.
     counted: Option<(u32, u64)>,
     /// After how long that is cut short.
     window: Option<Span>,
@@ -63,7 +63,7 @@ impl Opening {
         Self { counted: Some((n, every_ms)), ..opening }
     }
 
-    /// Of a timed action; `counted` is what it does by itself: how often, and how many ms apart.
+    /// Of a timed action; `counted` is its repetitions by itself: their number, and their spacing in ms.
     pub(crate) fn of<A>(timed: &Timed<A>, origin: Instant, counted: Option<(u32, u64)>) -> Self {
         let by_itself = counted.map(|(n, every_ms)| u64::from(n.saturating_sub(1)) * every_ms);
         let window = Some(timed.duration_ms).filter(|ms| *ms > 0);
@@ -72,7 +72,7 @@ impl Opening {
         Self { counted, window: window.map(Span::ms), ..opening }
     }
 
-    /// Takes one of what it does by itself, if that is due at `now`.
+    /// Takes one of its own repetitions, if that is due at `now`.
     pub(crate) fn take(&mut self, now: Instant) -> bool {
         self.times = self.times.or_else(|| self.due_times());
         self.times.as_mut().is_some_and(|times| times.take(now))
@@ -83,22 +83,22 @@ impl Opening {
         Some(Steps::new(opens, every_ms, n, self.window.map(|window| opens + window)))
     }
 
-    /// When it begins, as far as that is settled.
+    /// Time at which it begins, as far as that is settled.
     pub(crate) fn opens(&self) -> Option<Instant> {
         self.opens
     }
 
-    /// When it ends; an instant before which everything of it happens.
+    /// Time at which it ends; an instant before which everything of it happens.
     pub(crate) fn closes(&self) -> Option<Instant> {
         self.opens.map(|opens| opens + self.lasts)
     }
 
-    /// Whether it is open at `now`.
+    /// True if it is open at `now`.
     pub(crate) fn is_open(&self, now: Instant) -> bool {
         self.opens.is_some_and(|opens| now >= opens && now < opens + self.lasts)
     }
 
-    /// Whether it is open at `now` for what goes towards `side`.
+    /// True if it is open at `now` for traffic towards `side`.
     pub(crate) fn open(&self, now: Instant, side: Side) -> bool {
         self.direction.covers(side) && self.is_open(now)
     }
@@ -139,7 +139,7 @@ impl Opening {
         }
     }
 
-    /// When it wants to be asked again: for its silence, to be told of, or for what it does by itself.
+    /// Time at which it wants to be asked again: for its silence, to be told of, or for its own repetitions.
     pub(crate) fn due(&self) -> Option<Instant> {
         if let Some(On::Silence(ms)) = self.waits_for() {
             return Some(self.last + Span::ms(ms));
@@ -153,7 +153,7 @@ impl Opening {
         tells.into_iter().chain(does).min()
     }
 
-    /// What has begun (true) or ended by `now` and was not told yet, one at a time.
+    /// A beginning (true) or end by `now` that was not logged yet, one at a time.
     pub(crate) fn tell(&mut self, now: Instant) -> Option<(StepName, bool)> {
         let name = self.step?.name;
         let ends = [self.opens(), self.closes()];
@@ -162,7 +162,7 @@ impl Opening {
         Some((name, i == 0))
     }
 
-    /// What it still waits for.
+    /// Event that it still waits for.
     fn waits_for(&self) -> Option<On> {
         let wait = self.step.and_then(|step| step.wait)?;
         self.opens.is_none().then_some(wait.on)

@@ -1,9 +1,9 @@
-//! What an adversary will do: timed actions, fixed before the run, every magnitude bounded.
+//! Plan of an adversary: timed actions, fixed before the run, every magnitude bounded.
 //!
 //! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for something
 //! ([`Step`]). A plan without actions is the null
-//! attack: an adversary in the path that does nothing. Turning a scenario into plans is left to `campaign`; what an
-//! action does to bytes, to `relay` and `insider`.
+//! attack: a passive adversary in the path. Turning a scenario into plans is left to `topology`; the effect of
+//! an action on bytes, to `relay` and `insider`.
 
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
@@ -66,7 +66,7 @@ pub enum AdversaryConfig {
     SessionThief(SessionThiefConfig),
 }
 
-/// Why a plan is not carried out.
+/// Reason that a plan is not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PlanError {
     /// A magnitude is outside its bounds.
@@ -120,7 +120,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Whether it covers what goes towards `side`.
+    /// True if it covers traffic towards `side`.
     pub fn covers(self, side: Side) -> bool {
         match (self, side) {
             (Direction::Both, Side::Client | Side::Server)
@@ -142,7 +142,7 @@ impl Direction {
 pub struct Timed<A> {
     /// Start of the window; of an action that waits, the earliest.
     pub start_ms: u64,
-    /// Length of the window; zero only for what happens once, or a counted number of times.
+    /// Length of the window; zero only for an action that happens once, or a counted number of times.
     #[serde(default)]
     pub duration_ms: u64,
     /// Which way.
@@ -151,7 +151,7 @@ pub struct Timed<A> {
     /// The step it is a part of, where that has a name.
     #[serde(default)]
     pub step: Option<Step>,
-    /// What is done.
+    /// Action to take.
     pub action: A,
 }
 

@@ -8,7 +8,7 @@ use wire::setup::Setup;
 
 use crate::{Adversary, AdversaryConfig};
 
-/// What a launcher puts into [`ServiceSpec::config`] for an adversary.
+/// Contents of [`ServiceSpec::config`] for an adversary.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessConfig {

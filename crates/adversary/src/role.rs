@@ -9,7 +9,7 @@ use crate::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeam
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
-/// Why an adversary could not be made.
+/// Reason that an adversary could not be made.
 pub type AdversaryError = PlanError;
 
 /// An adversary in one of its roles.
@@ -78,7 +78,7 @@ impl Adversary {
         }
     }
 
-    /// Draws what it leaves to chance from `seed` from now on.
+    /// Draws its random choices from `seed` from now on.
     pub fn reseed(&mut self, seed: u64) {
         match self {
             Adversary::DatagramRelay(core) => core.reseed(seed),

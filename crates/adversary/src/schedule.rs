@@ -1,4 +1,4 @@
-//! When something that is done a counted number of times is due next, and the seeded draws that go with an action.
+//! Times of an action that is done a counted number of times, and the seeded draws that go with an action.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -19,7 +19,7 @@ impl Steps {
         Self { next: start, every: Span::ms(every_ms), left: count, end }
     }
 
-    /// When the next step is due; `None` when there is none left.
+    /// Time at which the next step is due; `None` when there is none left.
     pub(crate) fn due(&self) -> Option<Instant> {
         let open = self.left > 0 && self.end.is_none_or(|end| self.next < end);
         open.then_some(self.next)

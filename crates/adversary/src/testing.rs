@@ -30,7 +30,7 @@ pub(crate) fn at(ms: u64) -> Instant {
     Instant(5_000_000) + Span::ms(ms)
 }
 
-/// One input, and what comes of it apart from the journal; what the journal says is added to `said`.
+/// One input, and its outputs apart from the journal; the journal's entries are added to `said`.
 pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut Vec<Event>) -> Vec<Output> {
     core.handle(now, input);
     let mut out = Vec::new();
@@ -44,12 +44,12 @@ pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut 
     out
 }
 
-/// How often the journal says that `action` was done.
+/// Number of times that the journal has `action`.
 pub(crate) fn times(said: &[Event], wanted: Action) -> usize {
     said.iter().filter(|event| matches!(event, Event::Attack { action, .. } if *action == wanted)).count()
 }
 
-/// What the closing account says.
+/// Value in the closing account.
 pub(crate) fn counted(said: &[Event], wanted: Account) -> u64 {
     let count = |event: &Event| {
         if let Event::Count { account, n } = event { (*account == wanted).then_some(*n) } else { None }

@@ -1,8 +1,8 @@
 //! Command intake: the way of an operator's order through the trust boundary, and the unit's signed answer.
 //!
 //! An order is two signed statements of one operator, the intent and, away from safe, its confirmation. The transport,
-//! the broker and the gateway are not asked who said it or when: the signatures and a nonce that this unit issued are.
-//! An [`Ordered`] is the proof that all of it held; the machine takes nothing else. Whether it may be carried out is
+//! the broker and the gateway are not asked for its sender or time: the signatures and a nonce that this unit issued are.
+//! An [`Ordered`] is the proof that all of it held; the machine takes no other order. Permission to carry it out is
 //! left to `transition`.
 //!
 //! ```compile_fail,E0451
@@ -25,15 +25,15 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Age, Instant, Span};
-use wire::trust::rate::Lane;
-use wire::trust::{Accepted, Counters, Decoded, Rates, Roll};
+use wire::trust::rate::RateClass;
+use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList};
 
 use confirmation::Confirmed;
 
 /// Nonces kept; more than are issued within any command limit in use.
 const NONCES: usize = 16;
 
-/// Who may order what, and what was ordered already.
+/// Operators who may order, and the orders seen already.
 #[derive(Clone, Debug)]
 pub struct CommandGate {
     unit: UnitId,
@@ -63,23 +63,23 @@ pub struct Ordered {
     waived: Waived,
 }
 
-/// What an order says it is: enough to answer it, believed by nobody.
+/// Claimed content of an order: enough to answer it, untrusted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claimed {
     /// Its idempotency key.
     pub id: CommandId,
-    /// What it asks.
+    /// Command asked for.
     pub kind: CommandKind,
     /// SHA-256 of its signed intent.
     pub intent: [u8; 32],
 }
 
-/// An order that was refused, and what it said it was if it could be read.
+/// An order that was refused, and its claims if it could be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rejected {
-    /// Why.
+    /// Reason.
     pub refusal: Refusal,
-    /// What it said it was.
+    /// Claims of the order.
     pub claimed: Option<Claimed>,
 }
 
@@ -95,12 +95,12 @@ impl Ordered {
         self.id
     }
 
-    /// What it asks.
+    /// Command asked for.
     pub fn kind(&self) -> CommandKind {
         self.kind
     }
 
-    /// Where it moved its operator's counter to, if it did.
+    /// Value to which it moved its operator's counter, if it did.
     pub fn moved(&self) -> Option<CommandId> {
         self.moved
     }
@@ -110,7 +110,7 @@ impl Ordered {
         self.waived
     }
 
-    /// What it says it is, now that it may be believed.
+    /// Its claims, now that they may be believed.
     pub fn claimed(&self) -> Claimed {
         Claimed { id: self.id, kind: self.kind, intent: self.intent }
     }
@@ -136,19 +136,19 @@ impl CommandGate {
         self.nonces.back().map(|issued| (issued.nonce, issued.at))
     }
 
-    /// What is under way and leads away from safe is void from now on: who gave it has to give it again.
+    /// Orders under way that lead away from safe are void from now on: their operator has to give them again.
     pub fn void(&mut self) {
         self.nonces.iter_mut().for_each(|issued| issued.void = true);
     }
 
-    /// Judges one order, received at `now`. Nothing is remembered of it unless every check has passed. What costs little
-    /// to find out is found out first. What verifies is charged to its operator, what does not to nobody, and both have an
+    /// Judges one order, received at `now`. It is remembered only if every check has passed. Cheap checks
+    /// come first. An order that verifies is charged to its operator, one that fails to no one, and both have an
     /// end: of a flood only so many signatures are verified, unless it is of forged HOLDs.
     pub fn admit(
         &mut self,
         policy: &Policy,
         keys: &Keyring,
-        roll: &Roll,
+        revoked: &RevocationList,
         now: Instant,
         bytes: &[u8],
     ) -> Result<Ordered, Rejected> {
@@ -160,7 +160,7 @@ impl CommandGate {
         let judged = self.addressed(&claim).and_then(|()| {
             let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
-            let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, roll, now)?;
+            let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, revoked, now)?;
             let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
             let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
             let second = order.confirmation.map(|bytes| &**bytes);
@@ -168,18 +168,18 @@ impl CommandGate {
                 let confirmed = Confirmed::judge(policy, keys, now, (&claim, &claimed), second)?;
                 Ok((attributed, confirmed))
             });
-            let lane = Lane::of(claim.kind);
-            let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(lane, now))?;
+            let class = RateClass::of(claim.kind);
+            let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(class, now))?;
             let before = self.counters.newest(who);
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
-            self.rates.charge(who, lane, now);
+            self.rates.charge(who, class, now);
             let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
             Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, &confirmed))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }
 
-    /// Whether a refusal at `now` is to be written and answered, beside being counted.
+    /// True if a refusal at `now` is to be logged and answered, beside being counted.
     pub fn tell(&mut self, now: Instant) -> bool {
         self.rates.tell(now)
     }

@@ -1,9 +1,9 @@
-//! What an autonomy core is told about its mission and its surroundings. World frame, millimetres.
+//! Configuration of an autonomy core: its mission and its surroundings. World frame, millimetres.
 
 use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::setup::{NoChannel, Setup};
-use wire::trust::Mandate;
+use wire::trust::Validity;
 
 use crate::consistency::MAX_TEAMMATES;
 
@@ -22,23 +22,23 @@ pub struct AutonomyConfig {
     pub unit: UnitId,
     /// Way points, in order: millimetres east, millimetres north. Empty: stand.
     pub route: Vec<(i32, i32)>,
-    /// Whether the last way point leads to the first again.
+    /// True if the last way point leads to the first again.
     #[serde(default)]
     pub looped: bool,
     /// Corners of the geofence, in order, three at least.
     pub geofence: Vec<(i32, i32)>,
-    /// What stands on the map.
+    /// Obstacles on the map.
     #[serde(default)]
     pub obstacles: Vec<Disc>,
     /// Other units whose claims this one hears.
     #[serde(default)]
     pub teammates: Vec<UnitId>,
-    /// Who may order.
+    /// Operators who may order.
     pub operators: Vec<NodeId>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
-    pub mandates: Vec<Mandate>,
-    /// Who may open a session and grant leases.
+    pub mandates: Vec<Validity>,
+    /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
 }
@@ -55,7 +55,7 @@ pub struct Disc {
     pub radius_mm: u32,
 }
 
-/// Why a core cannot be made.
+/// Reason that a core cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ConfigError {
     /// A channel's key is missing.
@@ -98,7 +98,7 @@ pub enum ConfigError {
 }
 
 impl AutonomyConfig {
-    /// Refuses what no core could be made from.
+    /// Refuses a configuration from which no core could be made.
     pub fn check(&self, setup: &Setup) -> Result<(), ConfigError> {
         let expected = self.unit.node();
         if setup.node != expected {

@@ -1,13 +1,13 @@
-//! Whether teammates' claims can all be true.
+//! Consistency of teammates' claims.
 //!
 //! A claim that comes here has passed every check of the trust boundary that the policy requires. Cryptography can tie
-//! it to a key; it cannot tell whether the holder of the key speaks for itself. What is left is whether claims agree
+//! it to a key; it cannot tell if the holder of the key speaks for itself. The remaining question is if claims agree
 //! with physics, with each other and with their own time base:
 //!
 //! - *kinematics*: a unit moves no further than its claimed speed allows, and claims no speed beyond the platform's;
 //! - *residual*: over many claims it is where its claimed speed and heading lead ([`Reckoning`]);
 //! - *exclusion*: two units, this one among them, are not in one place;
-//! - *time base*: one unit's boot, sequence and stamp rise together, and no second source says what was said already.
+//! - *time base*: one unit's boot, sequence and stamp rise together, and no second source repeats an earlier report.
 //!
 //! A finding stays until an operator consents to go on ([`Teammates::acquit`]). Attribution and ordering are not judged
 //! here: those are refusals, and a refused claim never arrives.
@@ -25,7 +25,7 @@ use crate::geofence::{Motion, Point, between};
 /// Most units that can be known; the closed set has four vehicles.
 pub const MAX_TEAMMATES: usize = 3;
 
-/// How old a claimed place may be and still exclude another, whatever its speed.
+/// Oldest that a claimed place may be and still exclude another, at any speed.
 const REMEMBERED: Span = Span::s(1);
 
 /// Share of the platform's speed, percent, that a claim may state: sensors are noisy.
@@ -38,7 +38,7 @@ const REMEMBERS_S: f64 = 8.0;
 /// Longest gap between claims over which speed and heading still say where a unit went, seconds.
 const BRIDGED_S: f64 = 1.0;
 
-/// What is known of the other units.
+/// Knowledge of the other units.
 #[derive(Clone, Debug, Default)]
 pub struct Teammates {
     claims: ArrayVec<Claim, MAX_TEAMMATES>,
@@ -63,20 +63,20 @@ struct Claim {
     written: Instant,
 }
 
-/// Where a unit should be by the motion it claimed, less where it claims to be, with a memory that fades: a constant
-/// drift *d* between the two settles at *d·τ*, noise and bounded errors stay what they are.
+/// Place that a unit should have by the motion it claimed, less the one it claims, with a memory that fades: a constant
+/// drift *d* between the two settles at *d·τ*, noise and bounded errors stay as they are.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reckoning {
     off: Point,
 }
 
-/// A finding, to be restored if the operator's consent comes to nothing.
+/// A finding, to be restored if the operator's consent has no effect.
 #[derive(Debug)]
 pub struct Acquitted(Option<(UnitId, Inconsistency)>);
 
 impl Teammates {
     /// Takes an accepted report of `unit`, brought by `via`, at most `age` old at `now`; `own` is this unit's motion.
-    /// Gives the inconsistency that it reveals. An inconsistent claim replaces nothing.
+    /// Gives the inconsistency that it reveals. An inconsistent claim leaves earlier ones in place.
     pub fn take(
         &mut self,
         (unit, via): (UnitId, PeerId),
@@ -122,7 +122,7 @@ impl Teammates {
         finding
     }
 
-    /// Why teammates are not consistent, if they are not.
+    /// Reason that teammates are not consistent, if they are not.
     pub fn inconsistent(&self) -> Option<Because> {
         self.found.map(|(unit, _)| Because::Claim(unit))
     }
@@ -138,12 +138,12 @@ impl Teammates {
         Acquitted(self.found.take())
     }
 
-    /// Restores what was set aside.
+    /// Restores the finding that was set aside.
     pub fn restore(&mut self, acquitted: Acquitted) {
         self.found = self.found.or(acquitted.0);
     }
 
-    /// Where teammates were last consistently claimed to be, as long as that is worth knowing.
+    /// Places that teammates last consistently claimed, as long as that is worth knowing.
     pub fn places(&self, now: Instant) -> impl Iterator<Item = Point> {
         self.claims.iter().filter(move |claim| now.since(claim.written) <= REMEMBERED).map(|claim| claim.at)
     }
@@ -165,7 +165,7 @@ impl Claim {
         (self.boot, self.sequence)
     }
 
-    /// How far the unit may have gone since, millimetres.
+    /// Longest distance that the unit may have gone since, millimetres.
     fn reach(&self, now: Instant) -> f64 {
         self.speed * seconds(now.since(self.written))
     }
@@ -180,8 +180,8 @@ impl Claim {
         (off > f64::from(bounds.teammate_slack_mm)).then_some(Inconsistency::Residual)
     }
 
-    /// What dead reckoning makes of `next`, of the same unit: between claims it went with the mean of both velocities.
-    /// Behind a gap or a restart nobody knows which way it went; then only what exceeds its speed counts, so that silence
+    /// Dead reckoning of `next`, of the same unit: between claims it went with the mean of both velocities.
+    /// Behind a gap or a restart its direction is unknown; then only the excess over its speed counts, so that silence
     /// hides no drift.
     fn reckoned_to(&self, next: &Claim) -> Reckoning {
         if next.order() <= self.order() {
@@ -211,7 +211,7 @@ impl Claim {
         }
     }
 
-    /// How `next`, of the same unit, contradicts this claim.
+    /// Contradiction of this claim by `next`, of the same unit.
     fn contradicted_by(&self, next: &Claim, bounds: &Bounds) -> Option<Inconsistency> {
         let same_boot = self.boot == next.boot;
         let later = next.order() > self.order();

@@ -1,4 +1,4 @@
-//! What the core does by itself: judge the guards, step the machine, drive, report; and how a step's effects leave it.
+//! Periodic work of the core: judge the guards, step the machine, drive, report; and the ways in which a step's effects leave it.
 
 use wire::codec;
 use wire::command::CommandKind;
@@ -30,7 +30,7 @@ use crate::{Autonomy, plan};
 
 /// Period of new command nonces.
 const NONCE_PERIOD: Span = Span::ms(500);
-/// Distance that the way keeps to what is seen, from centre to centre, millimetres.
+/// Distance that the way keeps to seen obstacles, from centre to centre, millimetres.
 const KEEP_CLEAR_MM: f64 = 3000.0;
 
 impl Autonomy {
@@ -86,14 +86,14 @@ impl Autonomy {
             .aged(Guard::SealedLog, self.seals.age(now))
     }
 
-    /// How the unit moves, as long as it knows. Without a place there is no distance to the fence; localisation's own guards
+    /// Motion of the unit, as long as it is known. Without a place there is no distance to the fence; localisation's own guards
     /// say so.
     fn placed(&self, now: Instant) -> Option<Motion> {
         let lost = self.localisation.lost(now, self.bounds.product_limit()).is_some();
         self.localisation.motion().filter(|_| !lost && !self.localisation.distrusted())
     }
 
-    /// Judges the guards and lets the machine follow from them. After the run is over nothing follows any more.
+    /// Judges the guards and lets the machine follow from them. After the run is over it no longer follows.
     pub(crate) fn judge(&mut self, now: Instant) {
         if self.quiet {
             return;
@@ -120,7 +120,7 @@ impl Autonomy {
         }
     }
 
-    /// What is not safe together is refused in every mode, before it is asked whether the mode lets values change.
+    /// Values that are not safe together are refused in every mode, before the mode is asked if it lets values change.
     fn configure(&mut self, now: Instant, order: &Ordered, values: &Settings) -> Option<Refusal> {
         let safe = match self.identity.policy.check(Check::Joint) {
             Requirement::Required => settings::jointly_safe(values, &self.identity.bounds),
@@ -129,7 +129,7 @@ impl Autonomy {
         safe.err().or_else(|| self.give(now, order, None))
     }
 
-    /// To go on is to take note of what teammates were found at: the finding is set aside, and restored if the other
+    /// To go on is to acknowledge the finding about teammates: it is set aside, and restored if the other
     /// guards do not let the unit go on.
     fn resume(&mut self, now: Instant, order: &Ordered) -> Option<Refusal> {
         let acquitted = self.teammates.acquit();
@@ -143,7 +143,7 @@ impl Autonomy {
         refused
     }
 
-    /// Writes what the unit goes by, when that has changed: what a display may show as fresh is held against it.
+    /// Logs the basis of the unit's judgement, when that has changed: a display's claim of freshness is held against it.
     fn tell(&mut self, now: Instant) {
         let fresh = self.identity.bounds.freshness();
         let placed = self.localisation.reported(now).is_some_and(|(_, age)| age <= fresh);

@@ -13,7 +13,7 @@ use wire::track::Track;
 
 use crate::picture::Picture;
 
-/// Whether authority on the track is asked for or held; holding it asks for less confidence (hysteresis).
+/// State of authority on the track, asked for or held; holding it asks for less confidence (hysteresis).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Stage {
     /// Authority is asked for.
@@ -31,7 +31,7 @@ pub struct Designated {
 }
 
 impl Designated {
-    /// Judges `track` in `picture`; the error says what the unfitness goes back to.
+    /// Judges `track` in `picture`; the error names the cause of the unfitness.
     pub(crate) fn judge(
         picture: &Picture,
         track: TrackId,
@@ -55,7 +55,7 @@ impl Designated {
         self.track
     }
 
-    /// Where the track is held to be: millimetres east and north.
+    /// Place at which the track is held to be: millimetres east and north.
     pub fn place(&self) -> (i32, i32) {
         (self.x_mm, self.y_mm)
     }

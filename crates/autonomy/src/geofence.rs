@@ -1,7 +1,7 @@
 //! The geofence: a polygon that the unit keeps inside of, with its stopping distance to spare.
 //!
-//! World frame, millimetres. The guard looks at two points: where the unit is, and where it would come to rest if it
-//! began to brake one reaction time from now. Both have to keep the margin. What to do about a breach is left to
+//! World frame, millimetres. The guard looks at two points: the unit's place, and the one at which it would come to rest if it
+//! began to brake one reaction time from now. Both have to keep the margin. The response to a breach is left to
 //! `transition`, keeping clear of one to `navigation`.
 
 use wire::bounds::Bounds;
@@ -19,7 +19,7 @@ pub struct Geofence {
     corners: Vec<Point>,
 }
 
-/// Where the unit is and how it moves.
+/// Place of the unit and its motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// Position, millimetres.
@@ -50,7 +50,7 @@ impl Geofence {
         if inside { nearest } else { -nearest }
     }
 
-    /// Whether [`Self::clearance`] is `least` or more, which is positive: found without a root for each edge.
+    /// True if [`Self::clearance`] is `least` or more, which is positive: found without a root for each edge.
     pub fn keeps(&self, at: Point, least: f64) -> bool {
         let mut edges = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
         let inside = edges.clone().fold(false, |inside, (a, b)| inside ^ crosses(at, *a, *b));
@@ -63,7 +63,7 @@ impl Geofence {
         self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
     }
 
-    /// Why the fence guard fails, if it does.
+    /// Reason that the fence guard fails, if it does.
     pub fn breached(&self, motion: &Motion, bounds: &Bounds) -> Option<Because> {
         (self.spare(motion, bounds) < 0.0).then_some(Because::Itself)
     }
@@ -84,7 +84,7 @@ pub fn between(a: Point, b: Point) -> f64 {
     libm::hypot(a.0 - b.0, a.1 - b.1)
 }
 
-/// Whether two points are less than `distance` apart, which is not negative.
+/// True if two points are less than `distance` apart, which is not negative.
 pub fn nearer(a: Point, b: Point, distance: f64) -> bool {
     let (dx, dy) = (a.0 - b.0, a.1 - b.1);
     dx * dx + dy * dy < distance * distance
@@ -104,7 +104,7 @@ pub fn nearest_on(p: Point, a: Point, b: Point) -> Point {
     (a.0 + share * dx, a.1 + share * dy)
 }
 
-/// Whether a ray from `p` to the east crosses the edge from `a` to `b`.
+/// True if a ray from `p` to the east crosses the edge from `a` to `b`.
 fn crosses(p: Point, a: Point, b: Point) -> bool {
     (a.1 > p.1) != (b.1 > p.1) && p.0 < (b.0 - a.0) * (p.1 - a.1) / (b.1 - a.1) + a.0
 }

@@ -1,6 +1,6 @@
 //! The planning grid: which cells inside the geofence may be driven, and the shortest way between two points of it.
 //!
-//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; what moves is passed to each search. The search
+//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are passed to each search. The search
 //! is A* of the `pathfinding` crate. Following the way is left to `navigation`.
 
 use std::sync::Arc;
@@ -45,7 +45,7 @@ pub struct Grid {
 type Cell = (u16, u16);
 
 impl Grid {
-    /// Cells whose centre keeps `clearance` to the fence and stays out of every place on the map are open.
+    /// Opens the cells with a centre that keeps `clearance` to the fence and stays out of every place on the map.
     pub fn new(fence: &Geofence, map: &[Keepout], clearance: f64) -> Grid {
         let (low, high) = extent(fence.corners());
         let side = (high.0 - low.0).max(high.1 - low.1);
@@ -76,7 +76,7 @@ impl Grid {
         Some(self.straighten(&points, moving))
     }
 
-    /// Whether one may drive straight from `a` to `b`.
+    /// True if one may drive straight from `a` to `b`.
     fn clear(&self, a: Point, b: Point, moving: &[Keepout]) -> bool {
         let steps = libm::ceil(between(a, b) / (self.cell / 2.0)) as u32;
         let open = (1..=steps).all(|i| {
@@ -123,7 +123,7 @@ impl Grid {
     }
 }
 
-/// Cost of the way between two cells with nothing in it.
+/// Cost of a free way between two cells.
 fn octile(a: Cell, b: Cell) -> u32 {
     let (dx, dy) = (u32::from(a.0.abs_diff(b.0)), u32::from(a.1.abs_diff(b.1)));
     STRAIGHT * dx.max(dy) + (DIAGONAL - STRAIGHT) * dx.min(dy)

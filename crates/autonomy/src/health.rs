@@ -1,8 +1,8 @@
 //! Health: every guard judged from work product, and the proof that none of the required ones fails.
 //!
-//! Liveness is a fresh product with the right identity; no heartbeat is read anywhere. What each guard looks at is told
+//! Liveness is a fresh product with the right identity; no heartbeat is read anywhere. The inputs of each guard are described
 //! in the module that answers for it (`picture`, `localisation`, `geofence`, `lease`, `consistency`, `seals`); this one
-//! gathers the findings, applies the policy's waivers, and sorts what is lost by what it costs:
+//! gathers the findings, applies the policy's waivers, and sorts losses by their consequence:
 //!
 //! - a *trust* guard (geofence, lease, teammates): the unit may not go on at all;
 //! - a *subsystem* guard (all others): no authority, reduced speed, and a stop if driving depends on it for too long.
@@ -42,14 +42,14 @@ const PLACE: [Guard; 3] = [Guard::Localisation, Guard::Drift, Guard::TimeBase];
 pub struct Findings([Option<Because>; Guard::ALL.len()]);
 
 impl Findings {
-    /// Notes what was found of `guard`.
+    /// Notes the finding on `guard`.
     #[must_use]
     pub fn with(mut self, guard: Guard, finding: Option<Because>) -> Findings {
         self.0[guard as usize] = finding;
         self
     }
 
-    /// Why `guard` fails, if it does.
+    /// Reason that `guard` fails, if it does.
     pub fn of(&self, guard: Guard) -> Option<Because> {
         self.0[guard as usize]
     }
@@ -69,7 +69,7 @@ pub struct Health {
     evidence: Waived,
 }
 
-/// What health comes to.
+/// Verdict of health.
 #[derive(Debug)]
 pub enum Verdict {
     /// No required guard fails.
@@ -107,12 +107,12 @@ impl Health {
         Health { failing: findings.failing(), findings, waived, evidence }
     }
 
-    /// All guards that fail, waived ones too: a waiver changes what follows, not what is so.
+    /// All guards that fail, waived ones too: a waiver changes the consequence, not the fact.
     pub fn failing(&self) -> Guards {
         self.failing
     }
 
-    /// What it comes to.
+    /// Verdict that the findings give.
     pub fn verdict(&self) -> Verdict {
         if let Some((guard, because)) = self.first(&TRUST) {
             return Verdict::Trust(TrustLoss { guard, because });
@@ -137,7 +137,7 @@ impl Health {
         self.findings.of(guard).map(|because| (guard, because))
     }
 
-    /// The loss that leaves driving without what it depends on: where the unit is, or any measured range around it.
+    /// The loss that leaves driving without its basis: the unit's place, or any measured range around it.
     fn blinding(&self) -> Option<Guard> {
         if let Some(guard) = self.unplaced() {
             Some(guard)
@@ -169,7 +169,7 @@ impl SubsystemLoss {
         self.guard
     }
 
-    /// Why it fails.
+    /// Reason that it fails.
     pub fn because(&self) -> Because {
         self.because
     }
@@ -186,7 +186,7 @@ impl TrustLoss {
         self.guard
     }
 
-    /// Why it fails.
+    /// Reason that it fails.
     pub fn because(&self) -> Because {
         self.because
     }

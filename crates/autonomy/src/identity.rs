@@ -1,4 +1,4 @@
-//! What does not change while a core lives: who it is, whose keys it knows, and the rules in force.
+//! Constants of a core's life: its identity, the keys it knows, and the rules in force.
 
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, PeerId, UnitId};
@@ -16,7 +16,7 @@ pub struct Identity {
     pub unit: UnitId,
     /// Its node.
     pub node: NodeId,
-    /// How often it has started.
+    /// Number of its starts.
     pub boot: Boot,
     /// Its own key.
     pub key: Key,
@@ -28,9 +28,9 @@ pub struct Identity {
     pub waived_guards: Guards,
     /// Bounds in force.
     pub bounds: Bounds,
-    /// Who may grant leases.
+    /// Peer that may grant leases.
     pub supervisor: PeerId,
-    /// Whose claims are heard.
+    /// Units from which claims are heard.
     pub teammates: Vec<UnitId>,
 }
 

@@ -1,5 +1,5 @@
-//! What each input means to the core: every one goes through the trust boundary first, gets one verdict there, and only
-//! then reaches the module that keeps what it says.
+//! Meaning of each input to the core: every one goes through the trust boundary first, gets one verdict there, and only
+//! then reaches the module that keeps its content.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::command::{Claimed, Ordered};
 use crate::intake::{self, Session};
 use crate::{Autonomy, command};
 
-/// How often a fix is written down: every fourth.
+/// Rate at which a fix is logged: every fourth.
 const LOCATED_PERIOD: Span = Span::ms(190);
 
 impl Autonomy {
@@ -55,7 +55,7 @@ impl Autonomy {
         Ok(())
     }
 
-    /// Writes what a fix said and what was made of it: a few times a second, and whenever trust in fixes changes.
+    /// Logs a fix and its judgement: a few times a second, and at each change of trust in fixes.
     fn witness(&mut self, now: Instant, reading: &Navigation) {
         let (Some(fix), Some((pose, _))) = (reading.fix, self.localisation.reported(now)) else { return };
         let distrusted = self.localisation.distrusted();
@@ -140,7 +140,7 @@ impl Autonomy {
                 }
             }
             HopBody::Revoked(revocation) => {
-                if let Err(refusal) = self.strike(now, revocation) {
+                if let Err(refusal) = self.take_revocation(now, revocation) {
                     return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
                 }
             }
@@ -151,8 +151,8 @@ impl Autonomy {
     }
 
     /// A revocation in a record that was accepted: the supervisor brings it, the authority's signature makes it good.
-    fn strike(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        if let Some(who) = self.roll.revoke(&self.identity.keys, now, bytes)? {
+    fn take_revocation(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        if let Some(who) = self.revoked.revoke(&self.identity.keys, now, bytes)? {
             self.write(now, Event::Struck { who });
         }
         Ok(())
@@ -179,9 +179,9 @@ impl Autonomy {
         let Some(unit) = report.origin.unit().filter(|unit| identity.teammates.contains(unit)) else {
             return self.refuse(now, Interface::Downlink, Some(via), &Refusal::Role { got: report.origin });
         };
-        let struck = self.roll.stands(report.origin, now).err();
-        let struck = struck.filter(|_| identity.policy.check(Check::Standing) == Requirement::Required);
-        if let Some(refusal) = struck {
+        let refused = self.revoked.stands(report.origin, now).err();
+        let refused = refused.filter(|_| identity.policy.check(Check::Standing) == Requirement::Required);
+        if let Some(refusal) = refused {
             return self.refuse(now, Interface::Downlink, Some(via), &refusal);
         }
         let waived = inner.waived.union(outer.waived);
@@ -203,14 +203,14 @@ impl Autonomy {
             return self.reject(now, None, &Refusal::Channel);
         }
         let identity = Arc::clone(&self.identity);
-        match self.commands.admit(&identity.policy, &identity.keys, &self.roll, now, bytes) {
+        match self.commands.admit(&identity.policy, &identity.keys, &self.revoked, now, bytes) {
             Ok(order) => self.ordered(now, &order),
             Err(rejected) => self.reject(now, rejected.claimed, &rejected.refusal),
         }
     }
 
-    /// What was sent to us meanwhile is lost, or somebody else has it: whether the session was cut or taken, nobody says whom
-    /// we could believe. So what was given until now and leads away from safe is void, and the operator reads of it in our
+    /// Messages to us meanwhile are lost, or another party has them: if the session was cut or taken, there is no trusted
+    /// source that says which. So orders given until now that lead away from safe are void, and the operator reads of it in our
     /// reports.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.write(now, Event::SessionLost { peer: self.identity.unit.peer() });
@@ -235,7 +235,7 @@ impl Autonomy {
         }
     }
 
-    /// What an operator has proved to have asked is answered each time: its own rate bounds that.
+    /// An order proved to be the operator's is answered each time: its own rate bounds that.
     fn ordered(&mut self, now: Instant, order: &Ordered) {
         let refused = self.obey(now, order);
         match &refused {

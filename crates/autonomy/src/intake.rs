@@ -1,7 +1,7 @@
 //! The session with the supervisor, and the way of a teammate's report through the trust boundary.
 //!
 //! A [`Session`] answers challenges, issues its own and admits records through `wire::trust::SessionGate`, the only way
-//! in. What an accepted record means is left to the core; whether teammates' claims agree, to `consistency`.
+//! in. The meaning of an accepted record is left to the core; the agreement of teammates' claims, to `consistency`.
 
 use minicbor::bytes::ByteSlice;
 use wire::bounds::Bounds;
@@ -19,11 +19,11 @@ use wire::trust::{Accepted, Decoded, Exchange, SessionGate, SessionRecord, Signe
 pub struct Session {
     id: SessionId,
     peer: PeerId,
-    /// What we ask the peer to put into its records.
+    /// Nonce that the peer is to put into its records.
     nonce: Nonce,
-    /// What the peer asks us to put into ours.
+    /// Nonce that the peer asks us to put into ours.
     theirs: Option<Nonce>,
-    /// Whether an accepted record has used our nonce.
+    /// True if an accepted record has used our nonce.
     heard: bool,
     ages: AgeBound,
     window: Window,
@@ -57,7 +57,7 @@ impl Session {
         self.id
     }
 
-    /// Who the handshake authenticated.
+    /// Peer that the handshake authenticated.
     pub fn peer(&self) -> PeerId {
         self.peer
     }
@@ -101,12 +101,12 @@ impl Session {
         }
     }
 
-    /// What a report has to repeat of it.
+    /// Echo that a report has to repeat of it.
     pub fn watched(&self) -> Option<Echo> {
         self.watched
     }
 
-    /// When the present challenge was issued.
+    /// Time at which the present challenge was issued.
     pub fn challenged_at(&self) -> Option<Instant> {
         self.ages.issued_at()
     }
@@ -121,7 +121,7 @@ impl Session {
         (!self.heard).then_some(self.nonce)
     }
 
-    /// Whether the peer's nonce is known, so that what we send can be accepted.
+    /// True if the peer's nonce is known, so that our records can be accepted.
     pub fn introduced(&self) -> bool {
         self.theirs.is_some()
     }
@@ -155,7 +155,7 @@ pub fn report_body(signed: &[u8]) -> HopBody<'_> {
     HopBody::Report(<&ByteSlice>::from(signed))
 }
 
-/// Judges the report in a gateway's envelope: its age is what it had at the gateway and what the envelope took since.
+/// Judges the report in a gateway's envelope: its age is the one at the gateway plus the envelope's own.
 /// It has to be of the session that the gateway says brought it, signed by its origin, and not seen before.
 pub fn teammate<'b>(
     policy: &Policy,

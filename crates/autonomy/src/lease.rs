@@ -2,7 +2,7 @@
 //!
 //! The gateway grants it over the session, for so long from the moment it wrote the grant. The unit knows that moment
 //! only through the grant's age bound, and takes the earliest it can have been: a delayed grant is worth less, never
-//! more. Nothing extends a lease but another grant, so a stop never has to cross a failed link.
+//! more. Only another grant extends a lease, so a stop never has to cross a failed link.
 
 use wire::mode::Because;
 use wire::time::{Age, Instant, Span};
@@ -24,12 +24,12 @@ impl Lease {
         self.granted = Some(received);
     }
 
-    /// How long ago the grant in force can have been written, were it for `longest`; none before the first.
+    /// Age that the grant in force can have, were it for `longest`; none before the first.
     pub fn age(&self, longest: Span, now: Instant) -> Option<Span> {
         self.until.map(|until| (now + longest).since(until))
     }
 
-    /// Why there is no lease at `now`, if there is none: silence since the last grant.
+    /// Reason that there is no lease at `now`, if there is none: silence since the last grant.
     pub fn lapsed(&self, now: Instant) -> Option<Because> {
         match self.until {
             Some(until) if now < until => None,

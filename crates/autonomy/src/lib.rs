@@ -8,15 +8,15 @@
 //!
 //! | question | module |
 //! |---|---|
-//! | which mode follows which, and on what proof | [`transition`] |
-//! | what authority is | [`authority`] |
-//! | when a guard fails | [`health`], and the module that answers for it: [`picture`], [`localisation`], [`geofence`], [`lease`], [`seals`], [`consistency`], [`designation`] |
-//! | what an order has to be | [`command`] |
-//! | what comes in over the session | [`intake`] |
-//! | where the unit drives | [`mission`], [`grid`], [`navigation`] |
-//! | what it says of itself | [`telemetry`] |
+//! | order of the modes, and the proof for each | [`transition`] |
+//! | authority | [`authority`] |
+//! | failure of a guard | [`health`], and the module that answers for it: [`picture`], [`localisation`], [`geofence`], [`lease`], [`seals`], [`consistency`], [`designation`] |
+//! | requirements of an order | [`command`] |
+//! | records of the session | [`intake`] |
+//! | the unit's way | [`mission`], [`grid`], [`navigation`] |
+//! | its own reports | [`telemetry`] |
 //!
-//! The core itself is in three parts: its making (here), what an input means (`inputs`), what happens periodically
+//! The core itself is in three parts: its making (here), the meaning of an input (`inputs`), periodic work
 //! (`cycle`).
 
 pub mod command;
@@ -59,7 +59,7 @@ use wire::mode::Mode;
 use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
-use wire::trust::{BusGate, Roll, Windows};
+use wire::trust::{BusGate, RevocationList, Windows};
 
 pub use config::{AutonomyConfig, ConfigError, Disc};
 pub use transition::{authority, state};
@@ -97,7 +97,7 @@ pub struct Autonomy {
     localisation: Localisation,
     fence: Arc<Geofence>,
     map: Arc<[Keepout]>,
-    /// The platform's bounds under what an operator has set.
+    /// The platform's bounds under an operator's settings.
     bounds: Bounds,
     lease: Lease,
     teammates: Teammates,
@@ -106,16 +106,16 @@ pub struct Autonomy {
     session: Option<Session>,
     windows: Windows,
     commands: CommandGate,
-    roll: Roll,
+    revoked: RevocationList,
     mission: Mission,
     drive: Sender,
     act: Sender,
     reports: Sequence,
-    /// Whether the last reading held a fix and odometry.
+    /// Presence of a fix and of odometry in the last reading.
     present: Option<(bool, bool)>,
-    /// When a fix was last written down, and whether fixes were distrusted then.
+    /// Time at which a fix was last logged, and if fixes were distrusted then.
     located: Option<(Instant, bool)>,
-    /// What was written last of what the unit goes by.
+    /// Last logged basis of the unit's judgement.
     judged: Option<Event>,
     journal: Journal,
     accounts: Accounts,
@@ -169,7 +169,7 @@ impl Autonomy {
             session: None,
             windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
-            roll: Roll::new(&config.mandates, now),
+            revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
@@ -195,7 +195,7 @@ impl Autonomy {
         self.machine.mode()
     }
 
-    /// How long ago its supervision lease was granted at the earliest; none before the first grant.
+    /// Time since its supervision lease was granted at the earliest; none before the first grant.
     pub fn lease_age(&self, now: Instant) -> Option<Span> {
         self.lease.age(Span::ms(self.identity.bounds.lease_ms), now)
     }
@@ -221,7 +221,7 @@ impl Autonomy {
             session: self.session.clone(),
             windows: self.windows.clone(),
             commands: self.commands.clone(),
-            roll: self.roll.clone(),
+            revoked: self.revoked.clone(),
             mission: self.mission.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),
@@ -282,7 +282,7 @@ impl Core for Autonomy {
     }
 }
 
-/// What may be driven under `bounds`.
+/// Area that may be driven under `bounds`.
 fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds) -> Grid {
     Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + PLAN_CLEARANCE_MM)
 }

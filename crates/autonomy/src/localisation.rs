@@ -1,7 +1,7 @@
 //! Localisation, held against odometry.
 //!
-//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely and is what the unit
-//! drives and reports by. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
+//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely; the unit
+//! drives and reports by it. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
 //! runs away from it. Three tests, each a guard of its own:
 //!
 //! - the *gate*: the newest fix lies within reach of the anchor (with silence, [`Guard::Localisation`]);
@@ -9,10 +9,10 @@
 //! - the *receiver's time* runs with this host's clock ([`Guard::TimeBase`], `receiver`).
 //!
 //! While one of them fails, no fix is used: pose and anchor go by odometry alone, and only fixes that agree again end
-//! that. So a false position cannot make itself true by staying where it is, and what is flagged is not driven by. A test
-//! that the policy waives still says what it finds, and keeps no fix out.
+//! that. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
+//! that the policy waives still reports its findings, and keeps no fix out.
 //!
-//! World frame, millimetres and radians. What a loss leads to is left to `transition`.
+//! World frame, millimetres and radians. The consequence of a loss is left to `transition`.
 
 mod drift;
 mod receiver;
@@ -40,8 +40,8 @@ const RETURN: f64 = 0.7;
 const ANCHOR_S: f64 = 4.0;
 /// Share of a fix's difference that the pose takes over at once.
 const POSE_GAIN: f64 = 0.3;
-/// How far behind the body's origin the rear axle lies, millimetres. Wheels that do not steer do not slide, so in a curve
-/// the origin moves sideways, to where it turns, by this times the rate of turn.
+/// Distance of the rear axle behind the body's origin, millimetres. Wheels that do not steer do not slide, so in a curve
+/// the origin moves sideways, towards the inside of the turn, by this times the rate of turn.
 const LEVER_MM: f64 = 600.0;
 /// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
 const MAX_UNOBSERVED_MM: f64 = 2500.0;
@@ -65,9 +65,9 @@ pub struct Localisation {
 struct Estimates {
     pose: Estimate,
     anchor: Estimate,
-    /// How far the unit may have gone without odometry, millimetres.
+    /// Longest distance that the unit may have gone without odometry, millimetres.
     unobserved: f64,
-    /// How long the anchor has followed fixes, seconds; until it has done so for its time constant, it is their mean.
+    /// Time for which the anchor has followed fixes, seconds; until it has done so for its time constant, it is their mean.
     followed: f64,
 }
 
@@ -99,7 +99,7 @@ impl Localisation {
         }
     }
 
-    /// Age of the older of fix and odometry, what drift adds up to, and how far the receiver's time is off.
+    /// Age of the older of fix and odometry, sum of the drift, and offset of the receiver's time.
     pub fn measure(&self, measured: Measured, now: Instant) -> Measured {
         let oldest = self.fix.zip(self.odometry).map(|(fix, (odometry, _))| fix.min(odometry));
         measured
@@ -108,17 +108,17 @@ impl Localisation {
             .with(Guard::TimeBase, self.receiver.off())
     }
 
-    /// What the drift test says of the fixes.
+    /// Finding of the drift test on the fixes.
     pub fn drifts(&self) -> Option<Because> {
         self.drift.found().then_some(Because::Itself)
     }
 
-    /// What the receiver's time says of the fixes.
+    /// Finding of the receiver's time on the fixes.
     pub fn mistimed(&self) -> Option<Because> {
         self.receiver.disagrees().then_some(Because::Itself)
     }
 
-    /// Whether fixes are kept out: a test fails that the policy does not waive.
+    /// True if fixes are kept out: a test fails that the policy does not waive.
     pub fn distrusted(&self) -> bool {
         let stands = |guard: Guard| !self.passed_over.has(guard);
         self.disagrees
@@ -126,7 +126,7 @@ impl Localisation {
             || self.receiver.disagrees() && stands(Guard::TimeBase)
     }
 
-    /// Why localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
+    /// Reason that localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
     pub fn lost(&self, now: Instant, limit: Span) -> Option<Because> {
         let sources = [self.fix, self.odometry.map(|(at, _)| at)];
         let oldest = sources.into_iter().map(Option::unwrap_or_default).min().unwrap_or_default();
@@ -139,7 +139,7 @@ impl Localisation {
         }
     }
 
-    /// Where the unit is and how it moves, as far as is known; absent before the first fix.
+    /// Place and motion of the unit, as far as known; absent before the first fix.
     pub fn motion(&self) -> Option<Motion> {
         let Estimates { pose, .. } = self.track?;
         Some(Motion { at: pose.at, yaw: pose.yaw, speed: self.speed() })
@@ -194,7 +194,7 @@ impl Localisation {
     }
 }
 
-/// Whether a fix lies further from the anchor than wheels and terrain can explain.
+/// True if a fix lies further from the anchor than wheels and terrain can explain.
 fn beyond_gate(seen: &Estimate, anchor: &Estimate, sigma_mm: u16, unobserved: f64, before: bool) -> bool {
     let gate = GATE_MM + SIGMAS * f64::from(sigma_mm).min(MAX_SIGMA_MM) + unobserved;
     let share = if before { RETURN } else { 1.0 };

@@ -26,7 +26,7 @@ pub struct Mission {
 
 #[derive(Clone, Debug)]
 struct Leg {
-    /// Where it was planned from, then every point to its end. Empty when there is no way.
+    /// Start of the plan, then every point to its end. Empty when there is no way.
     way: Vec<Point>,
     planned: Instant,
 }
@@ -36,7 +36,7 @@ struct Leg {
 pub struct Way<'a> {
     /// At least two points: where it was planned from, then every point to the way point.
     pub points: &'a [Point],
-    /// What comes after the way point; absent where the mission ends there.
+    /// The way point after it; absent if the mission ends there.
     pub beyond: Option<Point>,
 }
 

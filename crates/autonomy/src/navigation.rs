@@ -1,8 +1,8 @@
 //! Following a way: regulated pure pursuit, and how fast.
 //!
 //! The curvature is that of the arc through a point of the way one lookahead ahead; the lookahead grows with speed. The
-//! speed is the lowest of what the mode allows, what the curve allows, what the end of the way allows, what is seen
-//! ahead allows, and what the fence allows. World frame, millimetres; curvature in 1/mm, positive to the left.
+//! speed is the lowest of the limits of the mode, the curve, the end of the way, the obstacles seen
+//! ahead, and the fence. World frame, millimetres; curvature in 1/mm, positive to the left.
 
 use wire::bounds::Bounds;
 
@@ -18,11 +18,11 @@ const LOOKAHEAD_MM: (f64, f64) = (1500.0, 4000.0);
 const MAX_CURVATURE: f64 = 0.000_4;
 /// Sideways acceleration in curves, mm/s².
 const SIDEWAYS: f64 = 1200.0;
-/// Deceleration that driving plans with, mm/s²; well below what the brakes are sure to reach.
+/// Deceleration that driving plans with, mm/s²; well below the one that the brakes are sure to reach.
 const COMFORT: f64 = 1000.0;
 /// Speed while the way lies behind, mm/s.
 const TURNING: f64 = 800.0;
-/// Half of the width that is kept free ahead, and the distance kept to what is in it, millimetres.
+/// Half of the width that is kept free ahead, and the distance kept to obstacles in it, millimetres.
 const CORRIDOR_MM: f64 = 1200.0;
 const STANDOFF_MM: f64 = 3000.0;
 /// Clearance kept beyond the fence guard's own margin, so that driving by itself does not trip it, millimetres.
@@ -30,7 +30,7 @@ const FENCE_SPARE_MM: f64 = 500.0;
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
 
-/// What the plant is asked for.
+/// Request to the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SetPoint {
     /// Forward, mm/s.
@@ -39,12 +39,12 @@ pub struct SetPoint {
     pub curvature: f64,
 }
 
-/// What the speed is limited by.
+/// Limits of the speed.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     /// The most that the mode allows, mm/s.
     pub mode_speed: f64,
-    /// What is seen around.
+    /// Obstacles seen around.
     pub seen: &'a [Keepout],
     /// The fence.
     pub fence: &'a Geofence,

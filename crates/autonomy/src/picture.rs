@@ -47,7 +47,7 @@ impl Picture {
         self.tracks().iter().find(|track| track.id == id)
     }
 
-    /// Ages of the newest tracks and of what each stage gave last.
+    /// Ages of the newest tracks and of each stage's last product.
     pub fn measure(&self, measured: Measured, now: Instant) -> Measured {
         let measured = measured.aged(Guard::Tracks, self.newest.as_ref().map(|tracks| now.since(tracks.stamp)));
         Modality::ALL.into_iter().fold(measured, |measured, modality| {

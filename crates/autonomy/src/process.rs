@@ -8,7 +8,7 @@ use wire::setup::Setup;
 
 use crate::{Autonomy, AutonomyConfig};
 
-/// What a launcher puts into [`ServiceSpec::config`] for an autonomy.
+/// Contents of [`ServiceSpec::config`] for an autonomy.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessConfig {

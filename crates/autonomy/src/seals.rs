@@ -1,4 +1,4 @@
-//! The sealed log: without a recorder that seals what this unit decided, there is no authority.
+//! The sealed log: without a recorder that seals this unit's decisions, there is no authority.
 //!
 //! A seal counts while it is recent and reaches as far as the unit's own log did one limit ago: a recorder that lives
 //! but leaves this unit's entries out is as good as none.
@@ -13,7 +13,7 @@ use wire::time::{Instant, Span};
 /// Marks kept; at one each control period they reach back further than any seal limit.
 const MARKS: usize = 64;
 
-/// How far the log has got, and how far it is sealed.
+/// Length of the log, and the extent to which it is sealed.
 #[derive(Clone, Debug)]
 pub struct Seals {
     node: NodeId,
@@ -51,8 +51,8 @@ impl Seals {
         }
     }
 
-    /// For how long the own log has been without a seal over all of it, at least since the newest came; none before the first.
-    /// What is without one for just the limit is so for too long.
+    /// Time for which the own log has been without a seal over all of it, at least since the newest came; none before the first.
+    /// An entry without one for just the limit is so for too long.
     pub fn age(&self, now: Instant) -> Option<Span> {
         let (at, sealed) = self.sealed?;
         let marks = self.behind.iter().chain(&self.marks);
@@ -61,7 +61,7 @@ impl Seals {
         Some(now.since(at).max(uncovered))
     }
 
-    /// Why the log does not count as sealed, if it does not: silence of the recorder.
+    /// Reason that the log does not count as sealed, if it does not: silence of the recorder.
     pub fn missing(&self, now: Instant) -> Option<Because> {
         let (at, sealed) = self.sealed.unwrap_or_default();
         let due = self.marks.iter().rev().find(|(then, _)| now.since(*then) >= self.limit);

@@ -1,4 +1,4 @@
-//! Whether an operator's settings are safe together, and what becomes of the bounds under them.
+//! Joint safety of an operator's settings, and the bounds under them.
 //!
 //! Each value is in its range by the schema (`wire::settings`). Here: that a unit which loses its place at full speed at
 //! the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
@@ -10,9 +10,9 @@ use wire::settings::Settings;
 
 use crate::geofence::REACTION_S;
 
-/// What is left for the error of the last fix, mm.
+/// Allowance left for the error of the last fix, mm.
 const ERROR_MM: u32 = 400;
-/// How far the confidence to arm lies above the one to keep, permille.
+/// Distance of the confidence to arm above the one to keep, permille.
 const APART_PERMILLE: u32 = 100;
 
 /// The settings go together, or the value that is too small for the others.
@@ -22,7 +22,7 @@ pub fn jointly_safe(settings: &Settings, bounds: &Bounds) -> Result<(), Refusal>
     at_least("confidence to arm in permille", u32::from(settings.keep_permille) + APART_PERMILLE, settings.arm_permille)
 }
 
-/// The bounds of the platform under these settings; none is loosened beyond what [`jointly_safe`] lets through.
+/// The bounds of the platform under these settings; none is loosened beyond the limits of [`jointly_safe`].
 pub fn under(settings: &Settings, platform: &Bounds) -> Bounds {
     let speed = u32::from(settings.speed_mm_s);
     Bounds {
@@ -35,7 +35,7 @@ pub fn under(settings: &Settings, platform: &Bounds) -> Bounds {
     }
 }
 
-/// What is driven blind before the brakes take hold, beyond what the guard has already taken off, and the fix's error.
+/// Way driven blind before the brakes take hold, beyond the guard's own allowance, and the fix's error.
 fn least_margin_mm(speed_mm_s: u16, bounds: &Bounds) -> u32 {
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).max(bounds.set_point_lease_ms);
     let beyond_ms = (blind_ms as f64 - REACTION_S * 1000.0).max(0.0);

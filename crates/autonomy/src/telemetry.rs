@@ -1,7 +1,7 @@
-//! Telemetry: what the unit reports of itself, ten times a second, signed at its origin.
+//! Telemetry: the unit's report of itself, ten times a second, signed at its origin.
 //!
 //! A report is made from the same values that the guards were judged by. Wrapping it for the session is left to
-//! `intake`; whether anyone believes it, to the gateway.
+//! `intake`; belief in it, to the gateway.
 
 use wire::codec;
 use wire::id::{CommandId, Nonce, Sequence};
@@ -35,22 +35,22 @@ pub struct Standing {
     pub last_command: Option<(CommandId, Option<Reason>)>,
     /// Checks that were waived on the way of the lease.
     pub lease_waived: Waived,
-    /// How often our session at the broker was lost.
+    /// Number of times that our session at the broker was lost.
     pub sessions_lost: u32,
-    /// What an operator has set.
+    /// Values that an operator has set.
     pub settings: Option<Settings>,
 }
 
-/// What a report is made from.
+/// Contents of a report.
 #[derive(Clone, Copy, Debug)]
 pub struct Sources<'a> {
-    /// Who reports.
+    /// Reporting unit.
     pub identity: &'a Identity,
     /// The machine.
     pub machine: &'a Machine,
     /// Guards that fail now.
     pub failing: Guards,
-    /// What they are judged by.
+    /// Measurements by which they are judged.
     pub measured: Measured,
     /// Cause and last command.
     pub standing: &'a Standing,

@@ -1,18 +1,18 @@
 //! The transitions: the only place where a next state is built.
 //!
 //! [`Machine::step`] takes the machine, one [`Stimulus`] and the [`Context`] it is judged in, and gives the next machine
-//! with its [`Effect`]s. Its arms decide nothing by themselves: each calls one typed, consuming transition, whose
-//! arguments are the proofs that it needs.
+//! with its [`Effect`]s. Its arms make no decision themselves: each calls one typed, consuming transition, with
+//! the proofs that it needs as arguments.
 //!
 //! The diagram and the whole table are drawn from this code by [`table`] and committed as `docs/state-machine.md`.
 //!
-//! What holds by construction:
+//! Guarantees by construction:
 //! - `Ready` cannot be entered without [`Healthy`], which only `health` gives, and only when no required guard fails.
 //! - `PrepareToAct` cannot be entered without an accepted [`Arm`] order, [`Healthy`] and the ordered track [`Designated`].
 //! - Leaving `PrepareToAct` moves its authority out; there is no state that could hold it elsewhere.
 //! - `HoldSafe` cannot be left without an accepted [`Resume`] order and [`Healthy`].
 //!
-//! What the guards are is left to `health`, what makes an order acceptable to `command`, logging to the core.
+//! The guards are left to `health`, the acceptance of an order to `command`, logging to the core.
 //!
 //! An illegal transition does not compile; Idle cannot be armed:
 //! ```compile_fail,E0599
@@ -44,7 +44,7 @@ use crate::health::{Health, Healthy, SubsystemLoss, TrustLoss, Verdict};
 use authority::{ActAuthority, Mint, Revoked, Spent};
 use state::{Degraded, HoldSafe, Idle, Machine, PrepareToAct, Ready, Started, Stopped};
 
-/// What the machine is told.
+/// Stimulus of the machine.
 #[derive(Clone, Copy, Debug)]
 pub enum Stimulus<'a> {
     /// The guards were judged anew (they are in the context).
@@ -54,7 +54,7 @@ pub enum Stimulus<'a> {
     Ordered(&'a Ordered),
 }
 
-/// What a step is judged in.
+/// Context in which a step is judged.
 #[derive(Debug)]
 pub struct Context<'a> {
     /// Now.
@@ -63,9 +63,9 @@ pub struct Context<'a> {
     pub health: &'a Health,
     /// The track in question (the one ordered, else the one held): fit for designation, or why not.
     pub designation: &'a Result<Designated, Because>,
-    /// Where authority comes from.
+    /// Source of authority.
     pub mint: &'a mut Mint,
-    /// How long losses and recoveries take.
+    /// Durations of losses and recoveries.
     pub timing: Timing,
 }
 
@@ -80,7 +80,7 @@ impl Context<'_> {
     }
 }
 
-/// How long losses and recoveries take.
+/// Durations of losses and recoveries.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing {
     /// All guards have to hold for so long before Degraded may end.
@@ -89,7 +89,7 @@ pub struct Timing {
     pub unrecovered: Span,
 }
 
-/// What a step brought about, beside the next machine.
+/// Effects of a step, beside the next machine.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Effect {
     /// The mode changed.
@@ -98,7 +98,7 @@ pub enum Effect {
         from: Mode,
         /// Mode after.
         to: Mode,
-        /// Why.
+        /// Cause.
         cause: Cause,
         /// The first link of the chain behind the cause.
         because: Because,
@@ -131,18 +131,18 @@ pub enum Effect {
 /// At most: an authority's beginning or end, a transition, a refusal.
 pub type Effects = ArrayVec<Effect, 3>;
 
-/// Why a state was left; absent where it was kept.
+/// Reason that a state was left; absent if it was kept.
 type Why = Option<(Cause, Because)>;
 
 /// The next machine, and why it is another one.
 type Next = (Machine, Why);
 
-/// Why the unit has to stop: the proof that [`HoldSafe`] needs.
+/// Reason that the unit has to stop: the proof that [`HoldSafe`] needs.
 #[derive(Debug)]
 pub enum Stop<'a> {
     /// Trust is lost.
     Trust(TrustLoss),
-    /// Driving has lacked what it depends on for too long.
+    /// Driving has lacked its basis for too long.
     Blind(SubsystemLoss),
     /// An operator says so.
     Order(Given<'a, Hold>),
@@ -240,7 +240,7 @@ impl Degraded {
         Degraded { blind: loss.blinding().map(|_| now), whole: None }
     }
 
-    /// Something still fails. Gives how long driving has lacked what it depends on.
+    /// A guard still fails. Gives the time for which driving has lacked its basis.
     fn endure(self, loss: &SubsystemLoss, now: Instant) -> (Degraded, Option<Span>) {
         let blind = loss.blinding().map(|_| self.blind.unwrap_or(now));
         (Degraded { blind, whole: None }, blind.map(|since| now.since(since)))
@@ -395,7 +395,7 @@ impl Machine {
         }
     }
 
-    /// Values are set before the mission begins and never under way: what guards judge by does not change beneath them.
+    /// Values are set before the mission begins and never under way: the limits of the guards do not change beneath them.
     fn configure(self, order: &Given<'_, Configure>, effects: &mut Effects) -> Next {
         match self {
             Machine::Idle(idle) => {

@@ -1,17 +1,17 @@
-//! Who may publish and who may subscribe, as one table.
+//! Rights to publish and to subscribe, as one table.
 //!
-//! An *identity* is the authenticated peer, never what a client says of itself. A *pattern* is a topic filter of the
+//! An *identity* is the authenticated peer, never a client's word about itself. A *pattern* is a topic filter of the
 //! command plane: `hs/cmd/<unit>`, `hs/ack/<unit>`, or either with `+` for every unit. The table grants at most one
-//! pattern for each identity and verb, and nothing is granted that it does not list:
+//! pattern for each identity and verb, and no right that it does not list:
 //!
 //! | identity | publish | subscribe |
 //! |---|---|---|
 //! | `gateway` | `hs/cmd/+` | `hs/ack/+` |
 //! | `unit-x` | `hs/ack/unit-x` | `hs/cmd/unit-x` |
-//! | any other | nothing | nothing |
+//! | any other | none | none |
 //!
 //! Both brokers ask here: the model in [`crate::Broker`] with subjects, the live one in [`crate::server`] with text.
-//! What a command means, and whether its signature is good, belongs to the gateway and to autonomy.
+//! The meaning of a command, and the validity of its signature, belong to the gateway and to autonomy.
 
 use core::fmt;
 
@@ -23,7 +23,7 @@ use wire::policy::Requirement;
 /// The longest topic name or filter, in bytes, that is looked at.
 pub const MAX_TOPIC_LEN: usize = 64;
 
-/// What an identity wants to do with a topic.
+/// Use of a topic that an identity asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verb {
     /// Send to a subject.
@@ -85,7 +85,7 @@ impl Pattern {
         }
     }
 
-    /// Whether every topic that `asked` matches is matched by this pattern too.
+    /// True if every topic that `asked` matches is matched by this pattern too.
     pub fn covers(self, asked: Pattern) -> bool {
         match (self, asked) {
             (Pattern::One(granted), Pattern::One(asked)) => granted == asked,
@@ -109,19 +109,19 @@ impl fmt::Display for Pattern {
     }
 }
 
-/// Why the broker did not do what an identity asked.
+/// Reason that the broker did not do as an identity asked.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Refusal {
-    /// The table grants this identity something else, or nothing.
+    /// The table grants this identity another pattern, or none.
     #[error("{peer} may {verb} {}, got {got}", granted(.expected))]
     NotGranted {
-        /// Who asked.
+        /// Identity that asked.
         peer: PeerId,
-        /// What it wanted to do.
+        /// Use that it asked for.
         verb: Verb,
-        /// What the table grants for that verb.
+        /// Grant of the table for that verb.
         expected: Option<Pattern>,
-        /// What it asked for.
+        /// Pattern that it asked for.
         got: Pattern,
     },
     /// A name outside the command plane, or of something that is not a vehicle.
@@ -170,7 +170,7 @@ impl Refusal {
     }
 }
 
-/// The table: what `peer` may do with `verb`, or `None` for nothing.
+/// The table: the grant of `peer` for `verb`, or `None` without one.
 pub fn grant(peer: PeerId, verb: Verb) -> Option<Pattern> {
     if peer == PeerId::GATEWAY {
         return Some(Pattern::Every(match verb {
@@ -194,8 +194,8 @@ pub fn permit(peer: PeerId, verb: Verb, got: Pattern) -> Result<(), Refusal> {
     }
 }
 
-/// What the table says, where it stands. Where the policy waives it (`Check::Rights`), what it does not grant passes; what is no
-/// topic of the command plane never does.
+/// Answer of the table, if it stands. If the policy waives it (`Check::Rights`), an ungranted topic passes; a topic outside
+/// the command plane never does.
 pub fn under(rights: Requirement, asked: Result<(), Refusal>) -> Result<(), Refusal> {
     match asked {
         Err(Refusal::NotGranted { .. }) if rights == Requirement::Waived => Ok(()),

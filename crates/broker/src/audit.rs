@@ -1,6 +1,6 @@
-//! What happened at the live broker, in the words of the audit log.
+//! Events of the live broker, in the words of the audit log.
 //!
-//! A refusal keeps its own name in the detail, before what was expected and what came. Chaining and signing are
+//! A refusal keeps its own name in the detail, before the expected and the received value. Chaining and signing are
 //! `wire::audit`; carrying entries to the recorder is `link::instrument`.
 
 use wire::codec::Text;
@@ -25,7 +25,7 @@ pub fn audited(event: &Event) -> Audited {
     }
 }
 
-/// Who was refused, when a handshake has said who it is.
+/// Refused peer, when a handshake has identified it.
 fn peer_of(denial: &Denial) -> Option<PeerId> {
     match denial {
         Denial::Connections { .. } | Denial::Handshake(_) | Denial::HandshakeTimeout | Denial::Principal { .. } => None,

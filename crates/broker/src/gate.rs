@@ -1,6 +1,6 @@
-//! What one connection may do, for a peer that the handshake has authenticated.
+//! Rights of one connection, for a peer that the handshake has authenticated.
 //!
-//! There is one gate for each connection and it holds the peer, so no decision rests on what the client says of itself:
+//! There is one gate for each connection and it holds the peer, so no decision rests on a client's word about itself:
 //! a client id or a user name is only compared, never believed. Rights are those of [`crate::acl`]; the handshake is
 //! `tls`, and counting connections is [`crate::server`].
 
@@ -27,29 +27,29 @@ pub const PROTOCOL_LEVEL: u8 = 5;
 /// The most refusals of one connection that are told one by one; those beyond are counted as lost events.
 pub const MAX_DENIALS_TOLD: u32 = 256;
 
-/// What happened at the live broker, for its log and for tests.
+/// Event of the live broker, for its log and for tests.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// `peer` holds a session.
     Admitted {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         peer: PeerId,
     },
     /// `peer` was admitted while a session of the same identity stood: that one is over.
     TakenOver {
-        /// Who the handshake authenticated, both times.
+        /// Peer that the handshake authenticated, both times.
         peer: PeerId,
     },
     /// A session of `peer` has ended.
     Closed {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         peer: PeerId,
     },
     /// Something was refused.
     Denied(Denial),
 }
 
-/// Why the live broker refused a connection or a packet.
+/// Reason that the live broker refused a connection or a packet.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Denial {
     /// As many connections as are allowed stand already.
@@ -61,7 +61,7 @@ pub enum Denial {
     /// One identity may hold a session and a second connection that takes it over, no more.
     #[error("expected at most {expected} connections of {peer}, got one more")]
     ConnectionsOfPeer {
-        /// Whose certificate it was.
+        /// Peer of the certificate.
         peer: PeerId,
         /// The bound.
         expected: usize,
@@ -72,9 +72,9 @@ pub enum Denial {
     /// The certificate of a standing session has been revoked or has ended.
     #[error("expected {} of {peer} all along, got: {}", refused.fault.expected(), refused.got)]
     Dismissed {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         peer: PeerId,
-        /// Why it is refused now.
+        /// Reason of the present refusal.
         refused: Refused,
     },
     /// The TLS handshake did not finish in time.
@@ -83,13 +83,13 @@ pub enum Denial {
     /// The certificate does not name one identity of the closed set.
     #[error("expected a certificate with one urn:holdsafe name, got {got}")]
     Principal {
-        /// What it names instead.
+        /// Name that it gives instead.
         got: String,
     },
     /// A protocol level other than MQTT 5.
     #[error("expected MQTT protocol level {PROTOCOL_LEVEL} of {peer}, got {got}")]
     ProtocolLevel {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         peer: PeerId,
         /// The level in CONNECT.
         got: u8,
@@ -97,7 +97,7 @@ pub enum Denial {
     /// The client calls itself something other than its certificate does.
     #[error("expected client id {expected}, got `{got}`")]
     ClientId {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         expected: PeerId,
         /// The client id in CONNECT.
         got: String,
@@ -105,7 +105,7 @@ pub enum Denial {
     /// A will would speak for a peer after its session has ended.
     #[error("expected no will of {peer}, got one for `{got}`")]
     Will {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         peer: PeerId,
         /// The topic of the will.
         got: String,
@@ -113,9 +113,9 @@ pub enum Denial {
     /// The table of rights does not grant it to `peer`.
     #[error("{refusal} (session of {peer})")]
     Access {
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         peer: PeerId,
-        /// What the table says.
+        /// Refusal of the table.
         refusal: Refusal,
     },
 }
@@ -153,7 +153,7 @@ impl Denial {
     }
 }
 
-/// Where events go: a bounded queue that never makes the broker wait. What does not fit is counted.
+/// Destination of events: a bounded queue that never makes the broker wait. Events beyond its room are counted.
 #[derive(Clone)]
 pub(crate) struct Events {
     queue: mpsc::Sender<Event>,
@@ -185,7 +185,7 @@ impl Events {
     }
 }
 
-/// How many connections of each identity have been admitted and stand.
+/// Number of connections of each identity that have been admitted and stand.
 pub(crate) type Standing = Arc<ByPeer<AtomicU32>>;
 
 /// The gate of one connection.
@@ -213,7 +213,7 @@ impl Gate {
         self.events.note(Event::Admitted { peer: self.peer });
     }
 
-    /// Who came in by this gate, if it was opened.
+    /// Peer that came in by this gate, if it was opened.
     pub(crate) fn admitted(&self) -> Option<PeerId> {
         self.admitted.load(Ordering::Relaxed).then_some(self.peer)
     }

@@ -1,16 +1,16 @@
 //! The embedded MQTT broker of the command plane: its own process, its own certificate, one row of rights per identity.
 //!
 //! The broker carries commands from the gateway to the units and their acknowledgements back. It can neither mint nor
-//! alter nor re-time one: commands and acknowledgements are signed end to end. What a command means is the business of
+//! alter nor re-time one: commands and acknowledgements are signed end to end. The meaning of a command is left to
 //! `gateway` and `autonomy`.
 //!
 //! - [`acl`] is the table of rights and the one place that reads it.
 //! - [`Broker`], in this file, is the model of the live broker: who receives a publication, without payloads, queues
 //!   or time. The twin routes with it.
-//! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (what one connection may
-//!   do). TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
-//! - [`watched`] runs it between two real clients for one who wants to see what an observer sees.
-//! - [`audit`] says what happened there in the words of the audit log; [`process`] starts it from a service spec.
+//! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (rights of one connection).
+//!   TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
+//! - [`watched`] runs it between two real clients, for an observer's view of the traffic.
+//! - [`audit`] gives its events in the words of the audit log; [`process`] starts it from a service spec.
 //!
 //! The model and the live broker share [`acl`]; that they also agree on who receives is held by `tests/command_path`.
 
@@ -34,8 +34,8 @@ pub type Receivers = ArrayVec<PeerId, NODES>;
 
 /// The deterministic model of the live broker.
 ///
-/// Subscriptions live as long as the identity's session; nothing is retained and nothing is queued for who is away,
-/// as in the live broker. A publisher that is subscribed to what it publishes receives it.
+/// Subscriptions live as long as the identity's session; messages are neither retained nor queued for an absent
+/// client, as in the live broker. A publisher that is subscribed to its own topic receives its messages.
 #[derive(Clone, Debug, Default)]
 pub struct Broker {
     /// Sorted and without duplicates, hence bounded: the closed set has few identities and few patterns for each.
@@ -54,7 +54,7 @@ impl Broker {
         Self { rights, ..Self::default() }
     }
 
-    /// Subscribes `peer` to the topics of `filter`. To subscribe again changes nothing.
+    /// Subscribes `peer` to the topics of `filter`. A repeated subscription has no effect.
     ///
     /// # Errors
     /// The table does not grant it.
@@ -73,10 +73,10 @@ impl Broker {
         self.subscriptions.retain(|(holder, _)| *holder != peer);
     }
 
-    /// Who receives what `publisher` sends to `subject`. Does not allocate.
+    /// Receivers of `publisher`'s message to `subject`. Does not allocate.
     ///
     /// # Errors
-    /// The table does not grant it; then nobody receives.
+    /// The table does not grant it; then no client receives.
     pub fn publish(&self, publisher: PeerId, subject: Subject) -> Result<Receivers, Refusal> {
         let sent = Pattern::One(subject);
         acl::under(self.rights, acl::permit(publisher, Verb::Publish, sent))?;

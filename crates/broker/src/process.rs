@@ -1,7 +1,7 @@
 //! The process around the live broker: a service spec in, a `ready` line out, audit entries to the recorder.
 //!
 //! It ends when the launcher says `finish`, or at once when the launcher's end of the pipe is gone. Serving is
-//! [`crate::server`]; what an event is called in the audit log is [`crate::audit`].
+//! [`crate::server`]; the names of events in the audit log are [`crate::audit`].
 
 use std::collections::VecDeque;
 use std::io;
@@ -29,7 +29,7 @@ use crate::audit::audited;
 use crate::gate::Event;
 use crate::server::{Limits, Server, StartError};
 
-/// How long the runtime may take to end what is left.
+/// Longest time that the runtime may take to end remaining tasks.
 const RUNTIME_LIMIT: Duration = Duration::from_millis(200);
 
 /// The broker's own part of its service spec.
@@ -39,12 +39,12 @@ pub struct Config {
     /// The key that signs the broker's audit chain; without one the chain is not signed.
     #[serde(default)]
     pub secret: Option<Secret>,
-    /// Whether the table of rights stands.
+    /// State of the table of rights.
     #[serde(default)]
     pub rights: Requirement,
 }
 
-/// Why the process did not serve.
+/// Reason that the process did not serve.
 #[derive(Debug, Error)]
 pub enum ProcessError {
     /// The specification.

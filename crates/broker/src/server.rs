@@ -2,10 +2,10 @@
 //!
 //! It listens on a loopback port that the system chooses. Each connection is counted, handshaken under a time limit,
 //! tied to the identity in its certificate, and given its own [`crate::gate`]. All state is in memory and dies with
-//! the session; nothing is retained, there are no `$SYS` topics, and every queue has a bound.
+//! the session; no message is retained, there are no `$SYS` topics, and every queue has a bound.
 //!
 //! Not used on purpose: the server of `mqtt5` itself, which trusts the client id, accepts TLS 1.2 and handshakes
-//! inside its accept loop. What a publication means is left to the services; the log and the end of the process to
+//! inside its accept loop. The meaning of a publication is left to the services; the log and the end of the process to
 //! [`crate::process`].
 
 use std::io;
@@ -68,9 +68,9 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(10);
 pub struct Limits {
     /// The most connections at once, half-open ones included.
     pub connections: usize,
-    /// How long a TLS handshake may take.
+    /// Longest time that a TLS handshake may take.
     pub handshake: Duration,
-    /// Whether the table of rights stands: the policy's `Check::Rights`.
+    /// State of the table of rights: the policy's `Check::Rights`.
     pub rights: Requirement,
 }
 
@@ -80,7 +80,7 @@ impl Default for Limits {
     }
 }
 
-/// Why the live broker did not start.
+/// Reason that the live broker did not start.
 #[derive(Debug, Error)]
 pub enum StartError {
     /// No loopback port.
@@ -105,7 +105,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens at `at` (port 0 lets the system choose) and serves from then on; what arrives on its streams is told to
+    /// Listens at `at` (port 0 lets the system choose) and serves from then on; arrivals on its streams are reported to
     /// `log`.
     ///
     /// # Errors
@@ -132,7 +132,7 @@ impl Server {
         Ok(Self { address, events, lost, stop, task, revocations })
     }
 
-    /// Where it listens.
+    /// Address at which it listens.
     pub fn address(&self) -> LoopbackAddr {
         self.address
     }
@@ -147,7 +147,7 @@ impl Server {
         self.events.recv().await
     }
 
-    /// How many events were not told: nobody read them, or one connection made too many.
+    /// Number of events not reported: there was no reader, or one connection made too many.
     pub fn lost_events(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
@@ -176,7 +176,7 @@ struct Trust {
     revocations: Revocations,
 }
 
-/// What all connections share.
+/// State shared by all connections.
 struct Front {
     trust: Trust,
     limits: Limits,
@@ -284,7 +284,7 @@ fn report(ended: Result<(), tokio::task::JoinError>) {
     }
 }
 
-/// Counts a connection and serves it in a task of its own, so that a silent peer holds up nobody.
+/// Counts a connection and serves it in a task of its own, so that a silent peer delays no other.
 fn admit(connections: &mut JoinSet<()>, front: &Arc<Front>, stream: TcpStream, from: SocketAddr) {
     let Ok(permit) = Arc::clone(&front.connections).try_acquire_owned() else {
         front.events.note(Event::Denied(Denial::Connections { expected: front.limits.connections }));
@@ -303,7 +303,7 @@ fn admit(connections: &mut JoinSet<()>, front: &Arc<Front>, stream: TcpStream, f
     });
 }
 
-/// Serves one connection to its end and says whose session it held, if it came to one.
+/// Serves one connection to its end and gives the peer of its session, if it came to one.
 async fn serve(
     front: &Front,
     stream: TcpStream,
@@ -384,7 +384,7 @@ impl Trust {
     }
 }
 
-/// Why a handshake failed; what is not the TLS stack's word is a broken handshake.
+/// Reason that a handshake failed; an error without the TLS stack's own word is a broken handshake.
 fn refused(error: &io::Error) -> Refused {
     let said = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
     Refused { fault: said.map_or(Fault::Handshake, Fault::of_tls), got: error.to_string() }

@@ -1,7 +1,7 @@
-//! The TLS front: what a client must prove before a byte of MQTT is read, and who it then is.
+//! The TLS front: the proof that a client gives before a byte of MQTT is read, and the identity it then has.
 //!
-//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::vet` holds it. What the
-//! identity may do is [`crate::acl`].
+//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::vet` holds it. The rights of the
+//! identity are [`crate::acl`].
 
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
-//! The live broker between two real clients, with somebody on both their paths who looks at every byte and does nothing else.
+//! The live broker between two real clients, with a passive observer on both their paths who reads every byte.
 //!
 //! Broker and clients are those of a live run, over loopback at ports that the system chooses: the MQTT library takes
-//! nothing but a socket. Nothing waits for time to pass: each publication has come out at its end before the next is made. What
-//! the watcher may read is left to the one who asks (`stacks`).
+//! only a socket. No step waits for time to pass: each publication has come out at its end before the next is made. The reading
+//! that the observer may make is left to the caller (`stacks`).
 
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -65,22 +65,22 @@ pub struct Papers {
 /// One direction of a connection, as the watcher saw it.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// The client whose connection it is.
+    /// Client of the connection.
     pub client: PeerId,
     /// Which end of the connection said it.
     pub from: Side,
     /// Every byte, in order.
     pub bytes: Vec<u8>,
-    /// Whether the mouth of the other end was given these bytes, all of them and no others.
+    /// True if the ingress of the other end was given these bytes, all of them and no others.
     pub arrived: bool,
 }
 
-/// What came of an exchange.
+/// Result of an exchange.
 #[derive(Debug)]
 pub struct Watched {
-    /// What the watcher saw, each direction of each connection.
+    /// Bytes that the observer saw, each direction of each connection.
     pub seen: Vec<Seen>,
-    /// What came out at the far ends, in the order in which it was published.
+    /// Messages that came out at the far ends, in the order in which they were published.
     pub delivered: Vec<Vec<u8>>,
     /// The secrets of both sessions.
     pub secrets: Vec<Vec<u8>>,
@@ -135,7 +135,7 @@ struct Client {
     seen: Bytes,
 }
 
-/// What passed from the dialling and from the listening end.
+/// Bytes from the dialling and from the listening end.
 type Bytes = Arc<Mutex<[Vec<u8>; 2]>>;
 
 impl Client {
@@ -196,7 +196,7 @@ async fn settled(clients: [&Client; 2], sights: &Receiver<StreamSight>) -> Vec<S
     all
 }
 
-/// Whether these bytes are what a mouth was given of the direction that begins as they do.
+/// True if these bytes are those that an ingress was given of the direction that begins as they do.
 fn arrived(bytes: &[u8], told: &[StreamSight]) -> bool {
     let mut next = 0;
     for sight in told {

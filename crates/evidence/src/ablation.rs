@@ -1,4 +1,4 @@
-//! What every check is worth: the switches that a policy has, and whether an attack gets further with one of them off.
+//! Value of every check: the switches that a policy has, and the progress of an attack with one of them off.
 //!
 //! A *switch* is one entry of a policy: a check of the boundary, a guard, a rule of the display, the record guard. An
 //! attack *gets through* when its trial ends in a class that is worse than every class that was expected of it, by
@@ -55,7 +55,7 @@ impl Switch {
         }
     }
 
-    /// Whether `policy` waives it.
+    /// True if `policy` waives it.
     pub fn is_waived(self, policy: &Policy) -> bool {
         let requirement = match self {
             Switch::Boundary(check) => policy.check(check),
@@ -94,9 +94,9 @@ impl TryFrom<String> for Switch {
     }
 }
 
-/// How far an attack got, from nothing to harm; none for a trial whose evidence does not hold.
+/// Progress of an attack, from none to harm; none for a trial whose evidence does not hold.
 ///
-/// What was refused did less than what cost authority, and that less than what cost the mission; what nobody noticed is
+/// A refused attack did less than one that cost authority, and that less than one that cost the mission; an unnoticed one is
 /// worse than a stop, however costly; a response that came too late is worse than none that was owed; and harm is worst.
 pub fn severity(outcome: Outcome) -> Option<u8> {
     match outcome {
@@ -111,9 +111,9 @@ pub fn severity(outcome: Outcome) -> Option<u8> {
     }
 }
 
-/// Whether `outcome` is worse than all that was `expected`; none where the evidence does not hold.
+/// True if `outcome` is worse than all that was `expected`; none where the evidence does not hold.
 ///
-/// Where INVALID alone was expected, any valid outcome is worse: what was done to the evidence went unnoticed.
+/// Where INVALID alone was expected, any valid outcome is worse: the attack on the evidence went unnoticed.
 pub fn gets_through(outcome: Outcome, expected: &[Outcome]) -> Option<bool> {
     if expected.contains(&outcome) {
         return Some(false);
@@ -122,7 +122,7 @@ pub fn gets_through(outcome: Outcome, expected: &[Outcome]) -> Option<bool> {
     Some(expected.iter().filter_map(|e| severity(*e)).max().is_none_or(|worst| reached > worst))
 }
 
-/// What one attack gained by what was waived, over pairs of trials of the same seed.
+/// Gain of one attack by the waiver, over pairs of trials of the same seed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Gain {
     /// Pairs of which both trials are valid.
@@ -159,7 +159,7 @@ impl Gain {
         gain
     }
 
-    /// Whether the attack got any further.
+    /// True if the attack got any further.
     pub fn any(&self) -> bool {
         self.through > 0
     }

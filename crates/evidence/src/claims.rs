@@ -1,6 +1,6 @@
-//! What an admitted teammate said in bad faith, added up.
+//! Statements of an admitted teammate in bad faith, added up.
 
-/// What a teammate said in bad faith, and what came of it at the gateway.
+/// Statements of a teammate in bad faith, and their results at the gateway.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Claims {
     /// Reports that it sent.

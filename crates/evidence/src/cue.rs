@@ -1,4 +1,4 @@
-//! Cues: what the instrument plane tells of a run while it is on, and which steps of the attack then begin.
+//! Cues: events that the instrument plane tells of a run while it is on, and the steps of the attack that then begin.
 //!
 //! The twin shows every audit entry as it is written; live, the recorder's process tells the launcher those that
 //! [`is_cue`] picks. Both go through one [`Watch`], so a step begins by the same rule in both. Delivering the call, and
@@ -14,13 +14,13 @@ use wire::step::StepName;
 pub struct Cue {
     /// Which step is called.
     pub step: StepName,
-    /// By what.
+    /// Event that calls it.
     pub on: Watched,
     /// Changes of mode before this time do not count, microseconds.
     pub from: u64,
 }
 
-/// What is watched for.
+/// Watched event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Watched {
     /// The unit under test changes its mode.
@@ -54,7 +54,7 @@ impl Watch {
         Self { cues: cues.iter().map(|cue| (*cue, Some(0))).collect() }
     }
 
-    /// Whether anything is still waited for.
+    /// True if any event is still waited for.
     pub fn waits(&self) -> bool {
         self.cues.iter().any(|(_, seen)| seen.is_some())
     }

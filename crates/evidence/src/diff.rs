@@ -1,7 +1,7 @@
 //! Two runs side by side: whether they decided the same, and where each service first decided otherwise.
 //!
 //! Two runs in the twin are compared with their times. A live run never has the times of another, so that runs are compared by the
-//! order of each service's own decisions: what it refused, accepted, entered, minted, executed. How old an accepted record was
+//! order of each service's own decisions: refusals, acceptances, modes, authority minted, orders executed. The age of an accepted record
 //! belongs to the time and not to the order.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -15,7 +15,7 @@ use wire::id::NodeId;
 use crate::log::{decision, hashes, kind_of};
 use crate::{Micros, Witnessed};
 
-/// How two runs differ.
+/// Differences of two runs.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     /// Every event the same, at the same time.
@@ -30,14 +30,14 @@ pub struct Difference {
     pub counts: Vec<Count>,
 }
 
-/// Where a service first decided otherwise.
+/// Place at which a service first decided otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct First {
     /// Which.
     pub node: NodeId,
-    /// How many decisions before are the same.
+    /// Number of decisions before that are the same.
     pub after: usize,
-    /// In the first run; nothing where it had decided its last.
+    /// In the first run; none where it had decided its last.
     pub a: Option<Decided>,
     /// In the second.
     pub b: Option<Decided>,
@@ -46,13 +46,13 @@ pub struct First {
 /// A decision and when it fell, microseconds from the start of its run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decided {
-    /// When.
+    /// Time.
     pub at_us: Micros,
-    /// What.
+    /// Decision.
     pub event: Event,
 }
 
-/// How often there is a kind of decision.
+/// Number of decisions of a kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Count {
     /// By whom.
@@ -77,7 +77,7 @@ pub fn diff(a: &[Witnessed], b: &[Witnessed]) -> Difference {
     Difference { same_log, same_decisions, same_order: first.is_empty(), first, counts }
 }
 
-/// Each service's decisions in their order, without what is time's.
+/// Each service's decisions in their order, without parts that depend on time.
 fn by_node(log: &[Witnessed]) -> BTreeMap<NodeId, Vec<Decided>> {
     let start = log.iter().map(|w| w.at).min().unwrap_or_default();
     let mut by: BTreeMap<NodeId, Vec<Decided>> = BTreeMap::new();

@@ -2,9 +2,9 @@
 
 use wire::bounds::Bounds;
 
-use crate::custody::Flaw;
 use crate::mission::Script;
 use crate::plan::Plan;
+use crate::verification::Flaw;
 use crate::witnessed::{Micros, Witnessed};
 
 /// Everything the judge gets to see.
@@ -14,23 +14,23 @@ pub struct Evidence {
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.
     pub broken_log: Option<String>,
-    /// What does not hold of the recording against what is held outside the recorder (`crate::custody`). Such a log is no
+    /// Flaws of the recording against its trust anchors outside the recorder (`crate::verification`). Such a log is no
     /// evidence of safety or of its lack.
     pub custody: Vec<Flaw>,
-    /// What the cores of a live run did otherwise when they were fed their mouth logs again, each with its core and input.
-    /// Empty in the twin, where nothing stands between a core and its log.
+    /// Differences of a live run's cores when their input journals were replayed, each with its core and input.
+    /// Empty in the twin, where no process stands between a core and its log.
     pub differences: Vec<String>,
     /// Bounds in force.
     pub bounds: Bounds,
-    /// What was planned, table by table; empty for a null attack.
+    /// The plan, table by table; empty for a null attack.
     pub planned: Vec<Plan>,
     /// Length of the run.
     pub duration: Micros,
-    /// How long the host itself may oversleep before a live run is void.
+    /// Longest time that the host itself may oversleep before a live run is void.
     pub stall_limit: Micros,
-    /// Who may give commands, and until when; `Micros::MAX` where nothing was said.
+    /// Identities that may give commands, each with its end of validity; `Micros::MAX` without one.
     pub operators: Vec<(wire::id::NodeId, Micros)>,
-    /// What the operator was to do, and how far the mission has to come.
+    /// The operator's script, and the required progress of the mission.
     pub script: Script,
     /// Nodes that were killed on purpose; they owe no closing account.
     pub killed: Vec<wire::id::NodeId>,

@@ -1,6 +1,6 @@
-//! What became of each planned injection: it arrived, and was noticed or not; something kept it from arriving; or neither is proven.
+//! Fate of each planned injection: it arrived, and was noticed or not; it was provably kept from arriving; or neither is proven.
 //!
-//! *Delivered* is `receipt`'s to say and *masked* `masked`'s, each from two witnesses. *Noticed* is what a trial's class asks about,
+//! *Delivered* is `receipt`'s to say and *masked* `masked`'s, each from two witnesses. *Noticed* is the question of a trial's class,
 //! asked from this injection on (`outcome`): a change of mode, a refusal, an alarm. Where several are delivered, an answer after all of
 //! them counts for each.
 
@@ -10,7 +10,7 @@ use wire::id::NodeId;
 
 use super::{Micros, Plan};
 
-/// What kept an injection from arriving.
+/// Obstacle that kept an injection from arriving.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Mask {
@@ -18,26 +18,26 @@ pub enum Mask {
     Gone(NodeId),
     /// Another fault of the same sensor, which did arrive: the reading would be the same without this one.
     Hidden(Sensor, FaultKind),
-    /// The relay dropped what it was to take hold of, which was missing at the guard, and nothing has come through since.
+    /// The relay dropped its target message, which was missing at the guard, and none has come through since.
     Dropped,
     /// No session stood yet: until its end neither guard had seen a record of the link.
     NoSession,
-    /// Its sender had published nothing that it was to take hold of.
+    /// Its sender had published no message for it to take hold of.
     NothingPublished,
-    /// The operator had asked nothing that it was to take hold of.
+    /// The operator had made no request for it to take hold of.
     NothingAsked,
     /// The gateway had accepted no report that it was to take hold of.
     NoReport,
 }
 
-/// What became of one.
+/// Fate of one injection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// It arrived then, by its receipt.
     Delivered {
-        /// When.
+        /// Time.
         at: Micros,
-        /// Whether anything was answered from then on.
+        /// True if there was a response from then on.
         noticed: bool,
     },
     /// This kept it from arriving.
@@ -46,39 +46,39 @@ pub enum Fate {
     NotProven,
 }
 
-/// A planned injection and what became of it.
+/// A planned injection and its fate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Injection {
-    /// What was planned.
+    /// The plan.
     pub plan: Plan,
-    /// What became of it.
+    /// Its fate.
     pub fate: Fate,
 }
 
 /// The same as it stands in results.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InjectionRow {
-    /// What was planned, as in the log's first line.
+    /// The plan, as in the log's first line.
     pub what: serde_json::Value,
     /// From, at the earliest, milliseconds of the run.
     pub from_ms: u64,
-    /// What became of it.
+    /// Its fate.
     pub fate: FateName,
-    /// When it arrived.
+    /// Time of its arrival.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_ms: Option<f64>,
-    /// What kept it from arriving.
+    /// Obstacle that kept it from arriving.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<serde_json::Value>,
 }
 
-/// What became of an injection, in a word.
+/// Fate of an injection, in a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FateName {
     /// It arrived and was answered.
     Noticed,
-    /// It arrived and nothing was answered.
+    /// It arrived and had no response.
     Delivered,
     /// Something kept it from arriving.
     Masked,

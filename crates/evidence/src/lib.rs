@@ -1,16 +1,14 @@
 //! The evidence of a trial: the types between those crates that run one, the oracle that judges it, and those that report it.
 //!
-//! `log` is the log as it is kept, with the two hashes of a trial; `custody` verifies it against keys and heads from elsewhere; `reading` gives the
+//! `log` is the log as it is kept, with the two hashes of a trial; `verification` verifies it against keys and heads from elsewhere; `reading` gives the
 //! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`) and of the operator (`mission`); [`Verdict`] is its answer,
-//! in parts (`fate`, `demise`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `sights` the delivery of
+//! in parts (`fate`, `process_fault`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `sights` the delivery of
 //! insiders' messages, `truth` the injected faults and attacks in words, `passed` the messages between services, `diff` two logs side by side,
 //! `ablation` the checks that a policy can waive. Nothing here judges.
 
 pub mod ablation;
 pub mod claims;
 pub mod cue;
-pub mod custody;
-pub mod demise;
 pub mod diff;
 mod evidence;
 mod fate;
@@ -18,11 +16,13 @@ pub mod log;
 pub mod mission;
 pub mod passed;
 mod plan;
+pub mod process_fault;
 pub mod reading;
 pub mod sights;
 pub mod trial;
 pub mod truth;
 mod verdict;
+pub mod verification;
 mod witnessed;
 
 pub use evidence::Evidence;

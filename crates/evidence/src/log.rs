@@ -19,13 +19,13 @@ use crate::Witnessed;
 pub struct Logged {
     /// Trace time, microseconds.
     pub at: u64,
-    /// Who handed it over.
+    /// Node that handed it over.
     pub node: NodeId,
     /// Encoded entry.
     pub bytes: Vec<u8>,
 }
 
-/// Whether a node's entries go by way of the recorder: everybody's but the guards' and the launcher's.
+/// True if a node's entries go by way of the recorder: everybody's but the guards' and the launcher's.
 pub fn by_recorder(node: NodeId) -> bool {
     node != NodeId::CAMPAIGN && !node.is_mouth()
 }
@@ -50,13 +50,13 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]).collect()
 }
 
-/// What hashes are over.
+/// Input of the hashes.
 #[derive(minicbor::Encode)]
 pub struct Canonical {
     /// Trace time, microseconds.
     #[n(0)]
     pub at: u64,
-    /// Whose entry it is.
+    /// Node that wrote the entry.
     #[n(1)]
     pub node: NodeId,
     /// The event.
@@ -64,7 +64,7 @@ pub struct Canonical {
     pub event: Event,
 }
 
-/// The event without its world, or nothing for the chain's own links.
+/// The event without its world, or none for the chain's own links.
 fn canonical(event: Event) -> Option<Event> {
     match event {
         Event::Signed { .. } | Event::Sealed { .. } => None,
@@ -91,7 +91,7 @@ fn unwaived(event: Event) -> Event {
     }
 }
 
-/// The event as a decision, whatever the policy waives and in whichever world; nothing where it is none.
+/// The event as a decision, under any waiver and in any world; none where it is not one.
 pub fn decision(event: Event) -> Option<Event> {
     canonical(event).filter(is_decision).map(unwaived)
 }

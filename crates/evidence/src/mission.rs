@@ -1,4 +1,4 @@
-//! The mission that a scenario presumes: what the operator was to do, and how far it came.
+//! The mission that a scenario presumes: the operator's script, and its progress.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,7 +7,7 @@ use wire::sensor::Class;
 
 use crate::witnessed::Micros;
 
-/// What an operator can do.
+/// Act of an operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verb {
@@ -44,7 +44,7 @@ impl Verb {
         }
     }
 
-    /// Whether it leads away from safe, and so needs a reason.
+    /// True if it leads away from safe, and so needs a reason.
     pub fn leads_away_from_safe(self) -> bool {
         match self {
             Verb::Enable | Verb::Arm | Verb::Confirm | Verb::Resume | Verb::Configure => true,
@@ -53,7 +53,7 @@ impl Verb {
     }
 }
 
-/// How far a mission comes.
+/// Progress of a mission.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Stage {
@@ -79,7 +79,7 @@ impl Stage {
         }
     }
 
-    /// Where a step leads that is carried out.
+    /// Stage to which a step leads that is carried out.
     pub fn of(verb: Verb) -> Stage {
         match verb {
             Verb::Enable => Stage::Enabled,
@@ -90,10 +90,10 @@ impl Stage {
     }
 }
 
-/// What the operator was to do.
+/// The operator's script.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Script {
-    /// How far the mission has to come before the attack, where the scenario says so.
+    /// Stage that the mission has to reach before the attack, where the scenario says so.
     pub mission: Option<Stage>,
     /// The steps that are orders, in order.
     pub steps: Vec<Due>,
@@ -102,7 +102,7 @@ pub struct Script {
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Due {
-    /// What is done.
+    /// Act.
     #[serde(rename = "do")]
     pub verb: Verb,
     /// From when on, at the earliest.
@@ -115,37 +115,37 @@ pub struct Due {
     pub track: Option<Class>,
 }
 
-/// How far the mission came.
+/// Progress of the mission.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mission {
-    /// How far it had to come before the attack took hold; without an attack, before the end.
+    /// Stage that it had to reach before the attack took hold; without an attack, before the end.
     pub owed: Stage,
-    /// What was owed and is missing, each in one line. Where there is any, the trial shows nothing.
+    /// Missing parts of it, each in one line. With any of them, the trial shows no result.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// When authority was first held, milliseconds of the run.
+    /// Time at which authority was first held, milliseconds of the run.
     pub armed_ms: Option<f64>,
-    /// When the plant first acted.
+    /// Time at which the plant first acted.
     pub acted_ms: Option<f64>,
     /// Way that the vehicle went by the plant's truth, metres.
     pub driven_m: f64,
     /// Seconds in READY or PREPARE_TO_ACT.
     pub nominal_s: f64,
-    /// What became of each step of the operator.
+    /// Result of each step of the operator.
     pub steps: Vec<Carried>,
 }
 
-/// What became of a step.
+/// Result of a step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Carried {
-    /// What was to be done.
+    /// Act of the script.
     #[serde(rename = "do")]
     pub verb: Verb,
     /// From when on, milliseconds of the run.
     pub due_ms: f64,
-    /// When the unit carried it out; nothing where it never did.
+    /// Time at which the unit carried it out; none where it never did.
     pub done_ms: Option<f64>,
-    /// Why it never did.
+    /// Reason that it never did.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub why: Option<String>,
 }

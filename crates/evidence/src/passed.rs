@@ -1,6 +1,6 @@
-//! What passed between the services of the unit under test, at times of its run: for whoever wants to look at it.
+//! Messages between the services of the unit under test, at times of its run: for a viewer.
 //!
-//! It is read from the mouths of those who read it, of a run in the twin or of a live one. Nobody judges or explains by it.
+//! They are read from the input journals of their readers, of a run in the twin or of a live one. No judgement or explanation uses them.
 
 use std::io::BufReader;
 use std::path::Path;
@@ -12,7 +12,7 @@ use wire::time::Instant;
 
 use crate::{Micros, Witnessed};
 
-/// Whose mouth is looked at for which topic: frames or what stands in for what is seen in them, and tracks.
+/// Reader of each topic: frames or the candidates that stand in for them, and tracks.
 const READERS: [(NodeId, Topic); 3] =
     [(NodeId::PERCEPTION, Topic::Frames), (NodeId::PERCEPTION, Topic::Candidates), (NodeId::UNIT_A, Topic::Tracks)];
 
@@ -22,7 +22,7 @@ pub const ROOM: usize = 1 << 30;
 /// A message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Passed {
-    /// When its reader took it in, time of the run.
+    /// Time at which its reader took it in, time of the run.
     pub at: Micros,
     /// On which channel.
     pub topic: Topic,
@@ -30,7 +30,7 @@ pub struct Passed {
     pub bytes: Vec<u8>,
 }
 
-/// What passed in a live run that was recorded.
+/// Messages of a live run that was recorded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// The messages, in order of time.
@@ -45,8 +45,8 @@ pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
     READERS.contains(&(reader, *topic)).then(|| Passed { at, topic: *topic, bytes: bytes.clone() })
 }
 
-/// What passed in the live run in `directory`, in order of time, by the mouth logs there; none where it has none. Each reader's clock is
-/// set by what it wrote itself: `entries` are at times of the run.
+/// Messages of the live run in `directory`, in order of time, by the input journals there; none where it has none. Each reader's clock is
+/// set by its own entries: `entries` are at times of the run.
 ///
 /// # Errors
 /// When a mouth log is damaged before its end, or they hold more than [`ROOM`].

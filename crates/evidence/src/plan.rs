@@ -1,5 +1,5 @@
-//! What the scenario set out to inject, one entry for each of its tables, and when. Each needs its own receipt: what another
-//! table of the same kind did is none.
+//! Injections that the scenario set out to make, one entry for each of its tables, and their times. Each needs its own receipt: the action of
+//! another table of the same kind is none.
 
 use serde::Serialize;
 use wire::core::Side;
@@ -7,21 +7,21 @@ use wire::event::{Action, FaultKind, Sensor};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::sensor::Class;
 use wire::step::StepName;
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 
 use super::Micros;
 
-/// What was to be done.
+/// Planned injection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Planned {
     /// An action of the relay, of a teammate, or of a rogue on shared memory.
     Action(Action),
     /// Something that the relay does to a byte stream.
-    Stream(Deed),
+    Stream(StreamEffect),
     /// Something that a hostile broker does to publications.
     Broker(Action),
-    /// Something that a gateway insider does to what the display is told.
+    /// Action of a gateway insider on messages to the display.
     Feed(Action),
     /// Reports that a gateway insider passes on to the display so much later.
     Late(Micros),
@@ -31,11 +31,11 @@ pub enum Planned {
     Malformed,
     /// A fault of a sensor.
     Fault(Sensor, FaultKind),
-    /// An object was to be taken for one of this class, whose paint it bears.
+    /// An object was to be taken for one of this class, by the paint it bears.
     Disguise(ObjectId, Class),
-    /// An object was to be taken for one of this class, by what is printed on it.
+    /// An object was to be taken for one of this class, by the print on it.
     Print(ObjectId, Class),
-    /// Objects of other classes were to be taken for ones of this class, by what is added to every image.
+    /// Objects of other classes were to be taken for ones of this class, by a pattern added to every image.
     Perturbation(Class),
     /// Orders of a rogue station.
     Rogue,
@@ -51,42 +51,42 @@ pub enum Planned {
     Step(StepName),
 }
 
-/// What an injection takes hold of and does not bring along.
+/// Messages that an injection takes hold of and does not bring along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Takes {
     /// Records of the telemetry link, on their way to this side of it or, without one, to either.
     Records(Option<Side>),
-    /// What goes through the streams of the command plane, either way.
+    /// Pieces of the streams of the command plane, either way.
     Pieces,
     /// Publications on the command plane.
     Publications {
-        /// On their way to the unit (client) or from it (server); either where nothing is said.
+        /// On their way to the unit (client) or from it (server); either where none is given.
         to: Option<Side>,
         /// Only those about an order that asks this.
         asks: Option<&'static str>,
         /// Those before its time serve as well: they are sent again.
         ever: bool,
     },
-    /// What the operator asks of the gateway: this, or anything.
+    /// Requests of the operator to the gateway: this, or any.
     Orders(Option<&'static str>),
     /// Reports of the unit under test that the gateway accepts.
     Reports,
 }
 
-/// What has to be there for an injection to arrive.
+/// Conditions for an injection to arrive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Needs {
     /// Processes that run.
     pub running: &'static [NodeId],
-    /// What it takes hold of.
+    /// Messages that it takes hold of.
     pub takes: Option<Takes>,
 }
 
 /// It, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Plan {
-    /// What.
+    /// Injection.
     pub what: Planned,
     /// From, at the earliest.
     pub from: Micros,
@@ -94,7 +94,7 @@ pub struct Plan {
     pub until: Micros,
     /// The step that it is a part of: from when that begins to when it ends, then.
     pub step: Option<StepName>,
-    /// What has to be there for it to arrive.
+    /// Conditions for it to arrive.
     pub needs: Needs,
 }
 

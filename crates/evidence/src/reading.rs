@@ -1,4 +1,4 @@
-//! From the log of a run to the events that the oracle sees, in order, with what does not hold of them.
+//! From the log of a run to the events that the oracle sees, in order, with their flaws.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -9,8 +9,8 @@ use wire::event::Event;
 use wire::id::{Boot, NodeId};
 use wire::sign::SharedVerifier;
 
-use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
 use crate::log::Logged;
+use crate::verification::{Held, HeldHead, Life, LogVerifier, Verification};
 use crate::witnessed::Witnessed;
 
 /// The head of each life's chain, from the log before it was in anybody's hands. The recorder's own is no witness against it.
@@ -30,16 +30,17 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
     last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
 }
 
-/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verifier` is that of its cores. Gives the entries in (time, node, counter) order, the first
-/// problem found, and what became of the recording.
+/// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is that of its
+/// cores. Gives the entries in (time, node, counter) order, the first
+/// problem found, and the result for the recording.
 pub fn read_against(
     log: &[Logged],
     held: &Held,
     verifier: SharedVerifier,
-) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let mut custodian = Custodian::new(held).asking(verifier);
-    let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
-    (entries, problem, custodian.close())
+) -> (Vec<Witnessed>, Option<String>, Verification) {
+    let mut log_verifier = LogVerifier::new(held).asking(verifier);
+    let (entries, problem) = follow_all(log, |l| log_verifier.take(l.at, l.node, &l.bytes));
+    (entries, problem, log_verifier.close())
 }
 
 /// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.

@@ -1,10 +1,10 @@
-//! The second witness of what an insider says it sent, and of the readings that the sim says a fault changed: the mouth of the core
+//! The delivery witness of an insider's claimed messages, and of the readings that the sim says a fault changed: the inputs of the core
 //! that they were for.
 //!
-//! Such bytes are those of the protocol, so no guard can tell them from others. What every core is fed is known
-//! outside it: live its process keeps a mouth log, in the twin the engine feeds it. Here the two are read by one rule: an
-//! input whose bytes have the hash that an actor named is a sight. A core's own word is not asked. And a process that is
-//! said not to run takes nothing in ([`Running`]).
+//! Such bytes are those of the protocol, so no guard can tell them from others. The inputs of every core are known
+//! outside it: live its process keeps an input journal, in the twin the engine feeds it. Here the two are read by one rule: an
+//! input with bytes of the hash that an actor named is a sight. A core's own word is not asked. And a process that is
+//! said not to run takes no input in ([`Running`]).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -31,12 +31,12 @@ impl Claims {
         self.0.insert(hash);
     }
 
-    /// Whether nobody claims anything.
+    /// True if there is no claim.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// What the mouth of `reader` saw in `input`, when somebody claimed it and `reader` is no insider.
+    /// Sight of `reader` in `input`, when it was claimed and `reader` is no insider.
     pub fn sight(&self, reader: NodeId, input: &Input) -> Option<Event> {
         if self.0.is_empty() || reader.is_insider() {
             return None;
@@ -65,7 +65,7 @@ impl Claims {
     }
 }
 
-/// How close together it is told that one core runs, microseconds.
+/// Spacing at which it is told that one core runs, microseconds.
 const APART_US: u64 = 5_000;
 
 /// Which cores are watched for being fed, and when that was told last.
@@ -78,7 +78,7 @@ impl Running {
         Self(watched.iter().map(|node| (*node, None)).collect())
     }
 
-    /// Whether it is to be told that the core of `node` was fed at `at`.
+    /// True if it is to be told that the core of `node` was fed at `at`.
     pub fn told(&mut self, node: NodeId, at: u64) -> bool {
         let Some(last) = self.0.get_mut(&node) else { return false };
         let tell = last.is_none_or(|last| at >= last + APART_US);

@@ -1,6 +1,6 @@
-//! What one trial leaves behind, the same for the twin and for live runs.
+//! Row of one trial, the same for the twin and for live runs.
 //!
-//! The engines fill a [`Trial`]; the oracle gives its [`Outcome`]; `report` folds trials into rows. Nothing here judges.
+//! The engines fill a [`Trial`]; the oracle gives its [`Outcome`]; `report` folds trials into rows. No code here judges.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::InjectionRow;
 use crate::claims::Claims;
-use crate::demise::Response;
 use crate::mission::Mission;
+use crate::process_fault::Response;
 
-/// How a trial ended; the first class that matches, in this order.
+/// Outcome of a trial; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum Outcome {
@@ -31,9 +31,9 @@ pub enum Outcome {
     Degraded,
     /// Refused, or shown to the operator as an alarm; no change of mode.
     Rejected,
-    /// Accepted, no response, nothing broken.
+    /// Accepted, no response, no property broken.
     Undetected,
-    /// Nothing was done and nothing happened.
+    /// No attack and no event.
     Nominal,
 }
 
@@ -51,7 +51,7 @@ impl Outcome {
         Outcome::Nominal,
     ];
 
-    /// Whether it counts as unexpected. Where nothing is expected only what no run should show does.
+    /// True if it counts as unexpected. Without an expectation only outcomes that no run should show do.
     pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
         if expected.is_empty() { matches!(self, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&self) }
     }
@@ -72,16 +72,16 @@ impl Outcome {
     }
 }
 
-/// How much an adversary knows of the run while it is on. Each level includes the ones before it.
+/// Knowledge of an adversary about the run while it is on. Each level includes the ones before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Knowledge {
-    /// Its own clock and its own steps; it acts on what passes without looking at it.
+    /// Its own clock and its own steps; it acts on passing traffic without looking at it.
     #[default]
     Blind,
-    /// Lengths, times and directions of what passes, and the bytes as ciphertext.
+    /// Lengths, times and directions of passing traffic, and the bytes as ciphertext.
     OnPath,
-    /// What its credentials let it receive.
+    /// Messages that its credentials let it receive.
     Insider,
     /// The instrument plane: modes and transitions as they are written.
     WhiteBox,
@@ -121,7 +121,7 @@ pub struct StepRow {
     pub t_ms: f64,
 }
 
-/// Times from the receipt of the injection to what it caused, in milliseconds; `None` where it did not happen.
+/// Times from the receipt of the injection to its effects, in milliseconds; `None` where it did not happen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Latency {
     /// To DEGRADED (or straight to HOLD_SAFE).
@@ -140,20 +140,20 @@ pub struct Trial {
     /// The cell it belongs to, where the scenario has cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell: Option<String>,
-    /// How much the adversary knew.
+    /// Knowledge of the adversary.
     pub knowledge: Knowledge,
-    /// When the named steps of the attack began, milliseconds of the run, in order.
+    /// Beginnings of the named steps of the attack, milliseconds of the run, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRow>,
     /// The class that the oracle gave.
     pub outcome: Outcome,
-    /// Why that class: the broken property, the missing receipt; empty where the class says it all.
+    /// Reason for that class: the broken property, the missing receipt; empty where the class says it all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
-    /// Whether an injection was seen at its target by a second witness, and of each that was not it is known what kept it from
-    /// arriving (true where nothing is injected).
+    /// True if an injection was seen at its target by a second witness, and of each that was not the obstacle is known that kept it from
+    /// arriving (true without an injection).
     pub receipt: bool,
-    /// What became of each planned injection.
+    /// Fate of each planned injection.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub injections: Vec<InjectionRow>,
     /// SHA-256 over the canonical events, hexadecimal.
@@ -166,8 +166,8 @@ pub struct Trial {
     pub accepted: u64,
     /// Records that it refused, by reason.
     pub dropped: BTreeMap<String, u64>,
-    /// What the record filters in front of the sessions of gateway and unit refused, and handshakes that came to
-    /// nothing, by reason.
+    /// Refusals of the record filters in front of the sessions of gateway and unit, and handshakes that were not
+    /// completed, by reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
     /// Datagrams that no process of the run sent, by where they came to: counted apart, and no part of the class. Live only.
@@ -179,20 +179,20 @@ pub struct Trial {
     /// The same of each earlier attempt at this trial, which was repeated because of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub host_spoilt_ms: Vec<f64>,
-    /// What an admitted teammate said in bad faith, where one did.
+    /// Statements of an admitted teammate in bad faith, where it made any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claims: Option<Claims>,
-    /// How far the mission came; nothing on the real stacks, which have none.
+    /// Progress of the mission; none on the real stacks, which have no mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mission: Option<Mission>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
-    /// SHA-256 of the `held.json` that its run directory was kept with, hexadecimal: what whoever gets the directory compares it with.
+    /// SHA-256 of the `held.json` that its run directory was kept with, hexadecimal: a receiver of the directory compares it with this.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<String>,
-    /// What came of each process that was killed.
+    /// Responses to each process that was killed.
     #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
     pub responses: Vec<Response>,
     /// Simulated (twin) or real (live) seconds.
@@ -209,7 +209,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// A trial of ten seconds with this outcome and invented figures, for tests of what is made of trials.
+    /// A trial of ten seconds with this outcome and invented figures, for tests of code that reads trials.
     pub fn example(seed: u64, outcome: Outcome) -> Trial {
         Trial {
             seed,

@@ -1,6 +1,6 @@
-//! What was really done in a run, in words, from those who did it: for whoever looks at a recording afterwards. No service knew.
+//! Ground truth of the actions in a run, in words, from the actors: for a later reader of the recording. No service knew.
 //!
-//! [`of`] tells it on the console's clock, for its window; [`lasted`] on the run's, with how long each lasted. Judging is the oracle's.
+//! [`of`] tells it on the console's clock, for its window; [`lasted`] on the run's, with the duration of each. Judging is the oracle's.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -17,7 +17,7 @@ pub const MAX_MOMENTS: usize = 256;
 const AGAIN: Micros = 1_000_000;
 
 /// Something that was done.
-struct Deed {
+struct ToldAction {
     what: String,
     phase: Phase,
 }
@@ -29,7 +29,7 @@ enum Phase {
     Ends,
 }
 
-impl Deed {
+impl ToldAction {
     fn words(self) -> String {
         match self.phase {
             Phase::Once => self.what,
@@ -42,13 +42,13 @@ impl Deed {
 /// Something that was done, by the console's clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Happened {
-    /// When, microseconds.
+    /// Time, microseconds.
     pub at_us: u64,
-    /// What.
+    /// Action.
     pub what: String,
 }
 
-/// Of the log of a run, in order of trace time; at most [`MAX_MOMENTS`]. Nothing without a console in it.
+/// Of the log of a run, in order of trace time; at most [`MAX_MOMENTS`]. None without a console in it.
 pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
     let mut told: BTreeMap<String, Micros> = BTreeMap::new();
     let mut happened = Vec::new();
@@ -59,7 +59,7 @@ pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
         if w.entry.node == NodeId::CONSOLE {
             clock = (w.at, w.entry.at.0);
         }
-        let Some(what) = deed(w).map(Deed::words) else { continue };
+        let Some(what) = deed(w).map(ToldAction::words) else { continue };
         let goes_on = told.insert(what.clone(), w.at).is_some_and(|before| w.at.saturating_sub(before) < AGAIN);
         if !goes_on && happened.len() < MAX_MOMENTS {
             happened.push(Happened { at_us: (clock.1 + w.at).saturating_sub(clock.0), what });
@@ -71,7 +71,7 @@ pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
 /// Something that was done for a while, trace time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lasted {
-    /// What.
+    /// Action.
     pub what: String,
     /// From.
     pub from: Micros,
@@ -79,14 +79,14 @@ pub struct Lasted {
     pub to: Micros,
 }
 
-/// What was done and how long it lasted, by when it began; at most [`MAX_MOMENTS`].
+/// Actions and their durations, by their beginning; at most [`MAX_MOMENTS`].
 pub fn lasted(entries: &[Witnessed]) -> Vec<Lasted> {
     let end = entries.iter().map(|w| w.at).max().unwrap_or_default();
     let mut all: Vec<Lasted> = Vec::new();
     // Where in `all` the last of a name stands.
     let mut last: BTreeMap<String, usize> = BTreeMap::new();
     for w in entries {
-        let Some(Deed { what, phase }) = deed(w) else { continue };
+        let Some(ToldAction { what, phase }) = deed(w) else { continue };
         let goes_on = |before: &Lasted| match phase {
             Phase::Once => w.at.saturating_sub(before.to) < AGAIN,
             Phase::Begins => false,
@@ -103,7 +103,7 @@ pub fn lasted(entries: &[Witnessed]) -> Vec<Lasted> {
     all
 }
 
-fn deed(w: &Witnessed) -> Option<Deed> {
+fn deed(w: &Witnessed) -> Option<ToldAction> {
     let node = w.entry.node;
     let phase = |begins: bool| if begins { Phase::Begins } else { Phase::Ends };
     let (what, phase) = match w.entry.event {
@@ -129,7 +129,7 @@ fn deed(w: &Witnessed) -> Option<Deed> {
         Event::DiskFull { node, on } => (format!("full disk of {node}"), phase(on)),
         _ => return None,
     };
-    Some(Deed { what, phase })
+    Some(ToldAction { what, phase })
 }
 
 #[cfg(test)]

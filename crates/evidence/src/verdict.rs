@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::demise::Response;
 use crate::fate::Injection;
 use crate::mission::Mission;
+use crate::process_fault::Response;
 use crate::trial::{Latency, Outcome, TransitionRow};
 use crate::witnessed::Micros;
 
@@ -23,7 +23,7 @@ pub enum Property {
     P5,
     /// Conservation.
     P6,
-    /// Nothing is shown fresh beyond its limit.
+    /// No value is shown fresh beyond its limit.
     P7,
     /// Commands execute at most once, never late.
     P8,
@@ -40,24 +40,24 @@ pub enum Property {
 pub struct Finding {
     /// Which.
     pub property: Property,
-    /// When, microseconds of trace time.
+    /// Time, microseconds of trace time.
     pub at_us: Micros,
-    /// What was expected and what was seen.
+    /// Expected and seen.
     pub what: String,
 }
 
-/// What the judge says of a trial.
+/// Verdict of the judge on a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The one class.
     pub outcome: Outcome,
     /// Everything found, in order.
     pub findings: Vec<Finding>,
-    /// Whether a planned injection provably arrived, and each that did not was provably kept from it. True for a null attack.
+    /// True if a planned injection provably arrived, and each that did not was provably kept from it. True for a null attack.
     pub receipt: bool,
-    /// What became of each planned injection.
+    /// Fate of each planned injection.
     pub injections: Vec<Injection>,
-    /// When the first injection took hold, by its receipt.
+    /// Time at which the first injection took hold, by its receipt.
     pub zero: Option<Micros>,
     /// Latencies from `zero`.
     pub latency: Latency,
@@ -67,8 +67,8 @@ pub struct Verdict {
     pub false_trips: u32,
     /// Time in READY or PREPARE_TO_ACT.
     pub nominal: Micros,
-    /// How far the mission came, and what of it is missing.
+    /// Progress of the mission, and its missing parts.
     pub mission: Mission,
-    /// What came of each process that was killed.
+    /// Responses to each process that was killed.
     pub responses: Vec<Response>,
 }

@@ -1,4 +1,4 @@
-//! What a change of mode led to: authority, the plant, the display.
+//! Consequences of a change of mode: authority, the plant, the display.
 
 use evidence::{Micros, Witnessed};
 use wire::event::Event;
@@ -58,7 +58,7 @@ fn speed_limit(log: &Log, change: &Change) -> Option<i32> {
     }
 }
 
-/// What became of authority at this change: it is written in the same step of the machine.
+/// Fate of authority at this change: it is written in the same step of the machine.
 fn authority(log: &Log, change: &Change) -> Option<Step> {
     // The step has one time on the unit's clock; what it wrote is taken in one entry after the other.
     let same_step = |w: &&Witnessed| i128::from(w.entry.at.0) == i128::from(change.at) + change.local;

@@ -30,7 +30,7 @@ impl Origin {
         self
     }
 
-    /// With what was refused, as one link: how often, since when, and the first in its own words.
+    /// With the refusals, as one link: their number, their beginning, and the first in its own words.
     pub(super) fn refusing(self, by: NodeId, refused: &[(Micros, String)]) -> Origin {
         let Some((since, first)) = refused.first() else { return self };
         let what = match refused.len() {

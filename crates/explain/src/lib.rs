@@ -1,12 +1,12 @@
-//! Why the platform changed its mode, by what its services logged.
+//! Reason of each change of the platform's mode, from its services' own logs.
 //!
-//! No receipt is read, no relay's, guard's or insider's log, no word of the launcher, and of the sim only what its plant
-//! did: who explains a run in the field has no more. A chain goes from the *origin* (the first place at which something was
+//! No receipt is read, no relay's, guard's or insider's log, no word of the launcher, and of the sim only its plant's
+//! actions: an explainer in the field has no more. A chain goes from the *origin* (the first place at which something was
 //! not as it should be) over refusals, the guard and the transition to authority, plant and display. An origin is a place of the
 //! platform and never an actor: whether a link was cut or jammed the services cannot know.
 //!
-//! `log` is what is read, `origin` finds where a loss comes from (with `link` for a lapsed lease and `sensing` for products),
-//! `after` what followed, `why_not` what keeps a mode from being entered. Whether an explanation is right is measured by
+//! `log` is the input, `origin` finds the source of a loss (with `link` for a lapsed lease and `sensing` for products),
+//! `after` its consequences, `why_not` the obstacles to a mode. The correctness of an explanation is measured by
 //! taking the named cause away (`holdsafe bench explain`).
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -29,7 +29,7 @@ use wire::mode::{Because, Cause, Guards, Mode};
 pub use log::Log;
 pub use why_not::{WhyNot, why_not};
 
-/// Where something was first not as it should be.
+/// Place at which something was first not as it should be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
@@ -49,13 +49,13 @@ pub enum Place {
     Downlink,
     /// Both directions of the telemetry link.
     Telemetry,
-    /// What carries orders and acknowledgements.
+    /// The carrier of orders and acknowledgements.
     CommandPlane,
     /// The gateway itself.
     Gateway,
     /// The console itself did not run.
     Console,
-    /// What a teammate claims.
+    /// Claims of a teammate.
     Teammate(UnitId),
     /// The recorder and its seals.
     Recorder,
@@ -67,42 +67,42 @@ pub enum Place {
     Machine,
 }
 
-/// What a link of a chain is about, in the order of the chain.
+/// Subject of a link of a chain, in the order of the chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
     /// The origin.
     Cause,
-    /// What a boundary refused because of it.
+    /// Refusals of a boundary because of it.
     Refusals,
-    /// What the unit, the gateway or perception then noticed.
+    /// Findings of the unit, the gateway or perception that followed.
     Health,
     /// The guard that fails.
     Guard,
     /// The change of mode.
     Transition,
-    /// What became of authority.
+    /// Fate of authority.
     Authority,
-    /// What the plant did.
+    /// Actions of the plant.
     Actuation,
-    /// What the operator was shown.
+    /// Display to the operator.
     Display,
 }
 
 /// One link of a chain, with the entry that shows it where one does.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Step {
-    /// What it is about.
+    /// Its subject.
     pub stage: Stage,
     /// Trace time.
     pub at_us: Micros,
-    /// Whose word it is.
+    /// Node with that word.
     pub by: NodeId,
     /// In words.
     pub what: String,
 }
 
-/// Where a change of mode comes from.
+/// Origin of a change of mode.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Origin {
     /// The place.
@@ -112,14 +112,14 @@ pub struct Origin {
     pub or: Vec<Place>,
     /// Since when, at the latest.
     pub since_us: Micros,
-    /// What was wrong there.
+    /// Fault there.
     pub what: String,
-    /// What led from there to the guard.
+    /// Steps from there to the guard.
     #[serde(skip)]
     steps: Vec<Step>,
 }
 
-/// From the change of mode to what it led to, microseconds; `None` where the log does not show it.
+/// Time from the change of mode to its consequences, microseconds; `None` where the log does not show it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Split {
     /// From the origin to the change.
@@ -135,7 +135,7 @@ pub struct Split {
 /// A change of mode, explained.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Explanation {
-    /// When, trace time.
+    /// Time, trace time.
     pub at_us: Micros,
     /// From.
     pub from: Mode,
@@ -143,16 +143,16 @@ pub struct Explanation {
     pub to: Mode,
     /// The cause that the unit names.
     pub cause: Cause,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     /// The chain, in order of stage and time.
     pub chain: Vec<Step>,
-    /// How long it took.
+    /// Its duration.
     pub split: Split,
 }
 
 impl Explanation {
-    /// Whether it took authority or freedom away, and nobody had asked for it.
+    /// True if it took authority or freedom away without a request for it.
     pub fn restricts(&self) -> bool {
         matches!(self.cause, Cause::Lost(_) | Cause::Unrecovered(_))
     }
@@ -162,7 +162,7 @@ impl Explanation {
 #[derive(Clone, Copy, Debug)]
 struct Change {
     at: Micros,
-    /// The unit's own clock less trace time: what its stamps are to be moved by.
+    /// The unit's own clock less trace time: the shift of its stamps.
     local: i128,
     from: Mode,
     to: Mode,

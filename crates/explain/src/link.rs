@@ -1,6 +1,6 @@
-//! A supervision lease that lapsed: which way of the telemetry link failed first, or why the gateway granted nothing.
+//! A supervision lease that lapsed: the way of the telemetry link that failed first, or the reason that the gateway granted none.
 //!
-//! The gateway grants while it hears the unit and while no HOLD is unacknowledged. So a lapse is told apart by what each
+//! The gateway grants while it hears the unit and while no HOLD is unacknowledged. So a lapse is told apart by the records that each
 //! end went on accepting: after the uplink fails grants stop *Tf* later, after a HOLD at once, and after the downlink fails
 //! the gateway still hears the unit.
 
@@ -15,20 +15,20 @@ use super::chain::from;
 use super::log::stages;
 use super::{Change, Log, Origin, Place, Stage};
 
-/// What two ends may differ by that fail at once: a period and what a record takes; less than *Tf* by as much.
+/// Difference that two ends which fail at once may have: a period and a record's delay; less than *Tf* by as much.
 const SLACK: Micros = 150_000;
 /// Within so little time records come at once.
 const AT_ONCE: Micros = 5_000;
-/// A console that runs says what it shows several times a second.
+/// A console that runs logs its display several times a second.
 const CONSOLE_SPEAKS: Micros = 1_000_000;
-/// Whoever loses a session takes it back within this time: the longest pause of a client is 0.8 s.
+/// The loser of a session takes it back within this time: the longest pause of a client is 0.8 s.
 const IN_TURNS: Micros = 1_500_000;
-/// Whoever loses a session knows it within this time.
+/// The loser of a session knows it within this time.
 const LOST_WITHIN: Micros = 200_000;
-/// What the unit can say of a link that is silent both ways.
+/// Statement of the unit on a link that is silent both ways.
 const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
-/// Why there is no lease.
+/// Reason that there is no lease.
 pub(super) fn lease(log: &Log, change: &Change) -> Origin {
     // The last grant that was accepted; everything accepted later was none.
     let granted = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { 0 };
@@ -84,7 +84,7 @@ fn downlink(granted: Micros, refused: &[(Micros, String)]) -> Origin {
     from(NodeId::UNIT_A, Place::Downlink, granted, what).refusing(NodeId::UNIT_A, refused)
 }
 
-/// A HOLD that the unit did not carry out: the gateway grants nothing until it does.
+/// A HOLD that the unit did not carry out: the gateway grants no lease until it does.
 fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
     let near = |at: Micros| at + SLACK >= granted && at <= granted + SLACK;
     let (sent, id) = log.by(NodeId::CONSOLE).filter(|w| w.at <= change.at).find_map(|w| match w.entry.event {
@@ -121,7 +121,7 @@ fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
     Some(origin.with(Stage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
 }
 
-/// Since when the unit's session or the gateway's was being taken in turns, and whose, where somebody else held it when a command went
+/// Time since which a session was taken in turns, and its owner (the unit or the gateway), if another party held it when a command went
 /// out at `sent`.
 fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
     let owners = [(PeerId::UNIT_A, NodeId::UNIT_A), (PeerId::GATEWAY, NodeId::GATEWAY)];
@@ -146,7 +146,7 @@ fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
     })
 }
 
-/// A pause of the console's that ends right before a command went out at `sent`: what it gave then it gave late.
+/// A pause of the console's that ends right before a command went out at `sent`: an order given then was given late.
 fn late_console(log: &Log, sent: Micros) -> Option<(Micros, Micros)> {
     let written: Vec<Micros> = log.by(NodeId::CONSOLE).map(|w| w.at).take_while(|at| *at <= sent).collect();
     let pause = written.windows(2).rev().find(|pair| pair[1] - pair[0] > CONSOLE_SPEAKS)?;
@@ -157,9 +157,9 @@ fn given(event: &Event, id: CommandId) -> Option<()> {
     matches!(event, Event::Intended { command, .. } if *command == id).then_some(())
 }
 
-/// Nothing passes: whether the gateway is silent or the link. A gateway that is gone closes no account, and the broker loses it. Of one
+/// Silence of the gateway or of the link: no record passes. A gateway that is gone closes no account, and the broker loses it. Of one
 /// that stood still the next record continues where it had stopped, while one that runs goes on writing to a unit that does
-/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served nobody else. One that served others too
+/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served no other. One that served others too
 /// is told by them: no link of the unit's keeps them from it.
 fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);
@@ -198,7 +198,7 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     }
 }
 
-/// Whether the gateway went on hearing others after it had heard the unit last; nothing where it had not heard them as often before, or
+/// True if the gateway went on hearing others after it had heard the unit last; none where it had not heard them as often before, or
 /// wrote of something else meanwhile.
 fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
     let of_another =
@@ -214,21 +214,21 @@ fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
     (known && within(before, last, &of_another) > 1).then_some(heard)
 }
 
-/// Whether the gateway was started between what the unit accepted of it before the change and after.
+/// True if the gateway was started between its records that the unit accepted before the change and after.
 fn started_anew(log: &Log, change: &Change) -> bool {
     let before = log.last(NodeId::UNIT_A, change.at, heard);
     let after = log.first(NodeId::UNIT_A, change.at + 1, heard);
     before.zip(after).is_some_and(|((_, before), (_, after))| before.boot != after.boot)
 }
 
-/// Whether the gateway wrote to the unit about as often as it does while the unit did not hear it.
+/// True if the gateway wrote to the unit about as often as it does while the unit did not hear it.
 fn wrote_on_regularly(log: &Log, change: &Change, last: Micros) -> bool {
     let until = log.first(NodeId::UNIT_A, change.at + 1, heard).map_or(last, |(at, _)| at);
     let due = until.saturating_sub(last) / (log.bounds.telemetry_period_ms * 1000);
     due > 0 && written_unheard(log, change).is_some_and(|written| written * 2 >= due)
 }
 
-/// Whether what the gateway next hears of the unit after `last` comes singly, as it was sent, though late.
+/// True if the records of the unit that the gateway next hears after `last` come singly, as sent, though late.
 fn one_by_one(log: &Log, last: Micros) -> bool {
     let taken = log.by(NodeId::GATEWAY).filter(|w| w.at > last).filter(|w| match w.entry.event {
         Event::Accepted { at: Interface::Uplink, peer, .. } => peer == PeerId::UNIT_A,
@@ -239,9 +239,9 @@ fn one_by_one(log: &Log, last: Micros) -> bool {
     matches!(times[..], [first, second] if second - first > AT_ONCE)
 }
 
-/// How many records the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the
-/// first after it. Nothing where there was no such first, or where it belongs to another session, in which numbers begin anew. What
-/// came by itself and was refused is none of them: it was written when something passed again. What a link had kept comes at once.
+/// Number of records that the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the
+/// first after it. None where there was no such first, or where it belongs to another session, in which numbers begin anew. A record that
+/// came by itself and was refused is not among them: it was written when traffic passed again. Records kept by a link come at once.
 fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     let (since, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let (until, after) = log.first(NodeId::UNIT_A, change.at + 1, heard)?;
@@ -256,7 +256,7 @@ fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(alone))
 }
 
-/// How many of the gateway's records came after the change, up to `until`, and were refused, with no other beside them.
+/// Number of the gateway's records that came after the change, up to `until`, and were refused, with no other beside them.
 fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
     let mut came: Vec<Micros> = refused_down(log, change.at, until).iter().map(|(at, _)| *at).collect();
     let refused = came.len();
@@ -265,8 +265,8 @@ fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
     (0..refused).filter(alone).count() as u64
 }
 
-/// The same over the whole run, by what the gateway says in its closing account that it sent and how far the unit heard it in each
-/// session; nothing where it served others as well.
+/// The same over the whole run, by the gateway's closing account of its records and the unit's progress in each
+/// session; none where it served others as well.
 fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
     let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let gateway = || log.by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);

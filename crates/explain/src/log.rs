@@ -1,4 +1,4 @@
-//! What is read of a run: the services' own words, in order of time.
+//! Input of an explanation: the services' own words, in order of time.
 
 use evidence::{Micros, Witnessed};
 use wire::bounds::Bounds;
@@ -9,7 +9,7 @@ use wire::time::Instant;
 
 use super::Change;
 
-/// Services of the platform under test and its control. Teammates are others' platforms: of them counts what they said to
+/// Services of the platform under test and its control. Teammates are others' platforms: of them count only their messages to
 /// these.
 const SERVICES: [NodeId; 7] = [
     NodeId::UNIT_A,
@@ -30,7 +30,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// What of `entries` the services wrote.
+    /// Entries among `entries` that the services wrote.
     pub fn of(entries: &[Witnessed], bounds: Bounds) -> Log {
         let mut entries: Vec<Witnessed> = entries.iter().filter(|w| is_of_a_service(w)).copied().collect();
         entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
@@ -83,7 +83,7 @@ impl Log {
         after.find_map(|w| Some((w.at, wanted(&w.entry.event)?)))
     }
 
-    /// When `node` accepted records of `peer` at `interface`, within (`from`, `to`].
+    /// Times at which `node` accepted records of `peer` at `interface`, within (`from`, `to`].
     pub(super) fn accepted(
         &self,
         node: NodeId,
@@ -99,7 +99,7 @@ impl Log {
             .collect()
     }
 
-    /// What `node` refused at interfaces that `wanted` picks, within (`from`, `to`]: when, and in what words.
+    /// Refusals of `node` at interfaces that `wanted` picks, within (`from`, `to`]: times and words.
     pub(super) fn refused(
         &self,
         node: NodeId,
@@ -124,13 +124,13 @@ impl Change {
     }
 }
 
-/// What a service wrote; of the sim what its plant did and what it refused, not what it knows or imposes.
+/// Entry of a service; of the sim its plant's actions and its refusals, not its knowledge or its faults.
 fn is_of_a_service(w: &Witnessed) -> bool {
     let plant = matches!(w.entry.event, Event::Truth { .. } | Event::PlantAct { .. } | Event::Refused { .. });
     SERVICES.contains(&w.entry.node) && (w.entry.node != NodeId::SIM || plant)
 }
 
-/// How far the gateway moved a command along, up to `until`.
+/// Progress of a command at the gateway, up to `until`.
 pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, CommandStage)> {
     log.by(NodeId::GATEWAY)
         .filter(|w| w.at <= until)

@@ -13,12 +13,12 @@ use super::{Change, Log, Origin, Place, Stage, Step, link, sensing};
 
 /// A running unit writes something at least so often: fixes a few times a second, records ten times.
 const UNIT_SPEAKS: Micros = 450_000;
-/// What waited for a unit that stood still is taken in within so little.
+/// Messages that waited for a unit that stood still are taken in within so little.
 const AT_ONCE: Micros = 5_000;
 /// A unit that is behind with all that it reads was late by at least this.
 const BEHIND: Micros = 250_000;
 
-/// Where `change` comes from.
+/// Origin of `change`.
 pub(super) fn find(log: &Log, change: &Change) -> Origin {
     match change.cause {
         Cause::Operator => ordered(log, change),
@@ -89,7 +89,7 @@ fn stage_name(stage: CommandStage) -> &'static str {
     }
 }
 
-/// A unit that wrote nothing until it judged did not run: what it then finds lost, it did not look at.
+/// A unit that wrote no entry until it judged did not run: a loss that it then finds, it did not look at.
 fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
     let before = log.by(NodeId::UNIT_A).rev().find(|w| w.at < change.at)?.at;
     let gap = change.at - before;
@@ -106,7 +106,7 @@ fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
     })
 }
 
-/// With its verdict the unit takes in what had waited for it, from its own host and from the gateway: these have in common nothing but
+/// With its verdict the unit takes in messages that had waited for it, from its own host and from the gateway: these have in common only
 /// the unit.
 fn behind_everywhere(log: &Log, change: &Change) -> bool {
     let took_in = |wanted: &dyn Fn(&Event) -> bool| {

@@ -1,4 +1,4 @@
-//! Losses of what the unit perceives: products of stages, its place, the designated track.
+//! Losses of perception: products of stages, the unit's place, the designated track.
 
 use evidence::Micros;
 use wire::core::Topic;
@@ -15,10 +15,10 @@ use super::{Change, Log, Origin, Place, Stage};
 const WORLD_SPEAKS: Micros = 250_000;
 /// From when a product is too old to the judgement that finds it so, on a busy host.
 const NOTICED: Micros = 200_000;
-/// How long before a loss something may have been refused that led to it.
+/// Time before a loss within which a refusal may have led to it.
 const LEADING: Micros = 700_000;
 
-/// A stage gives nothing fresh.
+/// A stage gives no fresh product.
 pub(super) fn product(log: &Log, change: &Change, guard: Guard) -> Origin {
     let since = silent_since(change);
     if let Some(origin) = no_world(log, change) {
@@ -36,7 +36,7 @@ pub(super) fn product(log: &Log, change: &Change, guard: Guard) -> Origin {
     from(NodeId::UNIT_A, Place::Perception, since, stopped).refusing(NodeId::UNIT_A, &refused)
 }
 
-/// What is so old would have been missed long before, had nothing come meanwhile: what did come is as old.
+/// A product so old would have been missed long before, had none come meanwhile: those that came are as old.
 fn went_back(log: &Log, change: &Change, since: Micros) -> Option<Origin> {
     let missed = since + log.bounds.product_limit_ms.max(log.bounds.track_limit_ms) * 1000 + NOTICED;
     let by_itself = matches!(change.cause, Cause::Lost(_)) && change.at > missed;
@@ -44,7 +44,7 @@ fn went_back(log: &Log, change: &Change, since: Micros) -> Option<Origin> {
     by_itself.then(|| of_unit(Place::Perception, change.at, what))
 }
 
-/// The unit does not know where it is, or what time it is.
+/// The unit does not know its place, or the time.
 pub(super) fn place(log: &Log, change: &Change, guard: Guard) -> Origin {
     if let Some(origin) = no_world(log, change) {
         return origin;
@@ -97,8 +97,8 @@ pub(super) fn designation(log: &Log, change: &Change) -> Origin {
     of_unit(Place::Track, since, what).refusing(NodeId::UNIT_A, &refused)
 }
 
-/// Perception has lost the world's own navigation to somebody who speaks in its name: it refuses that as of an older boot, and
-/// does so for good, since a boot only rises. What it places from then on it places wrongly, or not at all.
+/// Perception has lost the world's own navigation to an impostor who speaks in its name: it refuses that as of an older boot, and
+/// does so for good, since a boot only rises. From then on it places tracks wrongly, or not at all.
 fn misled(log: &Log, change: &Change) -> Option<Origin> {
     let (since, ()) = log.first(NodeId::PERCEPTION, 0, |event| match event {
         Event::Refused { at: Interface::Bus(Topic::Navigation), reason: Reason::Epoch, .. } => Some(()),
@@ -117,18 +117,18 @@ fn misled(log: &Log, change: &Change) -> Option<Origin> {
     (since <= change.at).then_some(origin)
 }
 
-/// What the unit refused on these channels of its host.
+/// Refusals of the unit on these channels of its host.
 pub(super) fn refused_on(log: &Log, change: &Change, from: Micros, topics: &[Topic]) -> Vec<(Micros, String)> {
     let on_bus = |at: Interface, _| matches!(at, Interface::Bus(topic) if topics.contains(&topic));
     log.refused(NodeId::UNIT_A, on_bus, from, change.at)
 }
 
-/// Since when nothing came, where the unit says so; else when it judged.
+/// Time since which no message came, where the unit says so; else the time of its judgement.
 fn silent_since(change: &Change) -> Micros {
     if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { change.at }
 }
 
-/// The world stood still or is gone: the plant, which is part of it, writes nothing any more, or did not for a time.
+/// The world stood still or is gone: the plant, which is part of it, writes no more, or did not for a time.
 fn no_world(log: &Log, change: &Change) -> Option<Origin> {
     let truth = |event: &Event| matches!(event, Event::Truth { .. }).then_some(());
     let (last, ()) = log.last(NodeId::SIM, change.at, truth)?;
@@ -144,8 +144,8 @@ fn pause(log: &Log, change: &Change) -> Option<Micros> {
     spoken.windows(2).find(|pair| pair[1] - pair[0] > WORLD_SPEAKS).map(|pair| pair[0])
 }
 
-/// The frame from which on a modality that `wanted` picks is lacking at the change, or was until shortly before it: what is whole again
-/// when its loss is found was lacking all the same, if it went after its last product. Since when, the frame, and which.
+/// The frame from which on a modality that `wanted` picks is lacking at the change, or was until shortly before it: a modality whole again
+/// when its loss is found was lacking all the same, if it went after its last product. With its time, the frame, and the modality.
 fn missing(log: &Log, change: &Change, wanted: impl Fn(Modality) -> bool) -> Option<(Micros, u64, Modality)> {
     let since = silent_since(change);
     let frames = log.by(NodeId::PERCEPTION).filter(|w| w.at <= change.at);

@@ -1,6 +1,6 @@
-//! What keeps the unit out of a mode at some moment, by what the services logged up to then.
+//! Obstacles to a mode at some moment, from the services' logs up to then.
 //!
-//! Guards are logged when the mode changes. What fails between two changes is told from the newest sign of each: a missing
+//! Guards are logged when the mode changes. A failure between two changes is told from the newest sign of each: a missing
 //! modality or fix, a lease without grants, seals without news. A guard without a sign of its own is told as it was last.
 
 use evidence::Micros;
@@ -12,22 +12,22 @@ use wire::sensor::Modality;
 
 use super::{Change, Log};
 
-/// What stands between the unit and a mode.
+/// Obstacles between the unit and a mode.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct WhyNot {
     /// The mode asked about.
     pub wanted: Mode,
-    /// When, trace time.
+    /// Time, trace time.
     pub at_us: Micros,
     /// The mode it was in.
     pub mode: Mode,
     /// Since when.
     pub since_us: Micros,
-    /// What it takes, and what of that was not there, in words. Empty where it was in the mode.
+    /// Requirements that were not met, in words. Empty where it was in the mode.
     pub blocks: Vec<String>,
 }
 
-/// Why the unit is not in `wanted` at `at`.
+/// Reason that the unit is not in `wanted` at `at`.
 pub fn why_not(log: &Log, wanted: Mode, at: Micros) -> WhyNot {
     let change = log.changes().into_iter().rev().find(|c| c.at <= at);
     let (mode, since) = change.map_or((Mode::Idle, 0), |c| (c.to, c.at));
@@ -66,7 +66,7 @@ fn needed(mode: Mode, wanted: Mode) -> Option<&'static str> {
     }
 }
 
-/// What became of the newest order of this kind since then.
+/// Result of the newest order of this kind since then.
 fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
     let mut given =
         log.by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= at).filter_map(|w| match w.entry.event {
@@ -88,7 +88,7 @@ fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
     }
 }
 
-/// What fails at `at`, by the newest sign of it.
+/// Failures at `at`, by the newest sign of each.
 fn lacking(log: &Log, change: Option<&Change>, at: Micros) -> Vec<String> {
     let mut found = Vec::new();
     let seen = log.last(NodeId::PERCEPTION, at, |event| match *event {
@@ -120,7 +120,7 @@ fn lacking(log: &Log, change: Option<&Change>, at: Micros) -> Vec<String> {
     found
 }
 
-/// Whether there is a sign of the guard besides the change of mode.
+/// True if there is a sign of the guard besides the change of mode.
 fn tells_itself(guard: Guard) -> bool {
     match guard {
         Guard::Rgb | Guard::Depth | Guard::Thermal | Guard::Lidar | Guard::Lease | Guard::SealedLog => true,

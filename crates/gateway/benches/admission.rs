@@ -1,5 +1,6 @@
-//! What the trust boundary costs a record, and how often it allocates: with the origin's signature, without it, and beside
-//! them the same record through bare DTLS in memory; and what a stranger's datagram costs at the door. CPU time of this thread; rounds alternate.
+//! Cost and allocations of the trust boundary per record: with the origin's signature, without it, and beside
+//! them the same record through bare DTLS in memory; and the cost of an unknown peer's datagram at the cookie exchange. CPU time of this
+//! thread; rounds alternate.
 //!
 //! Run with `cargo bench --bench admission` (or with `--profile dev`: dependencies are optimised there too).
 
@@ -90,7 +91,7 @@ fn main() {
     strangers();
 }
 
-/// What a stranger's datagram costs at the door of the listener, before anything is kept of it.
+/// Cost of an unknown peer's datagram at the cookie exchange, before the listener keeps any state of it.
 fn strangers() {
     let hello = client_hello();
     let broken = [&hello[..hello.len() - 1], &[9]].concat();
@@ -161,7 +162,7 @@ fn timed(work: impl FnOnce()) -> (f64, u64) {
     ((thread_cpu_us() - cpu) as f64, ALLOCATIONS.load(Ordering::Relaxed) - allocations)
 }
 
-/// When record `n` arrives, on our clock.
+/// Time at which record `n` arrives, on our clock.
 fn at(n: u64) -> Instant {
     Instant(1_000_000 + n)
 }

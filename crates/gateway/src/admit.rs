@@ -1,7 +1,7 @@
 //! The trust boundary of the telemetry link: every record that a session delivers is judged here, once, top to bottom.
 //!
-//! DTLS has proved who the *peer* is and that nobody changed the bytes. It has not proved that the record is young,
-//! that it is seen for the first time in this session's life, or that what it says is the peer's to say. In order:
+//! DTLS has proved the identity of the *peer* and that the bytes are unchanged. It has not proved that the record is young,
+//! that it is seen for the first time in this session's life, or that its content is the peer's to say. In order:
 //!
 //! | check | of the session record | of the report in it |
 //! |---|---|---|
@@ -13,8 +13,8 @@
 //! | provenance | – | live product |
 //!
 //! Each delivered record gets one verdict: [`Admitted`], or exactly one [`Refusal`]. So, by count,
-//! delivered = accepted + Σ refused. A refused record leaves nothing behind but its count and what
-//! [`Exchange`](wire::trust::Exchange) says. What an admitted record may do is left to the services behind.
+//! delivered = accepted + Σ refused. A refused record leaves only its count and the content of its
+//! [`Exchange`](wire::trust::Exchange). The effect of an admitted record is left to the services behind.
 //!
 //! # The gap between peer and origin
 //!
@@ -37,7 +37,7 @@ use wire::trust::{Accepted, Evidence, SessionGate, SessionRecord, SignedReport, 
 
 use crate::session::Session;
 
-/// The boundary's rules and what it remembers across sessions.
+/// The boundary's rules and its memory across sessions.
 #[derive(Clone, Debug)]
 pub struct Boundary {
     policy: Policy,
@@ -47,10 +47,10 @@ pub struct Boundary {
     reports: Windows,
 }
 
-/// What passed the boundary.
+/// A record that passed the boundary.
 #[derive(Debug)]
 pub struct Admitted<'b> {
-    /// What was established about the session record.
+    /// Facts established about the session record.
     pub hop: Evidence,
     /// Its content.
     pub content: Content<'b>,
@@ -63,7 +63,7 @@ pub struct Admitted<'b> {
     reason = "it lives on the stack for one call; a box would be one allocation a record"
 )]
 pub enum Content<'b> {
-    /// A Hello: it keeps the session going and says nothing about any unit.
+    /// A Hello: it keeps the session going and carries no word on any unit.
     Exchange(RecordId),
     /// A report.
     Report(Accepted<SignedReport<'b>>),
@@ -78,7 +78,7 @@ impl Admitted<'_> {
         }
     }
 
-    /// What was established about the content, as far as that goes beyond the session record.
+    /// Facts established about the content, as far as that goes beyond the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
             Content::Exchange(_) => self.hop,

@@ -11,10 +11,10 @@ use wire::id::{NodeId, PeerId};
 use wire::refusal::{Reason, Refusal};
 use wire::time::{Instant, Span};
 use wire::trust::Accepted;
-use wire::trust::rate::Lane;
+use wire::trust::rate::RateClass;
 
 use crate::stage::{Command, Dispatch, Progress, Rejected};
-use crate::telemetry::struck;
+use crate::telemetry::revocation_of;
 use crate::{DISPLAY, Gateway};
 
 impl Gateway {
@@ -43,9 +43,11 @@ impl Gateway {
                 Ok(()) => return self.watch(now, *challenge),
                 Err(refusal) => Err(refusal.into()),
             },
-            Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
+            Request::Stage(intent) => {
+                self.staging.stage(now, (station, accepted.evidence().age), &self.revoked, intent)
+            }
             Request::Release(confirmation) => self.staging.release(now, station, confirmation),
-            Request::Revoke(revocation) => match self.staging.needed(now, station, Lane::Withdraw) {
+            Request::Revoke(revocation) => match self.staging.needed(now, station, RateClass::Withdraw) {
                 Ok(()) => return self.revoke(now, revocation),
                 Err(refusal) => Err(refusal.into()),
             },
@@ -87,12 +89,12 @@ impl Gateway {
 
     /// A revocation: it holds here at once, and units are told of it until they are gone.
     fn revoke(&mut self, now: Instant, bytes: &[u8]) {
-        match self.roll.revoke(&self.keys, now, bytes) {
+        match self.revoked.revoke(&self.keys, now, bytes) {
             Err(refusal) => return self.refuse(now, Interface::Requests, None, &refusal),
             Ok(None) => {}
             Ok(Some(who)) => {
                 self.note(now, Event::Struck { who });
-                for command in self.staging.strike(who) {
+                for command in self.staging.drop_revoked(who) {
                     self.moved(now, command, CommandStage::Refused, Some(Reason::Revoked));
                 }
                 self.revocations.push(bytes.to_vec());
@@ -119,7 +121,7 @@ impl Gateway {
             Subject::Ack(unit) => unit,
             Subject::Command(_) => return,
         };
-        if let Some(refusal) = struck(&self.roll, &self.policy, unit.node(), now) {
+        if let Some(refusal) = revocation_of(&self.revoked, &self.policy, unit.node(), now) {
             self.reject(now, Interface::Acks, false, &refusal);
             return;
         }
@@ -139,7 +141,7 @@ impl Gateway {
         }
     }
 
-    /// Our session at the broker was cut, or somebody else had it. What waits here for its confirmation is void, and the
+    /// Our session at the broker was cut, or another party had it. Intents that wait here for their confirmation are void, and the
     /// display is told, now and again with each of its challenges.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.note(now, Event::SessionLost { peer: PeerId::GATEWAY });

@@ -1,7 +1,7 @@
 //! Fan-out: an accepted report of one unit goes to the sessions of the others.
 //!
-//! The report travels verbatim, under its origin's signature, in an envelope that says whose session brought it and
-//! how old it may be by now. The gateway vouches for nothing else: the receiving unit judges origin, signature, order
+//! The report travels verbatim, under its origin's signature, in an envelope that names the session peer that brought it and
+//! bounds its age by now. The gateway vouches for no more: the receiving unit judges origin, signature, order
 //! and consistency itself.
 
 use wire::hop::{HopBody, Teammate};

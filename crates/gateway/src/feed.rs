@@ -1,7 +1,7 @@
-//! The feed to the console: what was accepted, refused, opened and sent, one sealed message each.
+//! The feed to the console: records accepted and refused, sessions opened, orders sent, one sealed message each.
 //!
-//! Refusals can be as many as an adversary likes, so what is fed of them is bounded: so many a second, each with how many
-//! there were for its reason and from its peer by then. What came after the last one fed is told with the next window's
+//! Refusals can be as many as an adversary likes, so their feed is bounded: so many a second, each with the count
+//! for its reason and from its peer by then. Refusals after the last one fed are reported with the next window's
 //! share, so the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the
 //! oracle goes by it.
 
@@ -17,7 +17,7 @@ use wire::time::{Instant, Span};
 
 /// Refusals that are fed within one [`REFUSAL_WINDOW`].
 const MAX_REFUSALS: u32 = 20;
-/// So many of them at once, as they happen; the others are for what is only counted, so that a flood of one kind does not
+/// So many of them at once, as they happen; the others are for those only counted, so that a flood of one kind does not
 /// keep another from being told.
 const MAX_AT_ONCE: u32 = 12;
 /// Window of that bound.
@@ -37,7 +37,7 @@ pub struct Feeder {
 #[derive(Clone, Copy, Debug)]
 struct Counted {
     all: u64,
-    /// How many there were when that was fed last, and when.
+    /// Count at the last feed, and its time.
     fed: u64,
     at: Instant,
 }
@@ -65,7 +65,7 @@ impl Feeder {
         counted.all = counted.all.saturating_add(1);
     }
 
-    /// What was counted and not fed, those first that have waited longest, so far as the window's share goes.
+    /// Refusals counted and not fed, those first that have waited longest, within the window's share.
     pub fn rest(&mut self, now: Instant) -> Vec<Output> {
         let mut waiting: Vec<_> = self.counted.iter().filter(|(_, counted)| counted.fed < counted.all).collect();
         waiting.sort_by_key(|(_, counted)| counted.at);
@@ -80,7 +80,7 @@ impl Feeder {
         told
     }
 
-    /// When what was not fed can be.
+    /// Time at which the refusals not fed can be.
     pub fn deadline(&self) -> Option<Instant> {
         let waiting = self.counted.values().any(|counted| counted.fed < counted.all);
         waiting.then(|| self.window + REFUSAL_WINDOW)

@@ -15,7 +15,7 @@ use crate::session::Session;
 /// HOLDs that are remembered for one unit; beyond it the oldest is forgotten, and the unit stays held by the others.
 const MAX_HOLDS: usize = 4;
 
-/// What grants depend on beyond the sessions.
+/// Conditions of grants beyond the sessions.
 #[derive(Clone, Debug)]
 pub struct Leases {
     length: Span,
@@ -50,7 +50,7 @@ impl Leases {
         }
     }
 
-    /// Whether a HOLD for `unit` is unacknowledged.
+    /// True if a HOLD for `unit` is unacknowledged.
     pub fn holding(&self, unit: UnitId) -> bool {
         self.holds.iter().any(|(u, _)| *u == unit)
     }

@@ -4,8 +4,8 @@
 //! console's request → [`stage`] → the unit's command subject; acknowledgements come back through the same file. It
 //! holds no key that an intent, a report or an acknowledgement could be signed with.
 //!
-//! A reviewer of trust reads `admit` first. What the display makes of the feed is left to the console; what a unit
-//! makes of grants, teammates and orders, to autonomy.
+//! A reviewer of trust reads `admit` first. The display's use of the feed is left to the console; a unit's
+//! use of grants, teammates and orders, to autonomy.
 
 pub mod admit;
 mod commands;
@@ -34,7 +34,7 @@ use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Setup};
 use wire::sign::Keyring;
 use wire::time::{Instant, Span};
-use wire::trust::{BusGate, Mandate, Roll};
+use wire::trust::{BusGate, RevocationList, Validity};
 
 use crate::admit::Boundary;
 use crate::feed::Feeder;
@@ -42,7 +42,7 @@ use crate::lease::Leases;
 use crate::session::Sessions;
 use crate::stage::{Rules, Staging};
 
-/// Who is who for this gateway.
+/// Parties that this gateway knows.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GatewayConfig {
@@ -50,14 +50,14 @@ pub struct GatewayConfig {
     pub units: Vec<UnitId>,
     /// Units that receive teammates' reports.
     pub fanout: Vec<UnitId>,
-    /// Operators whose intents are staged.
+    /// Operators with intents that are staged.
     pub operators: Vec<NodeId>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
-    pub mandates: Vec<Mandate>,
+    pub mandates: Vec<Validity>,
 }
 
-/// The station whose display the feed is for.
+/// The station with the display that the feed is for.
 pub(crate) const DISPLAY: NodeId = NodeId::CONSOLE;
 
 /// The gateway's core.
@@ -74,7 +74,7 @@ pub struct Gateway {
     /// One for each station.
     requests: Vec<BusGate>,
     keys: Keyring,
-    roll: Roll,
+    revoked: RevocationList,
     /// Revocations that hold, as the authority signed them.
     revocations: Vec<Vec<u8>>,
     feed: Feeder,
@@ -84,7 +84,7 @@ pub struct Gateway {
     tick: Option<Instant>,
     /// The display's newest challenge, and when it came.
     watch: Option<(Nonce, Instant)>,
-    /// How often our session at the broker was lost.
+    /// Number of times that our session at the broker was lost.
     sessions_lost: u32,
     quiet: bool,
     out: VecDeque<Output>,
@@ -111,7 +111,7 @@ impl Gateway {
             staging: Staging::new(rules),
             requests: setup.gates(Topic::Intents, freshness)?,
             keys,
-            roll: Roll::new(&config.mandates, now),
+            revoked: RevocationList::new(&config.mandates, now),
             revocations: Vec::new(),
             feed: Feeder::new(setup.sender(Topic::Feed)?, now),
             nonces,
@@ -145,7 +145,7 @@ impl Gateway {
             staging: self.staging.clone(),
             requests: self.requests.clone(),
             keys: self.keys.clone(),
-            roll: self.roll.clone(),
+            revoked: self.revoked.clone(),
             revocations: self.revocations.clone(),
             feed: self.feed.clone(),
             nonces: self.nonces.clone(),
@@ -159,7 +159,7 @@ impl Gateway {
         }
     }
 
-    /// What has been counted so far.
+    /// Counts so far.
     pub fn accounts(&self) -> &Accounts {
         &self.accounts
     }

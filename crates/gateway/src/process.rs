@@ -8,7 +8,7 @@ use wire::setup::Setup;
 
 use crate::{Gateway, GatewayConfig};
 
-/// What a launcher puts into [`ServiceSpec::config`] for a gateway.
+/// Contents of [`ServiceSpec::config`] for a gateway.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessConfig {

@@ -1,7 +1,7 @@
 //! A session with a unit: our nonce and challenges, the peer's, the bound on its ages, and the table of all sessions.
 //!
-//! What a session keeps is what *we* issued or measured, and what we have to repeat to that same peer. Judging records
-//! is left to `admit`; deciding what to send, to `lib`.
+//! A session keeps only values that *we* issued or measured, and those we have to repeat to that same peer. Judging records
+//! is left to `admit`; deciding about sending, to `lib`.
 
 use std::collections::VecDeque;
 
@@ -25,7 +25,7 @@ pub struct Session {
     unit: UnitId,
     /// The nonce that records of this session have to carry.
     pub(crate) nonce: Nonce,
-    /// Bounds the age of what the peer stamps.
+    /// Bound on the age of the peer's stamps.
     pub(crate) ages: AgeBound,
     /// Session records seen so far.
     pub(crate) window: Window,
@@ -71,32 +71,32 @@ impl Session {
         self.id
     }
 
-    /// Who the handshake authenticated.
+    /// Peer that the handshake authenticated.
     pub fn peer(&self) -> PeerId {
         self.peer
     }
 
-    /// The unit whose certificate that is.
+    /// Unit of that certificate.
     pub fn unit(&self) -> UnitId {
         self.unit
     }
 
-    /// Whether the peer has shown that it knows our session nonce.
+    /// True if the peer has shown that it knows our session nonce.
     pub fn established(&self) -> bool {
         self.established
     }
 
-    /// Whether the peer has told us the nonce it wants to see; before that it refuses all but Hello.
+    /// True if the peer has told us the nonce it wants to see; before that it refuses all but Hello.
     pub fn listens(&self) -> bool {
         self.theirs.is_some()
     }
 
-    /// When we last sent a record.
+    /// Time at which we last sent a record.
     pub fn sent(&self) -> Option<Instant> {
         self.sent
     }
 
-    /// Takes note of what the peer asks us to repeat. Changes only what we write to this peer.
+    /// Takes note of the values that the peer asks us to repeat. Changes only our records to this peer.
     pub(crate) fn exchange(&mut self, now: Instant, exchange: Exchange) {
         self.theirs = exchange.hello.or(self.theirs);
         let current = self.echo.map(|echo| echo.nonce);
@@ -119,7 +119,7 @@ impl Session {
         owed
     }
 
-    /// Whether the peer is to be told of the revocations, `n` of them, now; then it counts as told.
+    /// True if the peer is to be told of the revocations, `n` of them, now; then it counts as told.
     pub(crate) fn is_owed_revocations(&mut self, now: Instant, n: usize) -> bool {
         let again = |(known, at): (usize, Instant)| known < n || now.since(at) >= self.challenge_period;
         let owed = self.established && n > 0 && self.told.is_none_or(again);
@@ -130,7 +130,7 @@ impl Session {
     }
 
     /// The unit's own report was accepted at `received`, at most `age` old then. One that was overtaken by a younger one
-    /// says nothing new.
+    /// adds no news.
     pub(crate) fn heard(&mut self, received: Instant, age: Span) {
         if self.telemetry_age(received).is_none_or(|known| age < known) {
             self.telemetry = Some((received, age));
@@ -205,7 +205,7 @@ impl Sessions {
         Some(self.standing.remove(at).peer)
     }
 
-    /// The session with this handle, if it stands; else whose it was, where that is known, and why it is not heard.
+    /// The session with this handle, if it stands; else its peer, if known, and the reason that it is not heard.
     pub fn get_mut(&mut self, id: SessionId) -> Result<&mut Session, (Option<PeerId>, Refusal)> {
         let Some(at) = self.standing.iter().position(|session| session.id == id) else { return Err(self.why_not(id)) };
         Ok(&mut self.standing[at])
@@ -216,7 +216,7 @@ impl Sessions {
         self.standing.iter_mut()
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn is_empty(&self) -> bool {
         self.standing.is_empty()
     }

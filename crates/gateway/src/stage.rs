@@ -2,12 +2,12 @@
 //!
 //! Towards safe an intent goes out at once. Away from safe it waits, at most [`STAGED_FOR`], for the operator's signed
 //! confirmation of the very same bytes. The gateway checks schema, rate, role, standing, signature and reason, and that
-//! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. What it
-//! *cannot* judge is the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
+//! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. It
+//! *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
 //! that carried it, on this host. In what order commands follow one another is left to the unit too.
 //!
-//! A *station* is whoever a channel of requests belongs to. Each has its own rate and its own room here, so that none is
-//! kept waiting by what another asks for, under whatever operator's key.
+//! A *station* is the owner of a channel of requests. Each has its own rate and its own room here, so that none is
+//! kept waiting by another's requests, under any operator's key.
 
 use std::collections::VecDeque;
 
@@ -19,27 +19,27 @@ use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
 use wire::time::{Age, Instant, Span};
-use wire::trust::rate::Lane;
-use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
+use wire::trust::rate::RateClass;
+use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList, SignedStatement};
 
 /// Intents of one station that may wait at once.
 pub const MAX_STAGED: usize = 8;
-/// How long an intent waits for its confirmation.
+/// Longest time that an intent waits for its confirmation.
 pub const STAGED_FOR: Span = Span::s(5);
-/// Orders of one station whose acknowledgements are still recognised.
+/// Orders of one station with acknowledgements that are still recognised.
 const MAX_SENT: usize = 32;
 
 /// Different answers to one order that are listened to: it was executed, and its repetitions were refused.
 const MAX_ANSWERS: usize = 4;
 
-/// What commands are judged by.
+/// Rules by which commands are judged.
 #[derive(Clone, Debug)]
 pub struct Rules {
     /// Policy in force.
     pub policy: Policy,
     /// Everybody's public keys.
     pub keys: Keyring,
-    /// Who may give intents.
+    /// Operators who may give intents.
     pub operators: Vec<NodeId>,
     /// Units that orders may be addressed to.
     pub units: Vec<UnitId>,
@@ -56,7 +56,7 @@ pub struct Command {
     pub intent: IntentHash,
 }
 
-/// What became of an accepted request.
+/// Result of an accepted request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The intent waits for its confirmation.
@@ -72,7 +72,7 @@ pub struct Dispatch {
     pub command: Command,
     /// Addressee.
     pub unit: UnitId,
-    /// What is asked.
+    /// Command asked for.
     pub kind: CommandKind,
     /// Encoded [`Order`].
     pub order: Vec<u8>,
@@ -83,7 +83,7 @@ pub struct Dispatch {
 pub struct Rejected {
     /// Command.
     pub command: Option<Command>,
-    /// Why.
+    /// Reason.
     pub refusal: Refusal,
 }
 
@@ -114,7 +114,7 @@ struct Sent {
     station: NodeId,
     command: Command,
     unit: UnitId,
-    /// What the unit said became of it, each answer by its hash.
+    /// The unit's answers on its result, each by its hash.
     answers: Vec<[u8; 32]>,
 }
 
@@ -140,7 +140,7 @@ impl Staging {
         &mut self,
         now: Instant,
         (station, age): (NodeId, Option<Age>),
-        roll: &Roll,
+        revoked: &RevocationList,
         bytes: &[u8],
     ) -> Result<Progress, Rejected> {
         let (decoded, signed) = Decoded::<Intent>::parse(now, bytes, MAX_ORDER)?;
@@ -153,10 +153,10 @@ impl Staging {
             .and_then(|fresh| fresh.within_rate(policy, &self.rates, station, now))
             .map_err(rejected)?;
         // The channel has said whose it is, so that every request counts, also one that is refused.
-        self.rates.charge(station, Lane::of(claim.kind), now);
+        self.rates.charge(station, RateClass::of(claim.kind), now);
         let attributed = within
             .by_role(policy, operators)
-            .and_then(|roled| roled.standing(policy, roll, now))
+            .and_then(|roled| roled.standing(policy, revoked, now))
             .and_then(|standing| self.admissible(station, &claim).map(|()| standing))
             .and_then(|admissible| admissible.by_operator(policy, keys, &signed))
             .map_err(rejected)?;
@@ -167,28 +167,28 @@ impl Staging {
         Ok(self.advance(now, station, accepted, bytes))
     }
 
-    /// Whether a refusal for rate at `now` is to be told, beside being counted.
+    /// True if a refusal for rate at `now` is to be logged, beside being counted.
     pub fn tell(&mut self, now: Instant) -> bool {
         self.rates.tell(now)
     }
 
     /// There is need for one more request of `station`, which is not an intent.
-    pub fn needed(&mut self, now: Instant, station: NodeId, lane: Lane) -> Result<(), Refusal> {
+    pub fn needed(&mut self, now: Instant, station: NodeId, class: RateClass) -> Result<(), Refusal> {
         if self.rules.policy.check(Check::Rate) == Requirement::Required {
-            self.rates.room(station, lane, now)?;
-            self.rates.charge(station, lane, now);
+            self.rates.room(station, class, now)?;
+            self.rates.charge(station, class, now);
         }
         Ok(())
     }
 
-    /// `who` has been revoked: nothing of it waits any longer. Gives the commands that are gone.
-    pub fn strike(&mut self, who: NodeId) -> Vec<Command> {
+    /// `who` has been revoked: its intents no longer wait. Gives the commands that are gone.
+    pub fn drop_revoked(&mut self, who: NodeId) -> Vec<Command> {
         let (gone, left): (Vec<Waiting>, _) = self.waiting.drain(..).partition(|w| w.intent.id.operator == who);
         self.waiting = left;
         gone.iter().map(Waiting::command).collect()
     }
 
-    /// Nothing waits any longer. Gives the commands that are gone.
+    /// No intent waits any longer. Gives the commands that are gone.
     pub fn void(&mut self) -> Vec<Command> {
         self.waiting.drain(..).map(|waiting| waiting.command()).collect()
     }
@@ -197,7 +197,7 @@ impl Staging {
     pub fn release(&mut self, now: Instant, station: NodeId, bytes: &[u8]) -> Result<Progress, Rejected> {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
         let (expected, intent) = decoded.claimed();
-        self.needed(now, station, Lane::Away)?;
+        self.needed(now, station, RateClass::Away)?;
         let ours = |w: &&Waiting| w.station == station && now < w.until;
         // Which of them a confirmation is about is in the intent that it names; by the id alone it is refused below.
         let (exact, named) = (|w: &Waiting| w.command().intent == intent, |w: &Waiting| w.intent.id == expected);
@@ -217,7 +217,7 @@ impl Staging {
         Ok(Progress::Send(self.dispatch(station, &intent, &staged, Some(bytes))))
     }
 
-    /// Removes the intents whose confirmation did not come in time.
+    /// Removes the intents without a confirmation in time.
     pub fn expire(&mut self, now: Instant) -> Vec<Command> {
         let (expired, waiting) = self.waiting.drain(..).partition(|w| now >= w.until);
         self.waiting = waiting;
@@ -225,7 +225,7 @@ impl Staging {
         expired.iter().map(Waiting::command).collect()
     }
 
-    /// When the next intent expires.
+    /// Time at which the next intent expires.
     pub fn deadline(&self) -> Option<Instant> {
         self.waiting.iter().map(|w| w.until).min()
     }
@@ -253,7 +253,7 @@ impl Staging {
         Ok(Some(accepted))
     }
 
-    /// What an intent must be beyond its signature: addressed to a unit of ours, with a reason, and with room to wait.
+    /// Requirements on an intent beyond its signature: addressed to a unit of ours, with a reason, and with room to wait.
     fn admissible(&self, station: NodeId, intent: &Intent) -> Result<(), Refusal> {
         let one_step = intent.kind.towards_safe();
         if !self.rules.units.contains(&intent.unit) {
@@ -292,7 +292,7 @@ impl Staging {
     }
 }
 
-/// What binds confirmation and acknowledgement to an intent: SHA-256 of its signed bytes.
+/// Binding of confirmation and acknowledgement to an intent: SHA-256 of its signed bytes.
 fn hash_of(signed: &[u8]) -> IntentHash {
     Sha256::digest(signed).into()
 }

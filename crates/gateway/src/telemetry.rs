@@ -12,7 +12,7 @@ use wire::id::{NodeId, Nonce, PeerId, SessionId};
 use wire::policy::{Check, Policy, Requirement, Waived};
 use wire::refusal::Refusal;
 use wire::time::{Instant, Span};
-use wire::trust::{Accepted, Bearer, Roll, SignedReport, unit_of};
+use wire::trust::{Accepted, Bearer, RevocationList, SignedReport, unit_of};
 
 use crate::Gateway;
 use crate::admit::{Admitted, Content};
@@ -54,7 +54,7 @@ impl Gateway {
             Err((peer, refusal)) => return self.refuse(now, Interface::Uplink, peer, &refusal),
         };
         let peer = session.peer();
-        if let Some(refusal) = struck(&self.roll, &self.policy, session.unit().node(), now) {
+        if let Some(refusal) = revocation_of(&self.revoked, &self.policy, session.unit().node(), now) {
             return self.refuse(now, Interface::Uplink, Some(peer), &refusal);
         }
         match self.boundary.admit(session, now, bytes) {
@@ -66,8 +66,8 @@ impl Gateway {
     /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again each
     /// challenge period, because a record may be lost and a unit start anew.
     pub(crate) fn pass_on_revocations(&mut self, now: Instant) {
-        let (roll, policy) = (&self.roll, &self.policy);
-        let heard = |session: &&mut Session| stands(roll, policy, session, now);
+        let (revoked, policy) = (&self.revoked, &self.policy);
+        let heard = |session: &&mut Session| stands(revoked, policy, session, now);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
             if !session.is_owed_revocations(now, self.revocations.len()) {
                 continue;
@@ -113,8 +113,8 @@ impl Gateway {
     }
 
     fn fan_out(&mut self, now: Instant, envelope: &Envelope<'_>) {
-        let (roll, policy) = (&self.roll, &self.policy);
-        let heard = |session: &&mut Session| stands(roll, policy, session, now);
+        let (revoked, policy) = (&self.revoked, &self.policy);
+        let heard = |session: &&mut Session| stands(revoked, policy, session, now);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
             if let Some(body) = envelope.addressed_to(session, &self.config.fanout) {
                 session.renew(now, || fresh_nonce(&mut self.nonces));
@@ -124,7 +124,7 @@ impl Gateway {
         }
     }
 
-    /// The display has a new challenge: the units are told at once, for what waits here makes every age look larger.
+    /// The display has a new challenge: the units are told at once, for waiting here makes every age look larger.
     pub(crate) fn watch(&mut self, now: Instant, challenge: Nonce) {
         self.accounts.accepted(Interface::Requests);
         self.watch = Some((challenge, now));
@@ -134,8 +134,8 @@ impl Gateway {
 
     /// Tells each session the display's challenge that has not been told it yet.
     fn pass_watch(&mut self, now: Instant) {
-        let (roll, policy) = (&self.roll, &self.policy);
-        let heard = |session: &&mut Session| stands(roll, policy, session, now);
+        let (revoked, policy) = (&self.revoked, &self.policy);
+        let heard = |session: &&mut Session| stands(revoked, policy, session, now);
         let watch = self.watch.map(|(challenge, _)| challenge);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
             if let Some(challenge) = session.owed(watch) {
@@ -150,9 +150,9 @@ impl Gateway {
     pub(crate) fn keep_up(&mut self, now: Instant, only: Option<SessionId>) {
         self.pass_watch(now);
         self.pass_on_revocations(now);
-        let (roll, policy) = (&self.roll, &self.policy);
+        let (revoked, policy) = (&self.revoked, &self.policy);
         let due =
-            |session: &&mut Session| only.is_none_or(|id| id == session.id()) && stands(roll, policy, session, now);
+            |session: &&mut Session| only.is_none_or(|id| id == session.id()) && stands(revoked, policy, session, now);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(due) {
             let idle = session.sent().is_none_or(|at| now.since(at) >= IDLE_HELLO);
             let hello = || (!session.established() || idle).then_some(HopBody::Hello(session.nonce));
@@ -164,16 +164,16 @@ impl Gateway {
     }
 }
 
-/// Whether the peer of a session is still talked to. One that is struck is told nothing either: what others report would help
-/// whoever has its credential.
-fn stands(roll: &Roll, policy: &Policy, session: &Session, now: Instant) -> bool {
-    struck(roll, policy, session.unit().node(), now).is_none()
+/// True if the peer of a session is still talked to. A revoked one is told no more either: reports of others would help
+/// the holder of its credential.
+fn stands(revoked: &RevocationList, policy: &Policy, session: &Session, now: Instant) -> bool {
+    revocation_of(revoked, policy, session.unit().node(), now).is_none()
 }
 
-/// Why `who` is heard no longer, if that is so. Asked before anything is read of what it says.
-pub(crate) fn struck(roll: &Roll, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
+/// Reason that `who` is heard no longer, if that is so. Asked before any of its content is read.
+pub(crate) fn revocation_of(revoked: &RevocationList, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
     let required = policy.check(Check::Standing) == Requirement::Required;
-    roll.stands(who, now).err().filter(|_| required)
+    revoked.stands(who, now).err().filter(|_| required)
 }
 
 /// An unguessable number other than zero, which stands for "none yet".

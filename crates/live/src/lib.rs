@@ -26,8 +26,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use evidence::cue::Watch;
-use evidence::custody::{Custody, Held, HeldHead, Stop};
 use evidence::log::Logged;
+use evidence::verification::{Held, HeldHead, Stop, Verification};
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
@@ -47,7 +47,7 @@ use wire::time::Span;
 use child::{Child, Line, Services};
 use disk::Growth;
 use leftovers::Marked;
-use process::Ordeals;
+use process::ProcessFaults;
 use remains::Remains;
 use spec::{Places, Specs, service};
 pub(crate) use spec::{console, site};
@@ -109,7 +109,7 @@ pub struct Aftermath {
     /// The recording, on the run's time; behind it what guards and launcher noted.
     pub log: Vec<Logged>,
     /// What came of the recording, as it was kept.
-    pub custody: Custody,
+    pub custody: Verification,
     /// What is held of it outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
@@ -189,7 +189,7 @@ fn gathered(
     mut held: Held,
     stayed: &Stayed,
     stats: &[(NodeId, Value)],
-) -> Result<(Vec<Logged>, Custody, Held), LiveError> {
+) -> Result<(Vec<Logged>, Verification, Held), LiveError> {
     let start_us = held.start_us;
     // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
     if !held.cut_short
@@ -391,7 +391,7 @@ impl Company<'_> {
     /// Stays until the end of the run, doing to processes what the scenario says and calling the steps that wait; `again`
     /// starts a node anew. Gives what was done, and by how much the host overslept at most.
     fn stay(&mut self, cast: &Cast, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
-        let mut ordeals = Ordeals::new(cast);
+        let mut process_faults = ProcessFaults::new(cast);
         let mut watch = Watch::new(&cast.cues);
         let windowed = self.window;
         let (mut overslept, mut watched) = (0, 0);
@@ -404,7 +404,7 @@ impl Company<'_> {
                 return Err(LiveError::Stopped);
             }
             if let Some(grown) = growth.as_mut().and_then(Growth::look) {
-                ordeals.note(clock(), grown);
+                process_faults.note(clock(), grown);
             }
             if now >= end && !self.window {
                 let lasted = if windowed { now.saturating_sub(start_us) } else { cast.duration };
@@ -412,24 +412,24 @@ impl Company<'_> {
                 for child in &mut self.children {
                     child.go_on();
                 }
-                return Ok(Stayed { events: ordeals.events().to_vec(), overslept, lasted });
+                return Ok(Stayed { events: process_faults.events().to_vec(), overslept, lasted });
             }
-            if ordeals.next().is_some_and(|at| start_us + at <= now) {
-                if let Some(node) = ordeals.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
+            if process_faults.next().is_some_and(|at| start_us + at <= now) {
+                if let Some(node) = process_faults.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
                     let boot = Boot(2);
                     self.take_in(again(node, boot)?);
-                    ordeals.note(clock(), Event::Restarted { node, boot });
+                    process_faults.note(clock(), Event::Restarted { node, boot });
                 }
-                let told = ordeals.events().iter().skip(watched);
+                let told = process_faults.events().iter().skip(watched);
                 let called = told.flat_map(|(at, event)| watch.take(*at, NodeId::CAMPAIGN, event)).collect();
-                watched = ordeals.events().len();
-                self.call(cast, &mut ordeals, called, clock());
+                watched = process_faults.events().len();
+                self.call(cast, &mut process_faults, called, clock());
                 continue;
             }
             self.act(now.saturating_sub(start_us));
             let end = if self.window { u64::MAX } else { end };
             let end = self.acts.front().map_or(end, |((at, _), _)| end.min(start_us + at));
-            let next = ordeals.next().map_or(end, |at| (start_us + at).min(end));
+            let next = process_faults.next().map_or(end, |at| (start_us + at).min(end));
             let nap = next.saturating_sub(now).clamp(1, 10_000);
             let heard = self.lines.recv_timeout(Duration::from_micros(nap));
             let slept = trace_us().saturating_sub(now);
@@ -442,13 +442,13 @@ impl Company<'_> {
                 Ok((_, Line::Closed(None))) => self.window = false,
                 Ok((_, Line::Entry(bytes))) => {
                     if let Ok(entry) = Entry::decode(&bytes) {
-                        self.call(cast, &mut ordeals, watch.take(clock(), entry.node, &entry.event), clock());
+                        self.call(cast, &mut process_faults, watch.take(clock(), entry.node, &entry.event), clock());
                     }
                 }
-                Ok((node, Line::Ended)) if !ordeals.ended(node) => {
+                Ok((node, Line::Ended)) if !process_faults.ended(node) => {
                     // With its process the window is gone too.
                     self.window &= node != NodeId::CONSOLE;
-                    ordeals.note(clock(), Event::Ended { node, killed: false });
+                    process_faults.note(clock(), Event::Ended { node, killed: false });
                 }
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
@@ -465,11 +465,11 @@ impl Company<'_> {
     }
 
     /// Calls steps: whoever has steps is told, and what is done to processes begins here.
-    fn call(&mut self, cast: &Cast, ordeals: &mut Ordeals, steps: Vec<StepName>, now: u64) {
+    fn call(&mut self, cast: &Cast, process_faults: &mut ProcessFaults, steps: Vec<StepName>, now: u64) {
         let takes = |node: NodeId| cast.members.iter().any(|m| m.node() == node && m.role.takes_cues());
         for step in steps {
             self.children.iter_mut().filter(|c| takes(c.node)).for_each(|c| c.tell(&Control::Cue(step)));
-            ordeals.call(now, step);
+            process_faults.call(now, step);
         }
     }
 

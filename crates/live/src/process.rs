@@ -4,7 +4,7 @@
 //! full disk is a limit on the size of files. Nothing is told that was not seen: a kill by the wait status, a stop by the
 //! kernel's process table, a limit by the kernel's answer.
 
-use topology::{Cast, Ordeal, OrdealKind, Turn, next_turn};
+use topology::{Cast, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::step::StepName;
@@ -12,9 +12,9 @@ use wire::step::StepName;
 use super::child::Child;
 use super::disk::fill;
 
-/// The ordeals of a run, with what is still to be done.
-pub(super) struct Ordeals {
-    list: Vec<Ordeal>,
+/// The process_faults of a run, with what is still to be done.
+pub(super) struct ProcessFaults {
+    list: Vec<ProcessFault>,
     /// When each began, once it has, microseconds of the run.
     begun: Vec<Option<u64>>,
     /// Turns to come: when, of which, what.
@@ -23,13 +23,13 @@ pub(super) struct Ordeals {
     events: Vec<(u64, Event)>,
 }
 
-impl Ordeals {
+impl ProcessFaults {
     pub(super) fn new(cast: &Cast) -> Self {
-        let by_time = |(i, ordeal): (usize, &Ordeal)| ordeal.waits.is_none().then_some((ordeal.at, i, Turn::Begin));
+        let by_time = |(i, fault): (usize, &ProcessFault)| fault.waits.is_none().then_some((fault.at, i, Turn::Begin));
         Self {
-            begun: vec![None; cast.ordeals.len()],
-            turns: cast.ordeals.iter().enumerate().filter_map(by_time).collect(),
-            list: cast.ordeals.clone(),
+            begun: vec![None; cast.process_faults.len()],
+            turns: cast.process_faults.iter().enumerate().filter_map(by_time).collect(),
+            list: cast.process_faults.clone(),
             events: Vec::new(),
         }
     }
@@ -41,9 +41,9 @@ impl Ordeals {
 
     /// A step is called at `now`.
     pub(super) fn call(&mut self, now: u64, step: StepName) {
-        for (i, ordeal) in self.list.iter().enumerate() {
-            if let Some(after) = ordeal.waits.filter(|_| ordeal.step == Some(step) && self.begun[i].is_none()) {
-                self.turns.push((now.max(ordeal.at) + after, i, Turn::Begin));
+        for (i, fault) in self.list.iter().enumerate() {
+            if let Some(after) = fault.waits.filter(|_| fault.step == Some(step) && self.begun[i].is_none()) {
+                self.turns.push((now.max(fault.at) + after, i, Turn::Begin));
             }
         }
     }
@@ -63,16 +63,16 @@ impl Ordeals {
     pub(super) fn carry_out(&mut self, now: u64, children: &mut [Child], clock: &dyn Fn() -> u64) -> Option<NodeId> {
         let due = self.turns.iter().enumerate().filter(|(_, (at, ..))| *at <= now).min_by_key(|(_, (at, ..))| *at);
         let (at, i, turn) = self.turns.remove(due?.0);
-        let ordeal = self.list[i];
-        let child = children.iter_mut().rfind(|child| child.node == ordeal.node);
-        match (turn, ordeal.kind) {
+        let fault = self.list[i];
+        let child = children.iter_mut().rfind(|child| child.node == fault.node);
+        match (turn, fault.kind) {
             (Turn::Begin, kind) => {
                 if self.begun[i].replace(at).is_none() {
-                    self.tell_step(now, ordeal, true);
+                    self.tell_step(now, fault, true);
                     self.begin(now, i, kind, child, clock);
                 }
             }
-            (Turn::Halt | Turn::Release, OrdealKind::Suspend { how, lasts }) => {
+            (Turn::Halt | Turn::Release, ProcessFaultKind::Suspend { how, lasts }) => {
                 let left = (self.begun[i].unwrap_or(at) + lasts).saturating_sub(at);
                 let halts = turn == Turn::Halt && left > 0;
                 // It runs as soon as it is let go on, and is stopped once that has been seen.
@@ -80,38 +80,46 @@ impl Ordeals {
                 let done = child.is_some_and(|child| if halts { child.halt() } else { child.go_on() });
                 let when = if halts { clock() } else { before };
                 if matches!(how, Suspension::Slow { .. }) {
-                    self.events.extend(done.then_some((when, Event::Halted { node: ordeal.node, on: halts })));
+                    self.events.extend(done.then_some((when, Event::Halted { node: fault.node, on: halts })));
                 }
                 if left > 0 {
                     let (next, after) = next_turn(turn, how, left);
                     self.turns.push((at + after, i, next));
                 } else {
-                    let over = Event::Suspended { node: ordeal.node, how, on: false };
+                    let over = Event::Suspended { node: fault.node, how, on: false };
                     self.events.extend(done.then_some((before, over)));
-                    self.tell_step(clock(), ordeal, false);
+                    self.tell_step(clock(), fault, false);
                 }
             }
-            (Turn::Restart, _) => return Some(ordeal.node),
-            (Turn::Release, OrdealKind::Fill { .. }) => {
+            (Turn::Restart, _) => return Some(fault.node),
+            (Turn::Release, ProcessFaultKind::Fill { .. }) => {
                 let before = clock();
                 let done = child.is_some_and(|child| fill(child.pid(), false));
-                self.events.extend(done.then_some((before, Event::DiskFull { node: ordeal.node, on: false })));
-                self.tell_step(clock(), ordeal, false);
+                self.events.extend(done.then_some((before, Event::DiskFull { node: fault.node, on: false })));
+                self.tell_step(clock(), fault, false);
             }
-            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+            (Turn::Halt, ProcessFaultKind::Fill { .. })
+            | (Turn::Halt | Turn::Release, ProcessFaultKind::Kill { .. }) => {}
         }
         None
     }
 
-    fn begin(&mut self, now: u64, i: usize, kind: OrdealKind, child: Option<&mut Child>, clock: &dyn Fn() -> u64) {
+    fn begin(
+        &mut self,
+        now: u64,
+        i: usize,
+        kind: ProcessFaultKind,
+        child: Option<&mut Child>,
+        clock: &dyn Fn() -> u64,
+    ) {
         let node = self.list[i].node;
         match kind {
-            OrdealKind::Kill { restart } => {
+            ProcessFaultKind::Kill { restart } => {
                 let killed = child.is_some_and(Child::kill);
                 self.events.push((now, Event::Ended { node, killed }));
                 self.turns.extend(restart.map(|after| (now + after, i, Turn::Restart)));
             }
-            OrdealKind::Suspend { how, lasts } => {
+            ProcessFaultKind::Suspend { how, lasts } => {
                 if child.is_some_and(Child::halt) {
                     let at = clock();
                     self.events.push((at, Event::Suspended { node, how, on: true }));
@@ -122,7 +130,7 @@ impl Ordeals {
                 let (next, after) = next_turn(Turn::Halt, how, lasts);
                 self.turns.push((now + after, i, next));
             }
-            OrdealKind::Fill { lasts } => {
+            ProcessFaultKind::Fill { lasts } => {
                 let done = child.is_some_and(|child| fill(child.pid(), true));
                 self.events.extend(done.then_some((clock(), Event::DiskFull { node, on: true })));
                 self.turns.push((now + lasts, i, Turn::Release));
@@ -135,7 +143,7 @@ impl Ordeals {
         self.events.push((at, event));
     }
 
-    fn tell_step(&mut self, at: u64, ordeal: Ordeal, begun: bool) {
-        self.events.extend(ordeal.step.map(|step| (at, Event::Step { step, begun })));
+    fn tell_step(&mut self, at: u64, fault: ProcessFault, begun: bool) {
+        self.events.extend(fault.step.map(|step| (at, Event::Step { step, begun })));
     }
 }

@@ -215,7 +215,7 @@ impl Specs<'_> {
         if member.subscribes.is_empty() && member.publishes.is_empty() {
             return Vec::new();
         }
-        let (host, seat) = (scope(member.host), member.seat);
+        let (host, endpoint) = (scope(member.host), member.endpoint);
         let channel = |scope: &str, inside: bool, topic: Topic| {
             let scope = if inside { format!("{scope}-inside") } else { scope.to_owned() };
             ChannelSpec { scope, topic }
@@ -226,9 +226,9 @@ impl Specs<'_> {
                 && m.publishes.contains(&Topic::Intents)
         };
         let own = if second(member) { SECOND_STATION } else { host };
-        let publish = member.publishes.iter().map(|t| channel(own, seat.writes_inside(*t), *t)).collect();
+        let publish = member.publishes.iter().map(|t| channel(own, endpoint.writes_inside(*t), *t)).collect();
         let mut subscribe: Vec<_> =
-            member.subscribes.iter().map(|t| channel(host, seat.reads_inside(*t), *t)).collect();
+            member.subscribes.iter().map(|t| channel(host, endpoint.reads_inside(*t), *t)).collect();
         if matches!(member.role, Role::Gateway(_)) && self.cast.members.iter().any(second) {
             subscribe.push(channel(SECOND_STATION, false, Topic::Intents));
         }

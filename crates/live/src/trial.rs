@@ -4,10 +4,10 @@ use std::io::Read;
 
 use super::mouths::{self, CoreReplay};
 use super::{Aftermath, LiveError, Logs, Options, run};
-use evidence::custody::{Custodian, Custody, Held};
 use evidence::log::Logged;
 use evidence::reading::read;
 use evidence::trial::Outcome;
+use evidence::verification::{Held, LogVerifier, Verification};
 use evidence::{Evidence, Micros, Verdict};
 use oracle::{judge, stalled};
 use scenario::{Scenario, Setup};
@@ -93,20 +93,20 @@ fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>) -> Optio
 }
 
 /// What came of a recording, in the order in which it was kept. One that a living recorder left empty holds nothing.
-pub(super) fn custody(recorded: &[Logged], held: &Held) -> Custody {
-    let mut custodian = Custodian::new(held);
+pub(super) fn custody(recorded: &[Logged], held: &Held) -> Verification {
+    let mut log_verifier = LogVerifier::new(held);
     for logged in recorded {
-        // What does not continue its chain is in the custodian's own list.
-        let _noted = custodian.take(logged.at, logged.node, &logged.bytes);
+        // What does not continue its chain is in the log_verifier's own list.
+        let _noted = log_verifier.take(logged.at, logged.node, &logged.bytes);
     }
-    custodian.close()
+    log_verifier.close()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    use evidence::custody::Flaw;
+    use evidence::verification::Flaw;
     use std::path::Path;
     use wire::audit::Entry;
     use wire::event::{Account, Event};

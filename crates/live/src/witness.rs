@@ -6,9 +6,9 @@ use std::io::BufReader;
 use std::path::Path;
 
 use adversary::insider::{InsiderRecorder, Kept};
-use evidence::custody::HeldHead;
 use evidence::log::Logged;
 use evidence::sights::{Claims, Running};
+use evidence::verification::HeldHead;
 use link::instrument::Frame;
 use link::mouth;
 use link::recorded;

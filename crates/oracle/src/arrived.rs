@@ -1,22 +1,22 @@
-//! What was established about the injections of a trial: which provably arrived, and what kept the others from it.
+//! Facts established about the injections of a trial: those that provably arrived, and the obstacles of the others.
 
 use std::collections::BTreeMap;
 
 use evidence::{Mask, Micros, Plan};
 use wire::event::{FaultKind, Sensor};
 
-/// What was established about the injections.
+/// Facts established about the injections.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Receipt {
-    /// One planned injection at least has both witnesses, and of each other it is known what kept it from arriving.
+    /// One planned injection at least has both witnesses, and of each other the obstacle is known that kept it from arriving.
     pub whole: bool,
-    /// When each planned injection arrived, or what kept it from arriving; nothing where neither is proven.
+    /// Arrival of each planned injection, or the obstacle that kept it from arriving; none where neither is proven.
     pub plans: Vec<(Plan, Option<Result<Micros, Mask>>)>,
     /// The actor's first entry that has a second witness.
     pub zero: Option<Micros>,
     /// Sensor faults with receipts.
     pub faults: Vec<Befallen>,
-    /// When the relay took a datagram off its way, by its hash: to send it later, or never.
+    /// Time at which the relay took a datagram off its way, by its hash: to send it later, or never.
     pub taken: BTreeMap<u64, Micros>,
     /// Hashes that the adversary made or changed: never timely traffic.
     pub forged: BTreeMap<u64, Micros>,
@@ -27,7 +27,7 @@ pub(super) struct Receipt {
 pub(super) struct Befallen {
     /// Which sensor.
     pub sensor: Sensor,
-    /// What befell it.
+    /// Kind of the fault.
     pub kind: FaultKind,
     /// From.
     pub start: Micros,
@@ -36,8 +36,8 @@ pub(super) struct Befallen {
 }
 
 impl Befallen {
-    /// Whether the unit is without the sensor: it gives nothing, or shows the past under fresh stamps. Nothing rests on
-    /// odometry alone while fixes come, and what a frozen fix comes to is `place`'s.
+    /// True if the unit is without the sensor: it gives no reading, or shows the past under fresh stamps. No judgement rests on
+    /// odometry alone while fixes come, and the consequences of a frozen fix are `place`'s.
     pub(super) fn is_loss(&self) -> bool {
         match self.kind {
             FaultKind::Dropout => self.sensor != Sensor::Odometry,

@@ -1,8 +1,8 @@
-//! P6: what was sent, added and dropped adds up with what arrived, was refused and was accepted, from separate
+//! P6: records sent, added and dropped add up with those that arrived, were refused and were accepted, from separate
 //! processes' accounts.
 //!
-//! Datagrams from outside of the run are in none of them: each end counts those apart. What the kernel dropped at a socket
-//! it drops unread, so that nobody can tell whose it was; a sum that does not add up beside both is INVALID and says so.
+//! Datagrams from outside of the run are in none of them: each end counts those apart. The kernel drops datagrams at a socket
+//! unread, so that their sender cannot be told; a sum that does not add up beside both is INVALID and says so.
 
 use std::collections::BTreeMap;
 
@@ -63,8 +63,8 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
     found
 }
 
-/// Datagrams that left for `to`, on `side` of the relay, and what became of them there: each was before its guard, or is
-/// counted by what lost it. Handshakes and strangers included; what others sent directly comes in at the gateway.
+/// Datagrams that left for `to`, on `side` of the relay, and their fate there: each was before its guard, or is
+/// counted where it was lost. Handshakes and unknown peers included; datagrams that others sent directly come in at the gateway.
 fn crossing(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
     let n = |node: NodeId, account: Account| i128::from(*accounts.get(&(node, account)).unwrap_or(&0));
     let relay = NodeId::RELAY_TELEMETRY;
@@ -78,7 +78,7 @@ fn crossing(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
     (left, arrived.into_iter().sum())
 }
 
-/// What to say of a sum in which the kernel may have dropped datagrams of outsiders.
+/// Remark on a sum in which the kernel may have dropped datagrams of outsiders.
 fn beside(accounts: &Accounts, to: NodeId) -> String {
     let n = |account| *accounts.get(&(to.guard().unwrap_or(to), account)).unwrap_or(&0);
     match (n(Account::Outsiders), n(Account::KernelDropped)) {

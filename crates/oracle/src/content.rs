@@ -1,7 +1,7 @@
-//! P5: what is displayed, what is executed and what is held against a teammate came from accepted records and the operator's
-//! own intents. What is displayed of a unit is that unit's own report.
+//! P5: displays, executions and findings against a teammate came from accepted records and the operator's
+//! own intents. The display of a unit is that unit's own report.
 //!
-//! These are the influences that have a name in the log. What else a refused record could have moved shows only in its
+//! These are the influences that have a name in the log. Other influences of a refused record show only in their
 //! effects: in the pose (`place`), in modes and at the plant (`effect`, `speed`).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -15,7 +15,7 @@ use super::SLACK;
 use super::finding;
 use super::timeline::Timeline;
 
-/// A command that a rogue gave: what, and with whose key.
+/// A command that a rogue gave: its kind, and the owner of its key.
 type Rogue = (CommandKind, NodeId);
 
 /// Judges P5.
@@ -63,15 +63,15 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
-/// A rogue who holds an operator's key may stop the unit in that operator's name while the operator is admitted: nothing
+/// A rogue who holds an operator's key may stop the unit in that operator's name while the operator is admitted: no check
 /// can tell it from that operator, and it is safe.
 fn stops(evidence: &Evidence, command: CommandId, executed: CommandKind, rogue: Rogue, at: Micros) -> bool {
     let (kind, key) = rogue;
     executed == kind && kind.towards_safe() && command.operator == key && admitted(evidence, key, at)
 }
 
-/// Whether `who` was an operator whose time was not over, and whose revocation the unit did not know and need not have
-/// known: the gateway has *Th* to bring it, after which a unit that hears nothing holds.
+/// True if `who` was an operator still within its validity, and the unit did not know of its revocation and need not have
+/// known: the gateway has *Th* to bring it, after which a unit without messages holds.
 fn admitted(evidence: &Evidence, who: NodeId, at: Micros) -> bool {
     let until = evidence.operators.iter().find(|(operator, _)| *operator == who).map(|(_, until)| *until);
     let th = evidence.bounds.to_hold_safe_ms * 1000;

@@ -1,4 +1,4 @@
-//! Receipts for what the relay did to a datagram: the guard's log shows its very bytes, or that they never came.
+//! Receipts of the relay's actions on a datagram: the guard's log shows its very bytes, or that they never came.
 
 use evidence::{Evidence, Micros};
 use wire::core::Side;
@@ -8,10 +8,10 @@ use wire::id::NodeId;
 use super::link;
 use super::window::Window;
 
-/// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
+/// Longest time within which a guard logs the pieces of one datagram, and for which a datagram is on its way.
 const TOGETHER: Micros = 500;
 const ON_THE_WAY: Micros = 200_000;
-/// What a link takes by itself; so short a delay shows nothing.
+/// Delay of a link by itself; so short a delay is no evidence.
 const LEAST_DELAY: Micros = 10_000;
 
 /// Times at which any guard saw these bytes.
@@ -22,7 +22,7 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
     })
 }
 
-/// The relay's first entry of `action` within `window` whose bytes the target's guard confirms.
+/// The relay's first entry of `action` within `window` with bytes that the target's guard confirms.
 pub(super) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Attack { action: a, side, length, hash, delay }
@@ -48,8 +48,8 @@ pub(super) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Op
     entries.into_iter().find(|claim| confirmed(*claim)).map(|(at, ..)| at)
 }
 
-/// Whether a guard took a datagram of this length apart, just after `at`, and refused a piece of it: it logs records, and
-/// what was made longer or put together of two is no longer one.
+/// True if a guard took a datagram of this length apart, just after `at`, and refused a piece of it: it logs records, and
+/// a datagram made longer or put together of two is no longer one.
 fn in_pieces(evidence: &Evidence, at: Micros, side: Side, length: u16) -> bool {
     let target = if side == Side::Server { NodeId::GATEWAY } else { NodeId::UNIT_A };
     let pieces = evidence.entries.iter().filter_map(|w| match w.entry.event {

@@ -1,9 +1,9 @@
 //! Objects that are made to look like something else: did anybody fall for them, and did perception say so?
 //!
-//! The scene is the attack, so its actor is the sim, whose truth says what stands where and what is printed on. The second
+//! The scene is the attack, so its actor is the sim, which tells the place of each object and the print on it. The second
 //! witness is perception: it doubts a detection of the painted class where the object stands, or follows a track of that class
-//! there; of what is printed on or seen through a perturbed image, and need not look like anything else for that, a track of any class
-//! will do. Without either nobody looked, and the trial shows nothing.
+//! there; of an object printed on or seen through a perturbed image, which need not look like another class for that, a track of any class
+//! will do. Without either no stage looked, and the trial shows no result.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -15,18 +15,19 @@ use wire::sensor::{Camera, Class};
 
 use super::window::Window;
 
-/// How far from its object a track may be, millimetres: half of the longest object, and what perception may be off.
+/// Distance of a track from its object, at most, millimetres: half of the longest object, and perception's own error.
 const NEAR_MM: f64 = 3_500.0;
-/// How far from its object's middle a detection may point, milliradians: part of it may be hidden or out of view.
+/// Angle of a detection from its object's middle, at most, milliradians: part of it may be hidden or out of view.
 const TOWARDS_MRAD: f64 = 250.0;
 
-/// When perception first took the object for the class whose paint it bears, or doubted that it is one.
+/// Time at which perception first took the object for the class of the paint that it bears, or doubted that it is one.
 pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, window: Window) -> Option<Micros> {
     let seen = sights(evidence, object).filter(|s| s.class == class).map(|s| s.at);
     seen.filter(|at| window.has(*at)).min()
 }
 
-/// When perception first looked at an object with a print, of which it was given an image, by its hash: it followed it, or doubted that it is what it is or what it aims at.
+/// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it followed it, or
+/// doubted its true class or the class aimed at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
     let since = evidence.entries.iter().find(|w| told(w))?.at;
@@ -36,8 +37,8 @@ pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window:
     looked(evidence, object, aim).filter(|at| *at >= since && window.has(*at)).min()
 }
 
-/// When a perturbation began of which perception was given an image, by its hash, and that looked at an object of another class than what
-/// it aims at before it ended: what is followed already is not told anew.
+/// Time at which a perturbation began of which perception was given an image, by its hash, and that looked at an object of another class than
+/// the one aimed at before it ended: an object followed already is not told anew.
 pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Fault { kind: FaultKind::Perturbation, active, .. } if w.entry.node == NodeId::SIM => {
@@ -51,7 +52,7 @@ pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
     (given(evidence, since..until) && seen.any(|at| at < until)).then_some(since)
 }
 
-/// Whether perception was given an image, to the last byte, that the sim says it altered in this span.
+/// True if perception was given an image, to the last byte, that the sim says it altered in this span.
 fn given(evidence: &Evidence, within: Range<Micros>) -> bool {
     let given: BTreeSet<_> = pictures(evidence, NodeId::PERCEPTION).map(|(_, picture)| picture).collect();
     pictures(evidence, NodeId::SIM).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
@@ -65,7 +66,7 @@ fn pictures(evidence: &Evidence, by: NodeId) -> impl Iterator<Item = (Micros, (F
     })
 }
 
-/// When perception followed an object, or doubted that it is what it is or what it was to be taken for.
+/// Times at which perception followed an object, or doubted its true class or the class aimed at.
 fn looked(evidence: &Evidence, object: ObjectId, aim: Class) -> impl Iterator<Item = Micros> {
     let own = objects(evidence).find_map(|(of, class)| (of == object).then_some(class));
     let looked = move |s: &Sight| !s.doubted || s.class == aim || Some(s.class) == own;
@@ -77,7 +78,7 @@ fn others(evidence: &Evidence, aim: Class) -> BTreeSet<ObjectId> {
     objects(evidence).filter(|(_, class)| *class != aim).map(|(object, _)| object).collect()
 }
 
-/// What the sim says that objects are.
+/// Classes of objects, by the sim.
 fn objects(evidence: &Evidence) -> impl Iterator<Item = (ObjectId, Class)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Object { object, class, .. } => Some((object, class)),
@@ -85,8 +86,8 @@ fn objects(evidence: &Evidence) -> impl Iterator<Item = (ObjectId, Class)> {
     })
 }
 
-/// Whether perception saw through a disguise at or after `zero`: it doubted it, or followed what is printed on as something
-/// else than what the print or the perturbation aims at.
+/// True if perception saw through a disguise at or after `zero`: it doubted it, or followed the printed object as a class
+/// other than the one that the print or the perturbation aims at.
 pub(super) fn seen_through(evidence: &Evidence, zero: Micros) -> bool {
     evidence.planned.iter().any(|plan| match plan.what {
         Planned::Disguise(object, class) => {
@@ -104,11 +105,11 @@ fn unfooled(evidence: &Evidence, object: ObjectId, aim: Class, zero: Micros) -> 
     sights(evidence, object).any(|s| s.at >= zero && s.doubted == (s.class == aim))
 }
 
-/// What perception told of where an object is.
+/// Perception's word on the place of an object.
 struct Sight {
     at: Micros,
     class: Class,
-    /// Whether it doubted that it is of that class, or followed it as one.
+    /// True if it doubted that it is of that class, or followed it as one.
     doubted: bool,
 }
 
@@ -142,7 +143,7 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
     })
 }
 
-/// Where a place is seen from the unit's camera, milliradians to the left.
+/// Bearing of a place from the unit's camera, milliradians to the left.
 fn bearing((x, y, yaw_mrad): (f64, f64, f64), (east, north): (f64, f64)) -> f64 {
     let (sin, cos) = libm::sincos(yaw_mrad / 1000.0);
     let forward = f64::from(Camera::GROUND.forward_m) * 1000.0;

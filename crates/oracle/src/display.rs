@@ -1,10 +1,10 @@
-//! P7, from the display's own record: nothing is shown fresh beyond its limit, and what is shown fresh of the unit under test
+//! P7, from the display's own record: no value is shown fresh beyond its limit, and a value shown fresh of the unit under test
 //! was so there at some instant within the last telemetry period and *Tf*.
 //!
-//! What READY stands on is compared with what the unit went by: its mode, the track that it holds authority over and its
+//! The basis of READY is compared with the unit's own: its mode, the track that it holds authority over and its
 //! failing guards have to be the unit's own, its place one that it drove by; of its tracks the display may say less than the
-//! unit, never more. Commands are `planes`' to judge, the age of what the gateway accepted is `stale`'s. Other units' words
-//! are not compared: one of them may be an insider, whose word on itself says nothing.
+//! unit, never more. Commands are `planes`' to judge, the age of accepted records is `stale`'s. Other units' words
+//! are not compared: one of them may be an insider, and its word on itself is no evidence.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ use super::finding;
 use super::place::{BOUNDED, FIX_MM};
 use super::timeline::Timeline;
 
-/// How far a shown place may lie off the way that the unit took itself to have gone, millimetres: its pose is written down
+/// Distance of a shown place from the way that the unit took itself to have gone, at most, millimetres: its pose is logged
 /// a few times a second, and each fix in between may move it by no more than a fix is ever off.
 const NEAR_MM: f64 = FIX_MM * BOUNDED;
 
@@ -45,7 +45,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
-/// What of a picture that is shown as fresh was not so at any instant of `[from, to]`.
+/// Part of a picture shown as fresh that was not so at any instant of `[from, to]`.
 fn wrong(line: &Timeline, shown: &Event, from: Micros, to: Micros, speed_mm_s: f64) -> Option<String> {
     let Event::Displayed { mode, authority, failing, place, tracks_fresh, .. } = *shown else { return None };
     if !line.was_in(mode, from, to) {
@@ -80,8 +80,8 @@ fn wrong(line: &Timeline, shown: &Event, from: Micros, to: Micros, speed_mm_s: f
     more.then(|| format!("{tracks_fresh} tracks shown fresh, and the unit had fewer that were"))
 }
 
-/// How far `place` lies from where the unit took itself to be in `[from, to]`, millimetres; none if it said nowhere by then.
-/// What it may have driven since the last fix that it told of does not count.
+/// Distance of `place` from the one at which the unit took itself to be in `[from, to]`, millimetres; none if it gave none by then.
+/// Driving since its last told fix does not count.
 fn off(line: &Timeline, place: (i32, i32), from: Micros, to: Micros, speed_mm_s: f64) -> Option<f64> {
     let first = line.poses.partition_point(|stood| stood.at <= from).saturating_sub(1);
     let end = line.poses.partition_point(|stood| stood.at <= to);

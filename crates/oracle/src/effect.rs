@@ -1,5 +1,5 @@
-//! P8 beyond the unit's word on what it executed: what an execution has to bring about is looked for in the unit's modes and
-//! at its plant, and what is seen there has to go back to an execution.
+//! P8 beyond the unit's word on its executions: the effect of an execution is looked for in the unit's modes and
+//! at its plant, and an effect seen there has to go back to an execution.
 //!
 //! A HOLD holds and its plant stands, until an operator lets the unit go on; a DISARM leaves no authority; a change of mode
 //! for the sake of a command goes with one execution of that command; the plant acts once on a command. That a command away
@@ -18,7 +18,7 @@ use super::speed::{STANDING, braked, followed};
 use super::timeline::Timeline;
 use super::{finding, life};
 
-/// Judges what executions brought about.
+/// Judges the effects of executions.
 pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut found = Vec::new();
     for (at, id, kind) in &line.executed {
@@ -64,8 +64,8 @@ fn disarm(line: &Timeline, at: Micros, id: CommandId) -> Option<Finding> {
     (line.authority_at(by) && !anew).then(|| finding(Property::P8, by, what()))
 }
 
-/// Changes of mode for the sake of a command that the unit does not say it executed then, or more than one for the same. What a
-/// dying unit had still to say is lost with it.
+/// Changes of mode for the sake of a command that the unit does not say it executed then, or more than one for the same. The last
+/// words of a dying unit are lost with it.
 fn unsaid(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let dead = life::dead(evidence, NodeId::UNIT_A);
     let mut once = BTreeSet::new();

@@ -56,7 +56,7 @@ fn taken_away(line: &Timeline, at: Micros, authority: u32) -> Option<String> {
     Some(format!("under authority that {} {id} had taken away", kind.name()))
 }
 
-/// The margin is what the unit may be off by; without it the unit still comes to rest inside the fence.
+/// The margin is the unit's possible error of place; without it the unit still comes to rest inside the fence.
 fn fence(evidence: &Evidence, line: &Timeline, at: Micros) -> Option<String> {
     let Some(truth) = line.truth.iter().rev().find(|t| t.at <= at && at - t.at <= TRUTH_GAP) else {
         return Some("of a plant of which there is no ground truth".into());
@@ -73,7 +73,7 @@ fn astray(evidence: &Evidence, at: Micros) -> Option<String> {
     (off > f64::from(margin)).then(|| format!("{off:.0} mm from where the unit takes itself to be"))
 }
 
-/// A lease counts from when its grant was written, so from no later than it came; the gateway grants while what it has of
+/// A lease counts from the writing of its grant, so from no later than it came; the gateway grants while its newest report of
 /// the unit is no older than *Tf*.
 fn supervision(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<String> {
     let bounds = &evidence.bounds;

@@ -11,7 +11,7 @@ use wire::id::NodeId;
 
 use crate::peers;
 
-/// The row of one trial, whose adversary had that much `knowledge`. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
+/// The row of one trial, with that much `knowledge` of its adversary. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
 /// under test: the gateway's uplink and the unit's downlink.
 pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Verdict) -> Trial {
     let (log_hash, decision_hash) = hashes(&evidence.entries);
@@ -60,7 +60,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
     trial
 }
 
-/// Everything found, in words: broken properties first, then what the mission lacks.
+/// All findings, in words: broken properties first, then the missing parts of the mission.
 pub fn findings(verdict: &Verdict) -> Vec<String> {
     let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
     broken.chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}"))).collect()

@@ -1,18 +1,22 @@
 //! The independent judge of a trial.
 //!
-//! It reads the instrument plane's events and nothing else: no predicate of the boundary, of autonomy or of the
-//! gateway is used. What a service did is judged from witnesses outside it as far as there are any: set-points as the plant
-//! holds them and acts as it received them, true pose and speed, the relay's and the guards' own logs, what the display
-//! showed. The unit's mode, its authority and what it executed are its own word, held against these. `ARCHITECTURE.md`
-//! says of each property which witness judges it and what is the unit's word alone.
+//! It reads only the instrument plane's events: no predicate of the boundary, of autonomy or of the
+//! gateway is used. A service's actions are judged from witnesses outside it as far as there are any: set-points as the plant
+//! holds them and acts as it received them, true pose and speed, the relay's and the guards' own logs, the pictures of the display.
+//! The unit's mode, its authority and its executions are its own word, held against these. `ARCHITECTURE.md`
+//! gives the witness of each property, and the parts for which there is the unit's word alone.
 //!
-//! `timeline` sorts the events by what they are about, `window` is when something planned may have been done, `receipt`, `datagram`, `stream`,
-//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `arrived` is what is then established, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for what others than the unit know of P1's guards, `speed` for the speeds of
-//! every mode, `effect` for what executions bring about, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
-//! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
-//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `mission` is whether
-//! what the scenario presumes took place, `nearness` says how near
-//! a trial came to what would have been judged, and judges nothing.
+//! `timeline` sorts the events by subject, `window` is the time of a planned action, `receipt`, `datagram`, `stream`,
+//! `planes`, `view`, `mouth`, `life` and `disguise` decide if the fault provably arrived, `masked` finds the obstacle that kept it from arriving,
+//! `arrived` has the facts then established, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for the facts
+//! that others than the unit know of P1's guards, `speed` for the speeds of
+//! every mode, `effect` for the effects of executions, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
+//! the place at which the unit takes itself to be, `takeover` for sessions that another took, `stale` for the age of accepted records, `orders`
+//! for the values that a unit was set to
+//! and a rogue's orders), `process_fault` the responses owed when a process is killed, `outcome` picks the one class. `mission` compares the mission
+//! with the one that
+//! the scenario presumes, `nearness` gives the margin by which
+//! a trial missed each limit, and judges nothing.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -20,7 +24,6 @@ mod arrived;
 mod conservation;
 mod content;
 mod datagram;
-pub mod demise;
 mod disguise;
 mod display;
 mod effect;
@@ -37,6 +40,7 @@ mod outcome;
 pub mod peers;
 mod place;
 mod planes;
+pub mod process_fault;
 mod properties;
 mod receipt;
 mod speed;
@@ -53,7 +57,7 @@ pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
 pub use outcome::stalled;
 pub use timeline::Timeline;
 
-/// What one trip through the live host may add between an event and its trace time, and between a command leaving the
+/// Time that one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
 const SLACK: Micros = 50_000;
 
@@ -67,7 +71,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     findings.extend(takeover::check(evidence));
     findings.extend(place::check(evidence, &timeline));
     findings.extend(stale::check(evidence, &receipt));
-    let (responses, owed) = demise::judge(evidence, &timeline);
+    let (responses, owed) = process_fault::judge(evidence, &timeline);
     findings.extend(owed);
     findings.sort_by_key(|f| (f.at_us, f.property));
     Verdict { responses, ..outcome::verdict(evidence, &timeline, receipt, findings) }

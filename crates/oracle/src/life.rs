@@ -1,7 +1,7 @@
-//! Receipts of what befell processes: a kill, a hang, a share of the time, a full disk.
+//! Receipts of process faults: a kill, a hang, a share of the time, a full disk.
 //!
-//! Who did it says so; that it was so is seen at the process. What it writes itself, and what the mouth of its core was fed,
-//! are both its marks. The broker has no core and writes next to nothing: it is heard of by the streams that lead to it.
+//! The actor logs its action; the effect is seen at the process. Its own entries, and the inputs of its core,
+//! are both its marks. The broker has no core and writes few entries: it is heard of by the streams that lead to it.
 
 use evidence::log::by_recorder;
 use evidence::{Evidence, Micros, Witnessed};
@@ -12,11 +12,11 @@ use wire::stream::Sight;
 
 use super::window::Window;
 
-/// How long after a process is stopped a mark of it may still be made.
+/// Time after a stop for which a mark of the process may still be made.
 const UNDER_WAY: Micros = 20_000;
-/// How long what a dying process had said may still be on its way into the log.
+/// Time for which a dying process's last words may still be on their way into the log.
 const LAST_WORDS: Micros = 100_000;
-/// How far before and behind its stops a process is looked at for how often it leaves a mark.
+/// Time before and behind its stops for which a process's rate of marks is looked at.
 const AROUND: Micros = 1_000_000;
 /// So many marks have to be missing for a silence to say something.
 const TELLING: u64 = 3;
@@ -24,7 +24,7 @@ const TELLING: u64 = 3;
 /// A span of time.
 type Span = (Micros, Micros);
 
-/// When `node` did not live: from each end to the start after it, if there is one.
+/// Times at which `node` did not live: from each end to the start after it, if there is one.
 pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     let ended = evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Ended { node: n, .. } if n == node));
     let again = |from: Micros| {
@@ -34,8 +34,8 @@ pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     ended.map(|w| (w.at, again(w.at).map_or(Micros::MAX, |w| w.at))).collect()
 }
 
-/// Whether a process left no mark in that time: nothing of its own, nothing that its core was fed. The broker, which leaves none, is
-/// heard of by what clients' mouths saw come out of it.
+/// True if a process left no mark in that time: no entry of its own, no input of its core. The broker, which leaves none, is
+/// heard of by the bytes that clients' ingresses saw come out of it.
 pub(super) fn silent(evidence: &Evidence, node: NodeId, (from, to): Span) -> bool {
     let from = from.saturating_add(LAST_WORDS);
     !evidence.entries.iter().filter(|w| w.at > from && w.at < to.min(evidence.duration)).any(|w| match w.entry.event {
@@ -44,7 +44,7 @@ pub(super) fn silent(evidence: &Evidence, node: NodeId, (from, to): Span) -> boo
     })
 }
 
-/// Whether an entry is a mark of that process.
+/// True if an entry is a mark of that process.
 fn leaves(w: &Witnessed, node: NodeId) -> bool {
     match w.entry.event {
         Event::Ran { node: ran } => ran == node && w.entry.node == NodeId::CAMPAIGN,
@@ -52,7 +52,7 @@ fn leaves(w: &Witnessed, node: NodeId) -> bool {
     }
 }
 
-/// A kill counts when the dead said nothing more. Of the broker the unit's mouth has to see its own end.
+/// A kill counts when the dead wrote no more. Of the broker the unit's ingress has to see its own end.
 pub(super) fn killed(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
     let silent = |at: Micros| {
         let mut of = evidence.entries.iter().filter(|w| w.entry.node == wanted);
@@ -65,7 +65,7 @@ pub(super) fn killed(evidence: &Evidence, wanted: NodeId, window: Window) -> Opt
     evidence.entries.iter().filter(ends).map(|w| w.at).find(|at| window.has(*at) && dead(*at))
 }
 
-/// Whether the unit's mouth saw its stream to the broker end.
+/// True if the unit's ingress saw its stream to the broker end.
 fn cut_off(evidence: &Evidence, from: Micros, to: Micros) -> bool {
     evidence.entries.iter().any(|w| {
         let ended = matches!(w.entry.event, Event::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. });
@@ -153,7 +153,7 @@ fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span], died: Micros
     lived && missing >= TELLING && !marks.iter().any(within)
 }
 
-/// Whether what was given to the broker while it was stopped came out of it after that, and nothing came out meanwhile; or
+/// True if publications to the broker while it was stopped came out of it after that, and none came out meanwhile; or
 /// the unit gave it up.
 fn held_up(evidence: &Evidence, stops: &[Span]) -> bool {
     let delivered = |w: &Witnessed| matches!(w.entry.event, Event::StreamSaw { sight: Sight::Delivered, .. });

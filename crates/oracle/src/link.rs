@@ -1,8 +1,8 @@
-//! The telemetry link of the unit under test, as the guards at its two ends saw it: P3 when nothing timely comes through, and
-//! what is missing when the relay says that it dropped something.
+//! The telemetry link of the unit under test, as the guards at its two ends saw it: P3 when no timely record comes through, and
+//! the missing records when the relay says that it dropped some.
 //!
-//! Others have associations at the gateway too; what they send is no sign of the unit. Whose an association is, its guard
-//! tells from the certificate that the handshake showed.
+//! Others have associations at the gateway too; their records are no sign of the unit. The owner of an association is told by its guard
+//! from the certificate that the handshake showed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +14,7 @@ use wire::mode::Mode;
 
 use super::arrived::Receipt;
 use super::timeline::Timeline;
-use super::{demise, finding, life, stale};
+use super::{finding, life, process_fault, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
 pub(super) const SILENCE: Micros = 350_000;
@@ -50,16 +50,16 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
     found
 }
 
-/// When records of that link came to the guard of `target`.
+/// Times at which records of that link came to the guard of `target`.
 pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
     arrivals(evidence, target).into_iter().map(|a| a.at).collect()
 }
 
-/// P3: when nothing timely has come through for *Th*, in either direction, the unit holds.
+/// P3: when no timely record has come through for *Th*, in either direction, the unit holds.
 ///
-/// Timely is what the guard at the target passed, was not made or changed by the adversary, and came within *Tf* of being
-/// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and what a dead end owes is
-/// `demise`'s to judge: from the end of either to its next start, nothing is asked here.
+/// A timely record passed the guard at the target, was not made or changed by the adversary, and came within *Tf* of being
+/// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and the response owed of a dead end is
+/// `process_fault`'s to judge: from the end of either to its next start, none is asked for here.
 pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let mut found = Vec::new();
@@ -67,7 +67,7 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
         let silences = silences(evidence, receipt, node).into_iter();
         for (before, _) in silences.filter(|(before, at)| at - before > th) {
             // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-            let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, before + th));
+            let mode = line.mode_at(process_fault::can_judge(evidence, NodeId::UNIT_A, before + th));
             if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
                 let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
                 found.push(finding(Property::P3, before + th, what));
@@ -77,7 +77,7 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found
 }
 
-/// When anything timely came to the guard of `node`, before the end of the run.
+/// Times of timely records at the guard of `node`, before the end of the run.
 pub(super) fn timely(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<Micros> {
     let limit = stale::limit(evidence);
     let mut firsts = BTreeSet::new();
@@ -89,7 +89,7 @@ pub(super) fn timely(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Ve
     timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect()
 }
 
-/// The times between which nothing timely came to the guard of `node`, one after the other; without those in which either end
+/// The times between which no timely record came to the guard of `node`, one after the other; without those in which either end
 /// was dead.
 pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
     let mut times = timely(evidence, receipt, node);
@@ -105,7 +105,7 @@ pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> 
     times.windows(2).map(|pair| (pair[0], pair[1])).filter(lived).collect()
 }
 
-/// Whether something is missing at the guard of whoever `from` talks to, at about `at`: a gap in the record numbers, or
+/// True if a record is missing at the guard of the peer that `from` talks to, at about `at`: a gap in the record numbers, or
 /// silence for longer than the link is ever silent by itself.
 pub(super) fn missed(evidence: &Evidence, from: Side, at: Micros) -> bool {
     let target = if from == Side::Client { NodeId::GATEWAY } else { NodeId::UNIT_A };

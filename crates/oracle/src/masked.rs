@@ -1,7 +1,7 @@
-//! What kept a planned injection from arriving, where it has no receipt: the platform itself, or another attack.
+//! Obstacles that kept a planned injection from arriving, where it has no receipt: the platform itself, or another attack.
 //!
-//! Nothing is masked by an actor's word. That a process was gone is the launcher's word and that process's silence; that there was nothing
-//! to take hold of is told by whoever would have sent it, or by the guards; that a fault was hidden by another, by the other's receipt. Where
+//! No injection is masked by an actor's word. The absence of a process is the launcher's word and that process's silence; the absence of a message
+//! to take hold of is told by its sender, or by the guards; a fault hidden by another, by the other's receipt. Where
 //! none of that holds for the whole time of the plan, it stays without proof.
 
 use evidence::{Evidence, Mask, Micros, Plan, Planned, Takes, Witnessed};
@@ -19,13 +19,13 @@ use super::{life, link};
 /// A span of time.
 type Span = (Micros, Micros);
 
-/// How long into its time a plan may have had what it needs: less than it takes to have done anything (the period of the links is
+/// Time for which a plan may have had its conditions: less than it takes to have any effect (the period of the links is
 /// 100 ms).
 const AT_MOST: Micros = 200_000;
-/// How long something may have been on its way to the actor when its time began.
+/// Time for which a message may have been on its way to the actor when its time began.
 const UNDER_WAY: Micros = 50_000;
 
-/// What kept `plan`, without a receipt, from arriving.
+/// Obstacle that kept `plan`, without a receipt, from arriving.
 pub(super) fn by(evidence: &Evidence, plan: &Plan, window: Window, faults: &[Befallen]) -> Option<Mask> {
     let span = window.span(evidence.duration);
     let idle = || {
@@ -35,7 +35,7 @@ pub(super) fn by(evidence: &Evidence, plan: &Plan, window: Window, faults: &[Bef
     gone(evidence, plan, span).or_else(idle).or_else(|| hidden(plan.what, span, faults))
 }
 
-/// Whether a span has begun in time and lasts for the whole rest of the plan's.
+/// True if a span has begun in time and lasts for the whole rest of the plan's.
 fn covers((from, to): Span, plan: Span) -> bool {
     from <= plan.0 + AT_MOST.min((plan.1 - plan.0) / 2) && to >= plan.1
 }
@@ -66,7 +66,7 @@ fn before(spans: Vec<Span>, time: Micros) -> Vec<Span> {
     spans.into_iter().filter(|span| span.0 + UNDER_WAY <= time).collect()
 }
 
-/// When the launcher says that a process did not live, and it left no mark.
+/// Times at which the launcher says that a process did not live, and it left no mark.
 fn ended(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     life::dead(evidence, node).into_iter().filter(|span| life::silent(evidence, node, *span)).collect()
 }
@@ -89,7 +89,7 @@ fn away(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     ended(evidence, node).into_iter().chain(hung).collect()
 }
 
-/// Whether the actor says that it took hold of something in that time.
+/// True if the actor says that it took hold of a message in that time.
 fn claimed(evidence: &Evidence, planned: Planned, window: Window) -> bool {
     evidence.entries.iter().filter(|w| window.has(w.at)).any(|w| match (planned, w.entry.event) {
         (Planned::Action(of), Event::Attack { action, .. }) => {
@@ -103,7 +103,7 @@ fn claimed(evidence: &Evidence, planned: Planned, window: Window) -> bool {
     })
 }
 
-/// Whether the relay says of the same bytes that it then dropped them.
+/// True if the relay says of the same bytes that it then dropped them.
 fn is_dropped(evidence: &Evidence, told: &Witnessed) -> bool {
     let Event::Attack { hash: of, .. } = told.entry.event else { return false };
     let dropped = |w: &Witnessed| {
@@ -113,7 +113,7 @@ fn is_dropped(evidence: &Evidence, told: &Witnessed) -> bool {
     evidence.entries.iter().any(|w| w.at >= told.at && dropped(w))
 }
 
-/// Whether there was nothing to take hold of.
+/// Obstacle, if there was no message to take hold of.
 fn nothing(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask> {
     let since = span.0.saturating_sub(UNDER_WAY);
     match takes {
@@ -147,7 +147,7 @@ fn within((from, to): Span, at: Micros) -> bool {
     (from..=to).contains(&at)
 }
 
-/// Orders that the console says an operator gave: when, which, what it asks.
+/// Orders that the console says an operator gave: time, identity, command.
 fn given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId, &'static str)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Intended { command, kind } if w.entry.node == NodeId::CONSOLE => Some((w.at, command, kind.name())),
@@ -155,7 +155,7 @@ fn given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId, &'stat
     })
 }
 
-/// Whether anybody says that it published something on the command plane: the gateway to the unit, the unit's answers, or a rogue.
+/// True if there is a word of a publication on the command plane: the gateway to the unit, the unit's answers, or a rogue.
 fn published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Span) -> bool {
     let about =
         |command: CommandId| asks.is_none_or(|asks| given(evidence).all(|(_, id, kind)| id != command || kind == asks));
@@ -169,14 +169,14 @@ fn published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Sp
     })
 }
 
-/// Whether a mouth at either end of the command streams saw bytes come.
+/// True if an ingress at either end of the command streams saw bytes come.
 fn arrived(evidence: &Evidence, span: Span) -> bool {
     let came = |w: &Witnessed| matches!(w.entry.event, Event::StreamSaw { sight: Sight::Arrived, .. });
     evidence.entries.iter().any(|w| within(span, w.at) && came(w))
 }
 
 /// No record of the link came to the guards that it was on its way to: no session stood yet, or since one of the ends or the relay was
-/// gone, or since the relay dropped what went before.
+/// gone, or since the relay dropped the records before.
 fn no_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<Mask> {
     let targets = [(Side::Server, NodeId::GATEWAY), (Side::Client, NodeId::UNIT_A)];
     let mut last = None;

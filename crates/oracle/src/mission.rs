@@ -1,10 +1,10 @@
-//! Whether the mission took place that a scenario presumes, and how far it came.
+//! The mission that a scenario presumes, compared with the one that took place.
 //!
-//! A loss of sensors shows nothing of a unit that never held authority. So what the operator was to do before the attack has
-//! to be done by the time at which the attack took hold, by its receipt; where nothing is attacked, by the end of the run. What
-//! comes later is owed by nobody: to prevent it may be the very attack. Witnesses are the unit's changes of mode, the authority
-//! that it minted, the plant's record of the act and the plant's truth of the way; why a step was not carried out is told from
-//! what the display showed. Whether the mission went well is `properties`' to say.
+//! A loss of sensors is no evidence about a unit that never held authority. So the operator's steps before the attack have
+//! to be done by the time at which the attack took hold, by its receipt; without an attack, by the end of the run. Later
+//! steps are not owed: to prevent them may be the very attack. Witnesses are the unit's changes of mode, the authority
+//! that it minted, the plant's record of the act and the plant's truth of the way; the reason that a step was not carried out is told from
+//! the display. The success of the mission is `properties`' to judge.
 
 use evidence::{Evidence, Micros, Planned};
 use wire::command::CommandKind;
@@ -16,13 +16,13 @@ use super::Timeline;
 use super::arrived::Receipt;
 use evidence::mission::{Carried, Due, Mission, Stage, Verb};
 
-/// What an order takes from the operator's look at the display until it is executed. An attack that may begin sooner after a
+/// Time of an order from the operator's look at the display until it is executed. An attack that may begin sooner after a
 /// step was due may be meant to prevent it.
 const WAY: Micros = 500_000;
 /// By how much the console's clock may be off the run's.
 const CLOCKS: Micros = 500_000;
 
-/// How far the mission of a run came, and what of it is missing.
+/// Progress of the mission of a run, and its missing parts.
 pub(super) fn of(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Mission {
     let steps = carried(evidence, line);
     let until = receipt.zero.unwrap_or(evidence.duration);
@@ -50,14 +50,14 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Mis
     }
 }
 
-/// When the first thing may be done that is no part of the mission; nothing where nobody attacks.
+/// Time at which the first action may happen that is no part of the mission; none without an attack.
 fn attacked(evidence: &Evidence) -> Option<Micros> {
     // A step has no time of its own: its parts do.
     let deeds = evidence.planned.iter().filter(|plan| !matches!(plan.what, Planned::Step(_)));
     deeds.map(|plan| plan.from).min()
 }
 
-/// Whether a step was to be done before the attack.
+/// True if a step was to be done before the attack.
 fn is_before(evidence: &Evidence, at: Micros) -> bool {
     at.saturating_add(WAY) <= attacked(evidence).unwrap_or(evidence.duration)
 }
@@ -125,7 +125,7 @@ fn carried(evidence: &Evidence, line: &Timeline) -> Vec<Carried> {
     each.collect()
 }
 
-/// Why an order that was given was not executed.
+/// Reason that an order that was given was not executed.
 fn unanswered(evidence: &Evidence, given: Micros, ids: &[(Micros, CommandId)]) -> String {
     let refused = evidence.entries.iter().find_map(|w| match w.entry.event {
         Event::Executed { command, refused: Some(reason), .. } if ids.iter().any(|(_, id)| *id == command) => {

@@ -1,5 +1,5 @@
-//! Receipts of what an insider sent, or a sensor under a fault: the actor's own entry against what the mouth of the core that it was for
-//! took in.
+//! Receipts of the messages of an insider, or of a sensor under a fault: the actor's own entry against the inputs of the core that they were
+//! for.
 //!
 //! The two share the hash of the very bytes (`evidence::sights`). That some record of the insider's arrived is none: an honest
 //! one of its own would do for that.
@@ -11,22 +11,22 @@ use wire::refusal::Reason;
 
 use super::window::Window;
 
-/// How soon after a message the verdict over it is in the log.
+/// Time after a message within which the verdict over it is in the log.
 const VERDICT: Micros = 5_000;
 
-/// The first entry within `window` of this `action` by one of `who` whose bytes a mouth took in afterwards.
+/// The first entry within `window` of this `action` by one of `who` with bytes that a core took in afterwards.
 pub(super) fn receipt(evidence: &Evidence, wanted: Action, window: Window, who: &[NodeId]) -> Option<Micros> {
     let mut claims = claims(evidence, wanted, who).filter(|(at, _)| window.has(*at));
     claims.find(|(at, hash)| seen(evidence).any(|s| s.hash == *hash && s.at >= *at)).map(|(at, _)| at)
 }
 
-/// When a mouth took in bytes that one of `who` says it sent as its `action`.
+/// Times at which a core took in bytes that one of `who` says it sent as its `action`.
 pub(super) fn sights(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> Vec<Micros> {
     let claims = claims(evidence, wanted, who);
     claims.flat_map(|(at, hash)| seen(evidence).filter(move |s| s.hash == hash && s.at >= at)).map(|s| s.at).collect()
 }
 
-/// Whether the mouth of `reader` took in, at `from` or later, bytes with this hash.
+/// True if the core of `reader` took in, at `from` or later, bytes with this hash.
 pub(super) fn took(evidence: &Evidence, reader: NodeId, hash: u64, from: Micros) -> bool {
     seen(evidence).any(|s| s.reader == reader && s.hash == hash && s.at >= from)
 }
@@ -38,7 +38,7 @@ fn claims(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> impl Iterator<
     })
 }
 
-/// Whether a reader of shared memory refused, from `zero` on, what an insider had put there.
+/// True if a reader of shared memory refused, from `zero` on, a message that an insider had put there.
 pub(super) fn refused_on_the_bus(evidence: &Evidence, zero: Micros) -> bool {
     let answers = |s: &Seen| {
         evidence.entries.iter().any(|w| match w.entry.event {
@@ -54,8 +54,8 @@ pub(super) fn refused_on_the_bus(evidence: &Evidence, zero: Micros) -> bool {
     seen(evidence).filter(on_the_bus).any(|s| answers(&s) || unwritten(evidence, &s))
 }
 
-/// Whether the reader refused more at this interface than it wrote down (`wire::account::WRITTEN_REFUSALS`), and had come so
-/// far that it wrote no more: then its closing account is what tells.
+/// True if the reader refused more at this interface than it logged (`wire::account::WRITTEN_REFUSALS`), and had come so
+/// far that it logged no more: then its closing account tells.
 fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
     let of_reader = || evidence.entries.iter().filter(|w| w.entry.node == s.reader);
     let counts = of_reader().filter_map(|w| match w.entry.event {

@@ -1,9 +1,9 @@
-//! How near a trial came to each limit that a property states: what a guided search climbs by, and what one that found nothing
-//! tells.
+//! Margin of a trial to each limit that a property states: the guide of a search, and the result of one without a
+//! finding.
 //!
 //! In thousandths of the way, 1000 being at the limit as the platform's bounds state it, without the slack that the
-//! properties allow for clocks and periods. It is no verdict: what has no way to it (an order executed twice) has no limit
-//! here, and whether anything is broken is `properties`' to say.
+//! properties allow for clocks and periods. It is no verdict: an event without a way to it (an order executed twice) has no limit
+//! here, and a broken property is `properties`' to find.
 
 use std::collections::BTreeMap;
 
@@ -30,15 +30,15 @@ pub enum Limit {
     Loss,
     /// P3: how long it may go on without its localisation.
     Blindness,
-    /// P3: how long it may go on while nothing timely comes to the gateway.
+    /// P3: time for which it may go on while no timely record comes to the gateway.
     Uplink,
-    /// P3: how long it may go on while nothing timely comes to it.
+    /// P3: time for which it may go on while no timely record comes to it.
     Downlink,
     /// P4: the distance that is kept to the fence.
     Fence,
-    /// P5: how old what is accepted may be.
+    /// P5: age that an accepted record may have.
     Age,
-    /// P7: how old, or how long wrong, what is shown as fresh may be.
+    /// P7: age, or time of error, that a value shown as fresh may have.
     Display,
     /// P8: how late an order may be executed.
     Order,
@@ -67,7 +67,7 @@ impl Limit {
         }
     }
 
-    /// How long it is, where it is a length of time: what is missing of the way to it is one too then.
+    /// Length of it, where it is a time: the rest of the way to it is one too then.
     pub fn ms(self, bounds: &Bounds) -> Option<u64> {
         match self {
             Limit::Confirmation | Limit::Order => Some(bounds.command_limit_ms),
@@ -108,7 +108,7 @@ pub fn nearness(evidence: &Evidence) -> Nearness {
     nearest
 }
 
-/// What one event shows by itself.
+/// Margins that one event shows by itself.
 fn seen(at: Micros, event: &Event, evidence: &Evidence, line: &Timeline) -> Vec<(Limit, u32)> {
     let bounds = &evidence.bounds;
     let timed = |limit: Limit, us: u64| (limit, part(us, limit_us(limit, bounds)));
@@ -133,7 +133,7 @@ fn seen(at: Micros, event: &Event, evidence: &Evidence, line: &Timeline) -> Vec<
     }
 }
 
-/// How late orders were executed, microseconds.
+/// Delays of executed orders, microseconds.
 fn orders(evidence: &Evidence, line: &Timeline) -> Vec<(Limit, u64)> {
     let executed = line.executed.iter().filter(|(at, ..)| *at <= evidence.duration);
     let late = executed.filter_map(|(at, id, _)| {
@@ -164,7 +164,7 @@ fn spells(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<(Limit
     spells
 }
 
-/// How long DEGRADED lasted each time before it ended because all was well, microseconds.
+/// Duration of each DEGRADED that ended because all was well, microseconds.
 fn recoveries(line: &Timeline) -> impl Iterator<Item = u64> + '_ {
     line.changes.iter().filter(|c| c.cause == Cause::Recovered).map(|change| {
         let since = line.changes.iter().rev().find(|c| c.to == Mode::Degraded && c.at <= change.at);
@@ -172,7 +172,7 @@ fn recoveries(line: &Timeline) -> impl Iterator<Item = u64> + '_ {
     })
 }
 
-/// How long from the beginning of `span` the unit stayed in modes that satisfy `test`, microseconds.
+/// Time from the beginning of `span` for which the unit stayed in modes that satisfy `test`, microseconds.
 fn went_on(line: &Timeline, (from, to): (Micros, Micros), test: impl Fn(Mode) -> bool) -> u64 {
     if !test(line.mode_at(from)) {
         return 0;
@@ -180,7 +180,7 @@ fn went_on(line: &Timeline, (from, to): (Micros, Micros), test: impl Fn(Mode) ->
     line.first_change(from, |c| !test(c.to)).map_or(to, |c| c.at.min(to)).saturating_sub(from)
 }
 
-/// When the unit was last in `mode`, at `at` or before; at its start where it never was.
+/// Time at which the unit was last in `mode`, at `at` or before; at its start where it never was.
 fn last_in(line: &Timeline, mode: Mode, at: Micros) -> Micros {
     if line.mode_at(at) == mode {
         return at;

@@ -1,7 +1,7 @@
-//! Orders: what no unit may have been set to, and the receipt of a rogue's.
+//! Orders: values that no unit may have been set to, and the receipt of a rogue's.
 //!
-//! That nothing is executed that no operator gave is P5's and P8's (`properties`), that an operator's HOLD is obeyed within
-//! *Th* whatever else is asked for is P3's (`planes`). A rogue's order counts when another process than the rogue judged
+//! That no order is executed that no operator gave is P5's and P8's (`properties`), that an operator's HOLD is obeyed within
+//! *Th* whatever other requests there are is P3's (`planes`). A rogue's order counts when another process than the rogue judged
 //! that very command.
 
 use evidence::{Evidence, Finding, Micros, Property};
@@ -12,7 +12,7 @@ use wire::id::{CommandId, NodeId, PeerId};
 use super::finding;
 use super::window::Window;
 
-/// From a decision to the brakes, milliseconds: what the fence guard has already taken off (`docs/reference/bounds.md`).
+/// From a decision to the brakes, milliseconds: the allowance of the fence guard (`docs/reference/bounds.md`).
 const REACTION_MS: u64 = 150;
 
 /// P4 for settings: under no values that were accepted may a unit that loses its place at the margin leave the fence.

@@ -8,7 +8,7 @@ use wire::stream::Sight;
 use super::arrived::Receipt;
 use super::finding;
 use super::timeline::{Change, Timeline};
-use super::{demise, disguise, mission, mouth};
+use super::{disguise, mission, mouth, process_fault};
 
 /// Puts the verdict together.
 pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
@@ -62,11 +62,11 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     receipt.zero.map_or(Outcome::Nominal, |zero| answer(evidence, line, zero))
 }
 
-/// How the platform answered from `zero` on: in which mode it ended, or by a refusal or an alarm.
+/// Answer of the platform from `zero` on: the mode in which it ended, or a refusal or an alarm.
 fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
     let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
     // Of a dead unit only its plant can be believed.
-    if reached(Mode::HoldSafe) || demise::stopped_without_its_unit(evidence, line) {
+    if reached(Mode::HoldSafe) || process_fault::stopped_without_its_unit(evidence, line) {
         Outcome::HoldSafe
     } else if reached(Mode::Degraded) {
         Outcome::Degraded
@@ -77,7 +77,7 @@ fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
     }
 }
 
-/// What became of each planned injection.
+/// Fate of each planned injection.
 fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Injection> {
     let fate = |fate: Option<Result<Micros, Mask>>| match fate {
         Some(Ok(at)) => Fate::Delivered { at, noticed: answer(evidence, line, at) != Outcome::Undetected },
@@ -87,8 +87,8 @@ fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<In
     receipt.plans.iter().map(|(plan, of)| Injection { plan: *plan, fate: fate(*of) }).collect()
 }
 
-/// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer;
-/// perception saw through what stands there in disguise; or the display told the operator that something is amiss.
+/// True if there was a refusal of a boundary after the injection: by a service by name, by the guard, or by the secure layer;
+/// perception saw through a disguise; or the display told the operator that something is amiss.
 fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     use wire::event::{Account, Event, Freshness, GuardVerdict, ShownAs};
     use wire::id::UnitId;
@@ -135,7 +135,7 @@ fn latency(line: &Timeline, zero: Micros) -> Latency {
     }
 }
 
-/// What to say of a host that overslept by so many microseconds.
+/// Remark on a host that overslept by so many microseconds.
 fn overslept(by: Micros, limit: Micros) -> String {
     format!(
         "the host overslept by {} ms, at most {} ms are allowed: nothing is said about the platform; end other work or use \

@@ -1,8 +1,8 @@
-//! What an admitted teammate said that was not its to say, record by record: which of it the gateway let in, and how far
-//! from the truth what was let in has led.
+//! Reports of an admitted teammate in bad faith, record by record: those that the gateway let in, and the distance
+//! from the truth to which those have led.
 //!
-//! The insider names each report before it sends it; the gateway names each report that it accepts. That what was sent
-//! arrived at all is `mouth`'s to establish.
+//! The insider names each report before it sends it; the gateway names each report that it accepts. Arrival itself
+//! is `mouth`'s to establish.
 
 use std::collections::BTreeMap;
 

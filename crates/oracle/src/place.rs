@@ -1,6 +1,6 @@
-//! Where the unit takes itself to be, against where it is.
+//! Place at which the unit takes itself to be, against the true one.
 //!
-//! Two witnesses: the sim's truth, and what autonomy says that it drives by. Sim and autonomy share a host, so their stamps compare.
+//! Two witnesses: the sim's truth, and the place that autonomy says it drives by. Sim and autonomy share a host, so their stamps compare.
 
 use evidence::{Evidence, Finding, Micros, Property};
 use wire::event::{Event, Sensor};
@@ -20,9 +20,9 @@ pub(super) const FIX_MM: f64 = 40.0;
 pub(super) const BOUNDED: f64 = 6.0;
 /// Truth is known between two entries that are no further apart than this, microseconds.
 const GAP_US: u64 = 250_000;
-/// For so long what the unit says of its place counts: it says so a few times a second.
+/// Time for which the unit's word on its place counts: it says so a few times a second.
 const SAID_US: u64 = 500_000;
-/// What odometry may be wrong by while fixes are not used: millimetres, a share of the way, and mm/s however slowly the
+/// Error that odometry may have while fixes are not used: millimetres, a share of the way, and mm/s however slowly the
 /// unit goes: wheels that hold it on a slope were seen to turn by 1 to 2 mm/s.
 const ODOMETRY: (f64, f64, f64) = (100.0, 0.05, 5.0);
 
@@ -96,7 +96,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
-/// P3: what the fence margin allows for is how far the unit may be from where it takes itself to be. Beyond that for *Th*,
+/// P3: the fence margin allows for a distance of the unit from the place at which it takes itself to be. Beyond that for *Th*,
 /// it has to hold.
 fn lost_unnoticed(evidence: &Evidence, line: &Timeline, sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
@@ -115,15 +115,15 @@ fn lost_unnoticed(evidence: &Evidence, line: &Timeline, sights: &[Sight], truth:
     None
 }
 
-/// How far the unit was from where it took itself to be, millimetres, by what it last said of that before `at`; none if it
-/// had said nothing for long, or if nobody knows where it was.
+/// Distance of the unit from the place at which it took itself to be, millimetres, by its last word on that before `at`; none if that
+/// is too old, or if the true place is not known.
 pub(super) fn off_at(evidence: &Evidence, at: Micros) -> Option<f64> {
     let said = sights(evidence).into_iter().rev().find(|s| s.at <= at && at - s.at <= SAID_US)?;
     let [x, y] = truth(evidence).at(said.stamp)?;
     Some(length(minus(said.pose, (x, y))))
 }
 
-/// When odometry had a fault.
+/// Times at which odometry had a fault.
 fn without_odometry(evidence: &Evidence) -> Vec<(Micros, Micros)> {
     let mut spans: Vec<(Micros, Micros)> = Vec::new();
     for w in &evidence.entries {
@@ -138,7 +138,7 @@ fn without_odometry(evidence: &Evidence) -> Vec<(Micros, Micros)> {
     spans
 }
 
-/// P5: fixes that the unit says it distrusts do not move its pose; what moves it then is odometry, which goes as the unit
+/// P5: fixes that the unit says it distrusts do not move its pose; only odometry moves it then, which goes as the unit
 /// goes. While odometry has a fault of its own the pose may lag behind by all that the unit can go.
 fn flagged_and_used(evidence: &Evidence, sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
     let blind = without_odometry(evidence);

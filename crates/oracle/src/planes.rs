@@ -1,8 +1,8 @@
-//! The command plane and the display, judged: receipts of what a hostile broker did to publications, what the display
-//! owes the operator about commands (P7), and that an operator's HOLD takes hold (P3).
+//! The command plane and the display, judged: receipts of a hostile broker's actions on publications, the display's
+//! duties to the operator about commands (P7), and that an operator's HOLD takes hold (P3).
 //!
-//! A receipt is the broker's entry against what the mouth of the client that a publication leads to saw come out of its
-//! stream, by the hash of the payload. For one that was not passed on, its sender must have sent it, and that mouth must
+//! A receipt is the broker's entry against the publication that the ingress of the receiving client saw come out of its
+//! stream, by the hash of the payload. For one that was not passed on, its sender must have sent it, and that ingress must
 //! have seen others but not this one.
 
 use std::collections::BTreeMap;
@@ -55,7 +55,7 @@ pub(super) fn broker(evidence: &Evidence, wanted: Action, window: Window) -> Opt
         .map(|(at, ..)| at)
 }
 
-/// When the mouth of the client on `side` saw this payload, or any, come out of its stream.
+/// Times at which the ingress of the client on `side` saw this payload, or any, come out of its stream.
 fn delivered(evidence: &Evidence, side: Side, wanted: Option<u64>) -> impl Iterator<Item = Micros> {
     let client = match side {
         Side::Client => NodeId::UNIT_A.guard(),
@@ -69,8 +69,8 @@ fn delivered(evidence: &Evidence, side: Side, wanted: Option<u64>) -> impl Itera
     })
 }
 
-/// Whether the one who publishes what goes to `side` says that it had something to publish just before. It may say so after
-/// the broker, by as much as an entry lags behind what it tells.
+/// True if the publisher towards `side` says that it had a message to publish just before. It may say so after
+/// the broker, by as much as an entry lags behind its event.
 fn sent(evidence: &Evidence, side: Side, at: Micros) -> bool {
     let before = |w: &&Witnessed| w.at <= at + SLACK && at <= w.at + ON_THE_WAY;
     evidence.entries.iter().filter(before).any(|w| match (side, w.entry.event) {
@@ -121,7 +121,7 @@ fn under_way(command: CommandId, until: Micros) -> Finding {
 }
 
 /// P3 for the operator: *Th* after a HOLD was given, the unit holds, by the order or by its lease. One that did not live all
-/// that time is `demise`'s to judge.
+/// that time is `process_fault`'s to judge.
 pub(super) fn operators_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let dead = life::dead(evidence, NodeId::UNIT_A);
     let lived = |from: Micros, to: Micros| dead.iter().all(|(died, again)| to < *died || from > *again);

@@ -13,7 +13,7 @@ use wire::sensor::Class;
 use super::arrived::{Befallen, Receipt};
 use super::speed::{self, STANDING};
 use super::timeline::{Change, Timeline};
-use super::{SLACK, content, demise, display, effect, finding, guards, link, planes};
+use super::{SLACK, content, display, effect, finding, guards, link, planes, process_fault};
 
 /// Checks every property but conservation.
 pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
@@ -113,7 +113,7 @@ fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
-/// P2: after a sensor is lost for good, or shows nothing but the past, no authority and no nominal mode beyond *Td*.
+/// P2: after a sensor is lost for good, or shows only the past, no authority and no nominal mode beyond *Td*.
 fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let td = evidence.bounds.to_degraded_ms * 1000;
     let lost = receipt.faults.iter().filter(|f| f.is_loss());
@@ -134,7 +134,7 @@ fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
         lost && f.end.saturating_sub(f.start) > th && f.start + th <= evidence.duration
     });
     owed.filter_map(|f| {
-        let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, f.start + th));
+        let mode = line.mode_at(process_fault::can_judge(evidence, NodeId::UNIT_A, f.start + th));
         let what = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
         (!matches!(mode, Mode::HoldSafe | Mode::Idle)).then(|| finding(Property::P3, f.start + th, what))
     })

@@ -3,9 +3,9 @@
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
-//! the mouth of perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; whether they
-//! made anything of it is not asked here. What is missing and provably could not arrive is `masked`'s. What was done to a byte stream is `stream`'s, to publications `planes`', what insiders sent
-//! `mouth`'s, what stands there in disguise `disguise`'s, what befell processes `life`'s.
+//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; its effect on
+//! them is not asked here. A missing message that provably could not arrive is `masked`'s. Actions on a byte stream are `stream`'s, on publications `planes`', messages of insiders
+//! `mouth`'s, disguises `disguise`'s, process faults `life`'s.
 
 use evidence::{Evidence, Micros, Planned};
 use wire::event::{Action, Event, Sensor};
@@ -40,7 +40,7 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
     receipt
 }
 
-/// When something planned within `window` was first seen to be done.
+/// Time at which an action planned within `window` was first seen to be done.
 fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]) -> Option<Micros> {
     match planned {
         Planned::Step(_) => None,
@@ -98,12 +98,12 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
     }
 }
 
-/// Whether the actor of `wanted` says that it began.
+/// True if the actor of `wanted` says that it began.
 fn begun(evidence: &Evidence, wanted: StepName) -> bool {
     evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
 }
 
-/// Sensor faults that the sim applied and whose readings the other side took in.
+/// Sensor faults that the sim applied and with readings that the other side took in.
 fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
@@ -136,7 +136,7 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
     found
 }
 
-/// Who the readings of `sensor` are for.
+/// Receiver of the readings of `sensor`.
 fn consumer(sensor: Sensor) -> NodeId {
     match sensor {
         Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => NodeId::PERCEPTION,

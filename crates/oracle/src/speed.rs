@@ -1,10 +1,10 @@
-//! Speed, judged at the plant: the set-points that it holds and the speed that it truly has, against what the unit's mode
-//! allows by the platform's bounds, or by an operator's settings where these are lower.
+//! Speed, judged at the plant: the set-points that it holds and the speed that it truly has, against the limit of the unit's mode
+//! by the platform's bounds, or by an operator's settings where these are lower.
 //!
 //! The mode is the unit's own word; whether it should be another one is the business of P2 and P3. A set-point too fast for
 //! DEGRADED breaks P2, for HOLD_SAFE P3, for IDLE P9, and one above the largest speed P4, since the fence margin is derived
-//! from that speed. Of set-points the plant tells the one that it holds ten times a second; what it is asked for in between
-//! shows in its true speed alone.
+//! from that speed. Of set-points the plant tells the one that it holds ten times a second; others in between
+//! show in its true speed alone.
 
 use evidence::{Evidence, Finding, Micros, Property};
 use wire::bounds::Bounds;
@@ -14,7 +14,7 @@ use wire::mode::{Cause, Mode};
 
 use super::SLACK;
 use super::timeline::{Timeline, Truth};
-use super::{demise, finding};
+use super::{finding, process_fault};
 
 /// Speed below which the plant counts as standing, mm/s.
 pub(super) const STANDING: i32 = 50;
@@ -34,19 +34,19 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     stays(line).iter().flat_map(|stay| too_fast(evidence, line, stay)).collect()
 }
 
-/// When the last set-point from before `at` no longer drives the plant, whatever became of its sender: its lease has ended. A
-/// plant whose world hung obeys once that goes on.
+/// Time at which the last set-point from before `at` no longer drives the plant, whatever became of its sender: its lease has ended. A
+/// plant with a world that hung obeys once that goes on.
 pub(super) fn followed(evidence: &Evidence, at: Micros) -> Micros {
     let lapsed = at + evidence.bounds.set_point_lease_ms * 1000 + SLACK;
-    demise::can_judge(evidence, NodeId::SIM, lapsed)
+    process_fault::can_judge(evidence, NodeId::SIM, lapsed)
 }
 
-/// When a plant that has braked since `at`, from the largest speed to `to`, is that slow.
+/// Time at which a plant that has braked since `at`, from the largest speed to `to`, is that slow.
 pub(super) fn braked(evidence: &Evidence, at: Micros, to: i32) -> Micros {
     let Bounds { max_speed_mm_s, braking_mm_s2, .. } = evidence.bounds;
     let above = u64::from(max_speed_mm_s.saturating_sub(to.unsigned_abs()));
     let takes = above * 1_000_000 / u64::from(braking_mm_s2).max(1);
-    let slow = demise::can_judge(evidence, NodeId::SIM, at + takes);
+    let slow = process_fault::can_judge(evidence, NodeId::SIM, at + takes);
     // Nothing brakes in a world that hangs.
     if slow > at + takes { slow + takes } else { slow }
 }

@@ -1,8 +1,8 @@
-//! P7 at its root: nothing is accepted that is older than *Tf*.
+//! P7 at its root: no record is accepted that is older than *Tf*.
 //!
-//! A receiver's word on the age of what it accepted is not taken. The relay's log says when a datagram came to it, the
-//! guard's at the target when the same bytes came out; what lies between is the least that the record is old. When such
-//! a datagram came alone, whatever the target accepted right after it was in it.
+//! A receiver's word on the age of its accepted records is not taken. The relay's log gives the time at which a datagram came to it, the
+//! guard's at the target the time at which the same bytes came out; the difference is the least age of the record. When such
+//! a datagram came alone, the record that the target accepted right after it was in it.
 
 use std::collections::BTreeMap;
 
@@ -13,13 +13,13 @@ use wire::id::NodeId;
 use super::arrived::Receipt;
 use super::finding;
 
-/// How long after a datagram was at the guard its record is judged, at the latest; and how long nothing else may be at
+/// Time after a datagram was at the guard within which its record is judged, at the latest; and time without another at
 /// the guard for it to have come alone.
 const JUDGED: Micros = 20_000;
-/// What two clocks and two logs may differ by.
+/// Difference that two clocks and two logs may have.
 const SLACK: Micros = 1_000;
 
-/// What a record may have spent between the relay's log and a guard's, at most, to be fresh.
+/// Time that a record may have spent between the relay's log and a guard's, at most, to be fresh.
 pub(super) fn limit(evidence: &Evidence) -> Micros {
     evidence.bounds.freshness_ms * 1000 + SLACK
 }

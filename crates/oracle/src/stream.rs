@@ -1,4 +1,4 @@
-//! Receipts of what was done to a byte stream: the relay's entry against what the mouth of the far end saw.
+//! Receipts of actions on a byte stream: the relay's entry against the far end's ingress.
 //!
 //! The two share the name of the direction and the place in it (`wire::stream`). Held bytes must come in so much later;
 //! damaged ones must come in damaged, byte for byte; a direction that was ended must be over at the place where it was
@@ -8,7 +8,7 @@ use evidence::{Evidence, Micros};
 use wire::core::Side;
 use wire::event::Event;
 use wire::id::NodeId;
-use wire::stream::{Deed, Sight};
+use wire::stream::{Sight, StreamEffect};
 
 use super::window::Window;
 
@@ -16,7 +16,7 @@ use super::window::Window;
 /// 50 ppm at most, so a thousandth leaves room.
 const DRIFT: u64 = 1_000;
 
-/// A relay's entry: when, towards whom, where in which direction, what, and for how long.
+/// A relay's entry: time, side, place and direction, action, and duration.
 #[derive(Clone, Copy)]
 struct Told {
     at: Micros,
@@ -39,7 +39,7 @@ struct Seen {
 }
 
 /// The first entry of `wanted` within `window` that the mouth of its far end confirms.
-pub(super) fn receipt(evidence: &Evidence, wanted: Deed, window: Window) -> Option<Micros> {
+pub(super) fn receipt(evidence: &Evidence, wanted: StreamEffect, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Tampered { deed, side, stream, offset, length, hash, delay }
             if deed == wanted && w.entry.node == NodeId::RELAY_COMMAND && window.has(w.at) =>
@@ -51,22 +51,22 @@ pub(super) fn receipt(evidence: &Evidence, wanted: Deed, window: Window) -> Opti
     told.into_iter().find(|told| confirmed(evidence, wanted, *told)).map(|told| told.at)
 }
 
-fn confirmed(evidence: &Evidence, deed: Deed, told: Told) -> bool {
+fn confirmed(evidence: &Evidence, deed: StreamEffect, told: Told) -> bool {
     let mut sights = seen(evidence, told);
     match deed {
-        Deed::Held => sights
+        StreamEffect::Held => sights
             .find(|s| s.sight == Sight::Arrived && s.offset + u64::from(s.length) > told.offset)
             .is_some_and(|first| first.at + told.delay / DRIFT >= told.at + told.delay),
-        Deed::Damaged => sights.any(|s| {
+        StreamEffect::Damaged => sights.any(|s| {
             let same = (s.offset, s.length, s.hash) == (told.offset, told.length, told.hash);
             s.sight == Sight::Arrived && same && s.at >= told.at
         }),
         // What was still held is lost with the connection, so the end may come before the place.
-        Deed::HalfClosed | Deed::Reset => {
+        StreamEffect::HalfClosed | StreamEffect::Reset => {
             let last = sights.find(|s| matches!(s.sight, Sight::Closed | Sight::HungUp));
             let in_place = |s: &Seen| match deed {
-                Deed::HalfClosed => s.offset == told.offset,
-                Deed::Reset | Deed::Held | Deed::Damaged => s.offset <= told.offset,
+                StreamEffect::HalfClosed => s.offset == told.offset,
+                StreamEffect::Reset | StreamEffect::Held | StreamEffect::Damaged => s.offset <= told.offset,
             };
             last.is_some_and(|s| {
                 s.sight == Sight::Closed && in_place(&s) && s.at >= told.at && s.at < evidence.duration
@@ -75,7 +75,7 @@ fn confirmed(evidence: &Evidence, deed: Deed, told: Told) -> bool {
     }
 }
 
-/// What the mouth at the side that `told` leads to saw of its direction, in order.
+/// Sights of the ingress at the side that `told` leads to, of its direction, in order.
 fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
     let mouth = match told.side {
         Side::Client => NodeId::UNIT_A.guard(),

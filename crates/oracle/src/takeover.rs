@@ -1,7 +1,7 @@
-//! Sessions at the broker that somebody else took, or that were cut: the receipt, and what is owed to the operator.
+//! Sessions at the broker that another took, or that were cut: the receipt, and the duty to the operator.
 //!
-//! That one was taken is told by three: the thief, the broker, and whom it was taken from, who only knows that it is lost. What
-//! was given before and leads away from safe may not be executed after (P8), and a display that shows the unit as fresh shows
+//! A takeover is told by three: the thief, the broker, and the former holder, who only knows that it is lost. An order
+//! given before that leads away from safe may not be executed after (P8), and a display that shows the unit as fresh shows
 //! that a session was lost (P7).
 
 use std::collections::BTreeMap;
@@ -67,7 +67,7 @@ fn silent(evidence: &Evidence) -> Vec<Finding> {
     found
 }
 
-/// Whether the display last said before `by` that what it shows of the unit is fresh; what the gateway says of itself is of
+/// True if the display last said before `by` that its picture of the unit is fresh; the gateway's word on itself is of
 /// no unit, and due as long as that of the unit under test comes through. The window of a dead console is gone.
 fn fresh_at(evidence: &Evidence, who: NodeId, by: Micros) -> bool {
     if life::dead(evidence, NodeId::CONSOLE).iter().any(|(from, to)| (*from..*to).contains(&by)) {

@@ -1,4 +1,4 @@
-//! The events of a trial, sorted by what they are about. Nothing is judged here.
+//! The events of a trial, sorted by subject. No event is judged here.
 
 use evidence::trial::TransitionRow;
 use evidence::{Evidence, Micros};
@@ -11,32 +11,32 @@ use wire::mode::{Cause, Guards, Mode};
 /// A change of mode of the unit under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// When.
+    /// Time.
     pub at: Micros,
     /// From.
     pub from: Mode,
     /// To.
     pub to: Mode,
-    /// Why, in the unit's own words.
+    /// Cause, in the unit's own words.
     pub cause: Cause,
 }
 
 /// A sample of the plant's truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truth {
-    /// When.
+    /// Time.
     pub at: Micros,
     /// True forward speed, mm/s.
     pub speed: i32,
     /// Set-point that the plant follows, mm/s.
     pub set_speed: i32,
-    /// Whether a set-point's lease stands.
+    /// True if the lease of the set-point stands.
     pub leased: bool,
     /// Signed distance to the fence, positive inside, mm.
     pub fence: i32,
 }
 
-/// What unit A went by, in its own words.
+/// Basis of unit A's judgement, in its own words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Judged {
     /// Guards that failed.
@@ -47,12 +47,12 @@ pub struct Judged {
     pub tracks: u8,
 }
 
-/// Where unit A took itself to be, in its own words.
+/// Place at which unit A took itself to be, in its own words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stood {
-    /// When it said so.
+    /// Time at which it said so.
     pub at: Micros,
-    /// When the fix behind it was taken.
+    /// Time at which the fix behind it was taken.
     pub fixed: Micros,
     /// East and north, mm.
     pub place: (i32, i32),
@@ -63,9 +63,9 @@ pub struct Stood {
 pub struct Timeline {
     /// Mode changes of unit A.
     pub changes: Vec<Change>,
-    /// What unit A went by, and from when.
+    /// Basis of unit A's judgement, with its beginning.
     pub judged: Vec<(Micros, Judged)>,
-    /// Where unit A took itself to be.
+    /// Places at which unit A took itself to be.
     pub poses: Vec<Stood>,
     /// Truth of unit A.
     pub truth: Vec<Truth>,
@@ -123,7 +123,7 @@ impl Timeline {
         }
     }
 
-    /// Whether an operator had given exactly this by `at`: the id alone could be of another command.
+    /// True if an operator had given exactly this by `at`: the id alone could be of another command.
     pub fn gave(&self, id: CommandId, wanted: CommandKind, at: Micros) -> bool {
         self.intended.iter().any(|(given, command, kind)| *command == id && *kind == wanted && *given <= at)
     }
@@ -133,18 +133,18 @@ impl Timeline {
         self.changes.iter().take_while(|c| c.at <= at).last().map_or(Mode::Idle, |c| c.to)
     }
 
-    /// Whether unit A was in `mode` at some instant of `[from, to]`.
+    /// True if unit A was in `mode` at some instant of `[from, to]`.
     pub fn was_in(&self, mode: Mode, from: Micros, to: Micros) -> bool {
         self.mode_at(from) == mode || self.changes.iter().any(|c| c.at >= from && c.at <= to && c.to == mode)
     }
 
-    /// Whether unit A went by something that satisfies `test` at some instant of `[from, to]`.
+    /// True if unit A judged by values that satisfy `test` at some instant of `[from, to]`.
     pub fn went_by(&self, from: Micros, to: Micros, test: impl Fn(&Judged) -> bool) -> bool {
         let first = self.judged.partition_point(|(at, _)| *at <= from).saturating_sub(1);
         self.judged[first..].iter().take_while(|(at, _)| *at <= to).any(|(_, judged)| test(judged))
     }
 
-    /// Whether unit A held authority over `track` at some instant of `[from, to]`.
+    /// True if unit A held authority over `track` at some instant of `[from, to]`.
     pub fn held(&self, track: TrackId, from: Micros, to: Micros) -> bool {
         let next = self.minted.iter().skip(1).map(|(at, ..)| *at).chain(std::iter::once(Micros::MAX));
         let mut spans = self.minted.iter().zip(next).filter(|((.., over), _)| *over == track);
@@ -154,7 +154,7 @@ impl Timeline {
         })
     }
 
-    /// Whether unit A held authority at `at`.
+    /// True if unit A held authority at `at`.
     pub fn authority_at(&self, at: Micros) -> bool {
         self.mode_at(at) == Mode::PrepareToAct
     }

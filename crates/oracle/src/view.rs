@@ -1,7 +1,7 @@
-//! Receipts of what a gateway insider did between the gateway and the console.
+//! Receipts of a gateway insider's actions between the gateway and the console.
 //!
-//! What it said has the witness that every insider's bytes have (`mouth`). What it kept back is told by the report or the
-//! command that it was about, against what the honest half accepted and what the display showed.
+//! Its messages have the witness that every insider's bytes have (`mouth`). A withheld message is told by the report or the
+//! command that it was about, against the honest half's acceptance and the display.
 
 use evidence::{Evidence, Micros, Witnessed};
 use wire::event::{Action, Event};
@@ -34,7 +34,7 @@ fn kept(evidence: &Evidence, window: Window) -> impl Iterator<Item = (Micros, Re
     told.filter(|(at, record)| accepted(evidence, *record, *at))
 }
 
-/// Whether the display was told to be without `record` in that time, when it had long been due.
+/// True if the display was told to be without `record` in that time, when it had long been due.
 fn lacked(evidence: &Evidence, record: RecordId, (from, to): (Micros, Micros)) -> bool {
     shown(evidence).any(|(at, shown)| at >= from + AT_ONCE && at < to && shown < record)
 }
@@ -47,7 +47,7 @@ fn withheld(evidence: &Evidence, window: Window) -> Option<Micros> {
 }
 
 /// The first report that was kept for so long and then passed on: not shown before it was due, and the display was without
-/// it until then; what the insider sent when it was due came in at the console.
+/// it until then; the insider's message when it was due came in at the console.
 pub(super) fn late(evidence: &Evidence, by: Micros, window: Window) -> Option<Micros> {
     let sent = mouth::sights(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
     let confirmed = |at: Micros, record: RecordId| {
@@ -90,7 +90,7 @@ fn accepted(evidence: &Evidence, wanted: RecordId, by: Micros) -> bool {
     entries.any(|w| matches!(w.entry.event, Event::Accepted { record, .. } if record == wanted))
 }
 
-/// What the display showed of the unit under test, and when.
+/// Displays of the unit under test, with their times.
 fn shown(evidence: &Evidence) -> impl Iterator<Item = (Micros, RecordId)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Displayed { unit: UnitId::A, report, .. } => Some((w.at, report)),

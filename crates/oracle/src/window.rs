@@ -1,4 +1,4 @@
-//! When what was planned may have been done.
+//! Windows of planned actions.
 
 use evidence::{Evidence, Micros, Plan};
 use wire::event::Event;
@@ -7,7 +7,7 @@ use wire::event::Event;
 const EARLY: Micros = 5_000;
 const LATE: Micros = 100_000;
 
-/// When what was planned may have been done.
+/// Window of a planned action.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     from: Micros,
@@ -37,7 +37,7 @@ impl Window {
         (self.from, self.until.min(duration).max(self.from))
     }
 
-    /// Whether a deed at `at` is within it.
+    /// True if an action at `at` is within it.
     pub(super) fn has(self, at: Micros) -> bool {
         at.saturating_add(EARLY) >= self.from && at <= self.until.saturating_add(LATE)
     }

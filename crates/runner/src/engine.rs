@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use evidence::custody::Held;
 use evidence::log::Logged;
 use evidence::trial::Trial;
+use evidence::verification::Held;
 use evidence::{Evidence, Verdict, Witnessed};
 use live::child::Services;
 use live::mouths::CoreReplay;

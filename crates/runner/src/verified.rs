@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use evidence::custody::{Custodian, Held};
 use evidence::log::{Logged, by_recorder};
+use evidence::verification::{Held, LogVerifier};
 use link::instrument::Frame;
 use live::keep;
 use serde::Serialize;
@@ -57,12 +57,12 @@ pub fn verify(run: &Path) -> Result<Verified, EngineError> {
         Err(_) if !findings.is_empty() => Vec::new(),
         log => log?,
     };
-    let mut custodian = Custodian::new(&held);
+    let mut log_verifier = LogVerifier::new(&held);
     for Logged { at, node, bytes } in &log {
-        // What does not continue its chain is in the custodian's own list.
-        let _noted = custodian.take(*at, *node, bytes);
+        // What does not continue its chain is in the log_verifier's own list.
+        let _noted = log_verifier.take(*at, *node, bytes);
     }
-    let custody = custodian.close();
+    let custody = log_verifier.close();
     findings.extend(custody.flaws.iter().map(ToString::to_string));
     Ok(Verified {
         held: digest,

@@ -8,10 +8,10 @@ use evidence::Property;
 use evidence::trial::{Outcome, Trial};
 use oracle::{Nearness, judged};
 use scenario::{Alphabet, Scenario, Setup};
-use twin::part::trunk::Trunk;
-use twin::trial::{conclude, start, start_along, trunk};
+use twin::part::baseline::Baseline;
+use twin::trial::{baseline, conclude, start, start_following};
 
-/// The longest run that is kept as a trunk, seconds: everything that was said in it is in memory, of a rendered one a few
+/// The longest run that is kept as a baseline, seconds: everything that was said in it is in memory, of a rendered one a few
 /// megabytes a second.
 const LONGEST_TRUNK_S: f64 = 60.0;
 
@@ -27,7 +27,7 @@ pub struct Ground {
     /// What may be done.
     pub alphabet: Alphabet,
     /// The run without any word: what a word does not reach is not computed again. None of a run that is too long to keep.
-    trunk: Option<Arc<Trunk>>,
+    baseline: Option<Arc<Baseline>>,
 }
 
 /// Why a trial is a finding: shrinking keeps it.
@@ -83,8 +83,9 @@ impl Ground {
     pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
         let nothing = Word::default().in_scenario(&alphabet, &scenario)?;
         let kept = nothing.duration_s.get() <= LONGEST_TRUNK_S;
-        let trunk = kept.then(|| trunk(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
-        Ok(Self { scenario, setup, seed, alphabet, trunk })
+        let baseline =
+            kept.then(|| baseline(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
+        Ok(Self { scenario, setup, seed, alphabet, baseline })
     }
 
     /// That each move of the alphabet fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
@@ -130,8 +131,8 @@ impl Ground {
     pub fn try_word(&self, word: &Word) -> Result<Tried, String> {
         let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let before = link::clock::thread_cpu_us();
-        let started = match &self.trunk {
-            Some(trunk) => start_along(&scenario, &self.setup, self.seed, trunk),
+        let started = match &self.baseline {
+            Some(baseline) => start_following(&scenario, &self.setup, self.seed, baseline),
             None => start(&scenario, &self.setup, self.seed, false),
         };
         let (cast, twin) = started.map_err(|e| e.to_string())?;
@@ -166,7 +167,7 @@ mod tests {
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let kept = |seconds: f64| Ground::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
         let (short, long) = (kept(LONGEST_TRUNK_S), kept(LONGEST_TRUNK_S + 1.0));
-        assert!(short.trunk.is_some() && long.trunk.is_none());
+        assert!(short.baseline.is_some() && long.baseline.is_none());
         assert_eq!(long.try_word(&Word::default()).unwrap().trial.outcome, Outcome::Nominal);
     }
 }

@@ -1,7 +1,7 @@
 //! Handshakes that must not succeed: with a certificate that is no good, or below the pinned protocol.
 //!
-//! The adversary's half of the receipt is what it sent: the record with its certificate, or the hello that is too low. The
-//! target's half is what arrived there, and the name under which it refused.
+//! The adversary's half of the receipt is its own bytes: the record with its certificate, or the hello that is too low. The
+//! target's half is the arrival there, and the name under which it refused.
 
 use std::time::Duration;
 
@@ -25,7 +25,7 @@ use super::judge::Showing;
 /// Bytes of a certificate by which the record that carries it is known.
 const MARK: usize = 64;
 
-/// Somebody with such a certificate, at such an end.
+/// A peer with such a certificate, at such an end.
 pub(super) fn impostor(one: &Impostor, seed: u64) -> Result<Showing, StackError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let listens = *one.end == Hand::Listens;
@@ -42,7 +42,7 @@ pub(super) fn impostor(one: &Impostor, seed: u64) -> Result<Showing, StackError>
     }
 }
 
-/// What an impostor shows, and the list by which it may be refused.
+/// Certificate that an impostor shows, and the list by which it may be refused.
 struct Papers {
     credential: Credential,
     list: Option<Vec<u8>>,
@@ -138,8 +138,8 @@ fn over_dtls(
 }
 
 /// Both halves of the receipt of a handshake over DTLS: the first record that left with `mark` in it, or without one the
-/// first that left at all, and what was seen at the target. What the adversary repeats once it has been refused is seen
-/// by nobody.
+/// first that left at all, and the observation at the target. The adversary's repetitions after its refusal are not
+/// observed.
 fn evidence(showing: &mut Showing, pair: &mut Pair, from: Side, target: Side, mark: Option<&[u8]>) {
     let left = pair.take(from);
     let records = left.iter().flat_map(|datagram| split(datagram)).filter_map(|piece| match piece {
@@ -155,7 +155,7 @@ fn evidence(showing: &mut Showing, pair: &mut Pair, from: Side, target: Side, ma
     }
 }
 
-/// What came of the handshake at the target. A peer that should not have passed is a breach.
+/// Result of the handshake at the target. A peer that should not have passed is a breach.
 fn judged(showing: &mut Showing, refusable: bool, peer: Result<Option<PeerId>, &DtlsError>) {
     match peer {
         Ok(Some(peer)) if refusable => showing.breaches.push(format!("somebody passed for {peer}")),
@@ -216,7 +216,7 @@ fn shaken(parties: [&tls::Party; 2], listens: bool, attacked: bool, tap: tls::Ta
     Ok(showing)
 }
 
-/// Somebody who offers less than the pinned protocol, or edits an honest hello so that it does.
+/// A peer that offers less than the pinned protocol, or edits an honest hello so that it does.
 pub(super) fn downgrade(one: &Downgrade, seed: u64) -> Result<Showing, StackError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let authority = Authority::new()?;
@@ -251,7 +251,7 @@ pub(super) fn downgrade(one: &Downgrade, seed: u64) -> Result<Showing, StackErro
     }
 }
 
-/// A handshake over DTLS whose hellos are edited on the way, where `edits` says so.
+/// A handshake over DTLS with hellos edited on the way, where `edits` says so.
 fn lowered_dtls(parties: [&Party; 2], edits: Option<Lower>) -> Result<Showing, StackError> {
     let (done, claims) = std::sync::mpsc::channel();
     let tap: Tap = Box::new(move |side, mut datagram| {
@@ -277,12 +277,12 @@ fn lowered_dtls(parties: [&Party; 2], edits: Option<Lower>) -> Result<Showing, S
     Ok(showing)
 }
 
-/// Whether a ClientHello begins behind a record header of this length.
+/// True if a ClientHello begins behind a record header of this length.
 fn is_hello(bytes: &[u8], header: usize) -> bool {
     bytes.first() == Some(&22) && bytes.get(header) == Some(&1)
 }
 
-/// Lowers what a ClientHello in a DTLS record offers. Its lengths stay as they are.
+/// Lowers the offer of a ClientHello in a DTLS record. Its lengths stay as they are.
 fn lower_dtls(datagram: &mut [u8], to: Lower) {
     const VERSION: usize = 13 + 12;
     match to {
@@ -300,7 +300,7 @@ fn lower_dtls(datagram: &mut [u8], to: Lower) {
     }
 }
 
-/// The same for TLS, whose ClientHello has another header.
+/// The same for TLS, in which the ClientHello has another header.
 fn lower_tls(piece: &mut [u8], to: Lower) {
     if !is_hello(piece, 5) {
         return;
@@ -324,7 +324,7 @@ fn suites(hello: &mut [u8], at: usize, suite: [u8; 2]) {
     }
 }
 
-/// Gives the extension that begins with `head` a type that nobody knows.
+/// Gives the extension that begins with `head` an unknown type.
 fn rename(hello: &mut [u8], head: [u8; 4]) {
     if let Some(at) = hello.windows(4).rposition(|w| w == head) {
         hello[at] = 0xfa;

@@ -1,7 +1,8 @@
-//! The class of a trial on the real stacks, from what the adversary says it did and what the target's log says it saw.
+//! The class of a trial on the real stacks, from the adversary's account of its actions and the target's log.
 //!
-//! The classes are the oracle's, in its order. UNSAFE: somebody passed for another, or a record was delivered that
-//! nobody sent, or one twice (P5), or something was read that the link is to keep to itself. INVALID: something done was not seen at the target. LATE: an honest record did not
+//! The classes are the oracle's, in its order. UNSAFE: one identity passed for another, or a record was delivered that
+//! was never sent, or one twice (P5), or content was read that the link is to keep secret. INVALID: an action was not seen at the target.
+//! LATE: an honest record did not
 //! get through in time, or the association is gone. A stack has no modes, so it neither holds nor degrades.
 
 use std::collections::BTreeMap;
@@ -11,22 +12,22 @@ use evidence::trial::{Knowledge, Latency, Outcome, Trial};
 use sha2::{Digest, Sha256};
 use wire::event::wire_hash;
 
-/// What one trial showed.
+/// Observations of one trial.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Showing {
-    /// Whether anything was attacked; a control attacks nothing.
+    /// True if there was an attack; a control has none.
     attacked: bool,
-    /// How often the adversary says that it put in what has this short hash.
+    /// Number of times, by short hash, that the adversary says it put the bytes in.
     deeds: BTreeMap<u64, u64>,
-    /// How often the target's log says that it arrived.
+    /// Number of times, by short hash, that the target's log says the bytes arrived.
     seen: BTreeMap<u64, u64>,
-    /// What must never happen and did.
+    /// Events that must never happen and did.
     pub(super) breaches: Vec<String>,
-    /// What an observer read and must not be able to read.
+    /// Marks that an observer read and must not be able to read.
     pub(super) read: Vec<String>,
-    /// What an observer read that the protocol does not hide.
+    /// Marks that an observer read and the protocol does not hide.
     pub(super) in_the_clear: Vec<String>,
-    /// What should have got through in time and did not.
+    /// Records that should have got through in time and did not.
     pub(super) missed: Vec<String>,
     /// Refused by an end, by name.
     refused: BTreeMap<String, u64>,
@@ -47,7 +48,7 @@ impl Showing {
         self.did_hash(wire_hash(bytes));
     }
 
-    /// The adversary put in what has this short hash.
+    /// The adversary put in bytes with this short hash.
     pub(super) fn did_hash(&mut self, hash: u64) {
         *self.deeds.entry(hash).or_default() += 1;
     }
@@ -57,7 +58,7 @@ impl Showing {
         self.saw_hash(wire_hash(bytes));
     }
 
-    /// What has this short hash arrived at the target.
+    /// Bytes with this short hash arrived at the target.
     pub(super) fn saw_hash(&mut self, hash: u64) {
         *self.seen.entry(hash).or_default() += 1;
     }
@@ -74,7 +75,7 @@ impl Showing {
         }
     }
 
-    /// Whether everything that was done was seen, as often as it was done.
+    /// True if every action was seen, as often as it was done.
     fn receipt(&self) -> bool {
         let arrived = |(hash, n): (&u64, &u64)| self.seen.get(hash).is_some_and(|seen| seen >= n);
         !self.attacked || (!self.deeds.is_empty() && self.deeds.iter().all(arrived))

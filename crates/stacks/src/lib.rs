@@ -1,9 +1,9 @@
 //! Trials on the real stacks: the guard, the DTLS library and the TLS library between two ends in memory (`link::memory`),
-//! and where somebody only looks the live broker between two clients (`broker::watched`).
+//! and for a passive observer the live broker between two clients (`broker::watched`).
 //!
-//! There is no platform here and so no mode. What is asked is what the links promise: nobody passes for another, what
-//! nobody sent is not delivered and nothing twice, nothing that is said can be read, and honest records still get through. The seed draws names, numbers
-//! and places; the libraries draw keys of their own, so that a seed repeats what was done and not every byte.
+//! There is no platform here and so no mode. The question is the promise of the links: no identity passes for another, no
+//! record is delivered that was not sent, and none twice, no content can be read, and honest records still get through. The seed draws names, numbers
+//! and places; the libraries draw keys of their own, so that a seed repeats the actions and not every byte.
 //!
 //! `handshake`, `records`, `storm` and `observe` (with `words` and `search`) do it, `judge` gives the class.
 
@@ -33,7 +33,7 @@ pub enum StackError {
     /// The exchange over the broker did not come about.
     #[error(transparent)]
     Watch(#[from] WatchError),
-    /// The honest association did not come about, so that there was nothing to attack.
+    /// The honest association did not come about, so that there was no target.
     #[error("two honest ends have no association")]
     NoAssociation,
     /// The scenario has not exactly one of the tables that run here.

@@ -1,10 +1,10 @@
-//! Somebody who sees every byte of a link and does nothing else: what can be read there.
+//! A passive observer who sees every byte of a link: the marks readable there.
 //!
-//! Unit, gateway and operator say what they say in a mission, over a real association or through the real broker. Nothing of it,
-//! no key and no session secret may be read on the path. What a handshake says in the clear is told, not hidden: with DTLS 1.2 the
+//! Unit, gateway and operator exchange the messages of a mission, over a real association or through the real broker. None of their content,
+//! no key and no session secret may be read on the path. The clear text of a handshake is told, not hidden: with DTLS 1.2 the
 //! certificates of both ends, with TLS 1.3 the name of the end that is dialled and no other.
 //!
-//! The receipt: what the observer saw is what arrived at the ends, and the same search finds every mark in what came out
+//! The receipt: the observer saw the bytes that arrived at the ends, and the same search finds every mark in the plain text
 //! there. An observer behind the secure layer is the control in which it has to be found.
 
 use std::collections::BTreeSet;
@@ -28,10 +28,10 @@ use super::words::{Mark, Speakers};
 /// Bytes of a certificate by which it is known.
 const MARK: usize = 64;
 
-/// What stands before the secret number in the PKCS #8 form of a P-256 key (RFC 5915: version 1, then an octet string).
+/// Bytes before the secret number in the PKCS #8 form of a P-256 key (RFC 5915: version 1, then an octet string).
 const BEFORE_SCALAR: [u8; 5] = [2, 1, 1, 4, 32];
 
-/// What begins a key or certificate as text.
+/// Beginnings of a key or certificate as text.
 const AS_TEXT: [&str; 2] = ["-----BEGIN ", "PRIVATE KEY"];
 
 /// Looks at a link while it is used.
@@ -57,7 +57,7 @@ pub(super) fn observed(one: &Observe, seed: u64) -> Result<Showing, StackError> 
     Ok(judged(one, &seen, &ends, &secrets))
 }
 
-/// Who takes part, each with its certificate.
+/// Participants, each with its certificate.
 struct Ends {
     unit: (PeerId, Credential),
     gateway: (PeerId, Credential),
@@ -86,19 +86,19 @@ impl Ends {
     }
 }
 
-/// What passed, and what came out.
+/// Traffic on the path, and at the ends.
 struct Sight {
-    /// What passed on the path, direction by direction.
+    /// Bytes on the path, direction by direction.
     path: Vec<Vec<Vec<u8>>>,
-    /// Hashes of what the ends saw arrive, direction by direction; nothing of a direction that arrived otherwise.
+    /// Hashes of the arrivals at the ends, direction by direction; none of a direction that arrived otherwise.
     arrived: Vec<Option<Vec<u8>>>,
-    /// What came out at the ends.
+    /// Plain text at the ends.
     plain: Vec<Vec<u8>>,
-    /// What was said.
+    /// Messages sent.
     said: Vec<Mark>,
     /// Session secrets.
     secrets: Vec<Mark>,
-    /// How many messages were said.
+    /// Number of messages sent.
     messages: u64,
 }
 

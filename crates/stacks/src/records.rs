@@ -1,4 +1,4 @@
-//! What one without a key does to the records of a standing association.
+//! Attacks without a key on the records of a standing association.
 //!
 //! Before, meanwhile and after, honest records go both ways; each holds a number of its own, so that one that comes out
 //! twice or was never sent is known.
@@ -27,7 +27,7 @@ const HONEST: u32 = 5;
 /// Records sent and not yet put in, at most: fewer than the library's replay window, so that order alone loses none.
 const GROUP: usize = 32;
 
-/// How long withheld records are kept.
+/// Time for which withheld records are kept.
 const KEPT: Duration = Duration::from_secs(60);
 
 /// Handles the records of a standing association.
@@ -47,7 +47,7 @@ struct Handling {
     showing: Showing,
     /// The number of the next honest record.
     next: u32,
-    /// How often each record came out, by its bytes.
+    /// Number of times that each record came out, by its bytes.
     out: BTreeMap<Vec<u8>, u32>,
     /// Every record that an honest end sent.
     sent: BTreeMap<Vec<u8>, Side>,
@@ -119,7 +119,7 @@ impl Handling {
         Ok(())
     }
 
-    /// The same when the deed is done: what does not come out now was missed.
+    /// The same after the action: a record that does not come out now was missed.
     fn afterwards(&mut self) {
         for to in [Side::Server, Side::Client] {
             for _ in 0..HONEST {
@@ -153,7 +153,7 @@ impl Handling {
         Ok(())
     }
 
-    /// What needs no change of a datagram: when and how often it is put in.
+    /// Actions without a change of a datagram: the time and the number of its copies.
     fn shuffle(&mut self, deed: Deed, count: usize, rng: &mut ChaCha8Rng) -> Result<(), StackError> {
         let mut left = count;
         while left > 0 {
@@ -203,7 +203,7 @@ impl Handling {
     }
 }
 
-/// What anybody can write: a type, epoch 0, some sequence number, two bytes.
+/// A record that anyone can write: a type, epoch 0, some sequence number, two bytes.
 fn plaintext(rng: &mut ChaCha8Rng, content: u8, body: [u8; 2]) -> [u8; 15] {
     [content, 254, 253, 0, 0, 0, 0, 0, 0, 0, rng.next_u32() as u8, 0, 2, body[0], body[1]]
 }

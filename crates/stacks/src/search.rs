@@ -1,4 +1,4 @@
-//! Whether marks can be read in bytes: every run of eight bytes of every mark is looked for, so that a part is found as well as
+//! Search for marks in bytes: every run of eight bytes of every mark is looked for, so that a part is found as well as
 //! the whole.
 
 use std::collections::BTreeSet;

@@ -1,4 +1,4 @@
-//! Strangers at the door of a listener, by the thousand: what they may cost is bounded, and honest ends notice nothing.
+//! Unknown peers at a listener's cookie exchange, by the thousand: their cost is bounded, and honest ends see no effect.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use wire::id::PeerId;
 use super::StackError;
 use super::judge::Showing;
 
-/// Where the random of a ClientHello stands in its datagram: behind record and message headers and the version.
+/// Place of a ClientHello's random in its datagram: behind record and message headers and the version.
 const RANDOM: std::ops::Range<usize> = 27..59;
 
 /// Strangers come while one honest unit has a session and another opens one.

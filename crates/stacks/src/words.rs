@@ -1,5 +1,5 @@
-//! What unit, gateway and operator say to each other in a trial with an observer: real messages, signed with real keys, with
-//! what must not be read in them listed beside.
+//! Messages of unit, gateway and operator in a trial with an observer: real messages, signed with real keys, with
+//! their secret parts listed beside.
 
 use minicbor::bytes::ByteSlice;
 use rand_chacha::ChaCha8Rng;
@@ -23,7 +23,7 @@ const TURNS: u64 = 8;
 /// Something that must not be read on a link.
 #[derive(Clone, Debug)]
 pub(super) struct Mark {
-    /// What it is, for the one who finds it.
+    /// Name of it, for its finder.
     pub(super) what: String,
     /// Its bytes.
     pub(super) bytes: Vec<u8>,
@@ -55,7 +55,7 @@ impl Speakers {
         named.iter().zip(&self.secrets).map(|(what, secret)| Mark::new(*what, *secret)).collect()
     }
 
-    /// Records of a session, a pair of one from the unit and one from the gateway at a time, and what stands in them.
+    /// Records of a session, a pair of one from the unit and one from the gateway at a time, and their marks.
     pub(super) fn session(&mut self) -> (Vec<[Vec<u8>; 2]>, Vec<Mark>) {
         let (mut pairs, mut marks) = (Vec::new(), Vec::new());
         for turn in 1..=TURNS {
@@ -83,7 +83,7 @@ impl Speakers {
         (pairs, marks)
     }
 
-    /// Orders and their acknowledgements, in turn, and what stands in them.
+    /// Orders and their acknowledgements, in turn, and their marks.
     pub(super) fn commands(&mut self) -> (Vec<(Subject, Vec<u8>)>, Vec<Mark>) {
         let (mut said, mut marks) = (Vec::new(), Vec::new());
         for turn in 1..=TURNS {

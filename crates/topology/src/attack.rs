@@ -1,4 +1,4 @@
-//! From a scenario's attack tables to the adversary's plans, the sim's faults, and what needs a receipt.
+//! From a scenario's attack tables to the adversary's plans, the sim's faults, and the injections that need a receipt.
 
 pub(super) mod broker;
 pub(super) mod gateway;
@@ -46,7 +46,7 @@ pub(super) fn step(of: &dyn Windowed) -> Option<Step> {
     Some(Step { name: step_name(of)?, wait })
 }
 
-/// What the instrument plane is watched for, and which step is then called.
+/// Events for which the instrument plane is watched, and the step then called.
 pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
     let cue = |of: &dyn Windowed| {
         let on = match of.timing().when?.trigger()? {
@@ -115,7 +115,7 @@ pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
     DatagramRelayConfig { actions }
 }
 
-/// What the recorder's insider does: one of the scenario's, in turn by the seed, at a place that the seed draws.
+/// Manipulation of the recorder's insider: one of the scenario's, in turn by the seed, at a place that the seed draws.
 pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
     let at = (seed % s.tamper.len().max(1) as u64) as usize;
     let does = match s.tamper.get(at)?.does {
@@ -230,7 +230,7 @@ fn flaw(flaw: scenario::Flaw) -> Flaw {
     }
 }
 
-/// Whether unit C reports through the insider only.
+/// True if unit C reports through the insider only.
 pub(super) fn third_is_silent(s: &Scenario) -> bool {
     s.teammate.iter().any(|t| t.c == ThirdUnit::Silent)
 }
@@ -278,7 +278,7 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
     }
 }
 
-/// Whether something is injected that needs a receipt.
+/// True if there is an injection that needs a receipt.
 pub fn is_attacked(s: &Scenario) -> bool {
     !planned::of(s, 0).is_empty()
 }

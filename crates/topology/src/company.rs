@@ -12,7 +12,7 @@ use wire::setup::{Ablation, Setup};
 
 use super::draw::Draw;
 use super::keys::{self, RunSecret};
-use super::member::{Host, Member, Role, Seat};
+use super::member::{BusEndpoint, Host, Member, Role};
 use super::{OPERATORS, attack, rogue, scene, script, station};
 
 /// Members on their way into a cast.
@@ -64,7 +64,7 @@ impl Company<'_> {
             publishes: writes.to_vec(),
             peer: None,
             commands: false,
-            seat: Seat::Outside,
+            endpoint: BusEndpoint::Outside,
         };
         self.members.push(member);
         self.members.last_mut().expect("just pushed")
@@ -148,7 +148,7 @@ impl Company<'_> {
         member.peer = peer_of(gateway);
         member.commands = true;
         if attack::gateway::plan(self.scenario, 0).is_some() {
-            self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.seat = Seat::Inside);
+            self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.endpoint = BusEndpoint::Inside);
         }
         let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
         let config = script::console(self.scenario, secret, revocations);
@@ -182,7 +182,7 @@ impl Company<'_> {
             let insider = Role::Adversary(AdversaryConfig::InsiderGateway(config));
             let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);
             member.publishes = vec![Topic::Feed, Topic::Intents];
-            member.seat = Seat::Between;
+            member.endpoint = BusEndpoint::Between;
         }
         if let Some(config) = station::plan(self.scenario, draw.phase_ms, self.secret) {
             let peer = config.certificate;
@@ -209,7 +209,7 @@ impl Company<'_> {
         }
     }
 
-    /// A rogue hears and writes like anybody on its host; what it holds is its holder's, or nothing.
+    /// A rogue hears and writes like any process on its host; its keys are its holder's, or none.
     fn rogue(&mut self, casting: rogue::Casting) {
         let rogue::Casting { host, node, holder, topics, config } = casting;
         let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());

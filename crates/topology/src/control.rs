@@ -1,4 +1,4 @@
-//! The same trial with nobody who acts: what a receipt has to tell from the trial in which somebody did.
+//! The same trial without any action: the control from which a receipt has to tell the trial with it.
 
 use adversary::AdversaryConfig;
 use scenario::Scenario;
@@ -7,8 +7,9 @@ use sim::scene::Disguise;
 use super::{Cast, Role, attack};
 
 impl Cast {
-    /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is
-    /// killed, kept from running or short of disk, nothing is in disguise or printed on, and the recording is left alone. The link's own weather stays, and so does what was planned.
+    /// The same participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part fails, no process is
+    /// killed, kept from running or short of disk, no object is in disguise or printed on, and the recording is left alone. The link's own
+    /// weather stays, and so does its plan.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {
@@ -23,7 +24,7 @@ impl Cast {
                 Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
             }
         }
-        self.ordeals.clear();
+        self.process_faults.clear();
         self.tampering = None;
         self.cues.clear();
         self

@@ -6,7 +6,7 @@ use scenario::Scenario;
 
 use super::{ClockDraw, Host};
 
-/// What one seed draws.
+/// Draws of one seed.
 pub(super) struct Draw {
     pub(super) phase_ms: u64,
     pub(super) shift_m: (f64, f64),

@@ -31,7 +31,7 @@ impl RunSecret {
         Secret(self.derive("holdsafe signing secret v1", node.name().as_bytes()))
     }
 
-    /// The secret of a witness apart from the services: what stands at a node's mouth, or the launcher as it notes what it did.
+    /// The secret of a witness apart from the services: a node's ingress observer, or the launcher as it notes its own actions.
     pub(super) fn witness(&self, node: NodeId) -> Secret {
         Secret(self.derive("holdsafe witness secret v1", node.name().as_bytes()))
     }
@@ -86,7 +86,7 @@ fn reader(topic: Topic, node: NodeId) -> usize {
     usize::from(topic.readers() > 1 && node.unit().is_some())
 }
 
-/// Whose signing key a node holds: an insider holds that of the one in whose place it stands.
+/// Node of the signing key that a node holds: an insider holds that of the one in the place of which it stands.
 pub(super) fn signer(node: NodeId) -> NodeId {
     match node {
         NodeId::INSIDER_B => NodeId::UNIT_B,

@@ -1,7 +1,7 @@
-//! Who takes part in a trial: from a scenario and a seed to the cores' setups, the same for the twin and for live.
+//! Participants of a trial: from a scenario and a seed to the cores' setups, the same for the twin and for live.
 //!
-//! Everything a seed varies is drawn here, once, in a fixed order. The twin makes the cores in its own thread, the
-//! live launcher hands the same setups to processes; neither adds anything of its own.
+//! Every variation of a seed is drawn here, once, in a fixed order. The twin makes the cores in its own thread, the
+//! live launcher hands the same setups to processes; neither adds a draw of its own.
 
 mod attack;
 mod company;
@@ -22,9 +22,9 @@ use std::collections::BTreeMap;
 use adversary::insider::InsiderRecorder;
 use adversary::plan::Tampering;
 use evidence::cue::Cue;
-use evidence::custody::{Held, HeldClock, Life};
 use evidence::log::hex;
 use evidence::mission::Script;
+use evidence::verification::{Held, HeldClock, Life};
 use evidence::{Plan, Planned};
 use scenario::Scenario;
 use wire::core::Topic;
@@ -33,28 +33,28 @@ use wire::person::Role as Person;
 use wire::policy::{Check, Requirement};
 use wire::setup::{Secret, Setup};
 use wire::sign::Key;
-use wire::trust::Mandate;
+use wire::trust::Validity;
 
 use company::Company;
 use draw::Draw;
 
 pub use attack::is_attacked;
 pub use keys::RunSecret;
-pub use member::{Host, Member, Role, Seat};
-pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
+pub use member::{BusEndpoint, Host, Member, Role};
+pub use process::{ProcessFault, ProcessFaultKind, Turn, next_turn, node_of};
 pub use scene::needs_rendering;
 
-/// Who may give commands, in every run. Nobody holds the second one's key but the rogue of some scenarios.
+/// Identities that may give commands, in every run. Only the rogue of some scenarios has the second one's key.
 const OPERATORS: [NodeId; 2] = [NodeId::OPERATOR, NodeId::OPERATOR_2];
 
 /// A secure session between two members.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
-    /// Who dials.
+    /// End that dials.
     pub client: NodeId,
-    /// Who listens.
+    /// End that listens.
     pub server: NodeId,
-    /// Whether the datagram relay is in the path.
+    /// True if the datagram relay is in the path.
     pub relayed: bool,
 }
 
@@ -77,28 +77,28 @@ pub struct Cast {
     /// One clock a host, in the order of [`Host::ALL`].
     pub clocks: Vec<ClockDraw>,
     /// Processes that are to end, or to be kept from running.
-    pub ordeals: Vec<Ordeal>,
-    /// Steps that wait for what the instrument plane tells.
+    pub process_faults: Vec<ProcessFault>,
+    /// Steps that wait for an event on the instrument plane.
     pub cues: Vec<Cue>,
-    /// What the oracle needs receipts for.
+    /// Injections for which the oracle needs receipts.
     pub planned: Vec<Plan>,
-    /// What the operator is to do, as the oracle is told of it.
+    /// Script of the operator, as the oracle is told of it.
     pub script: Script,
     /// For how long identities are admitted.
-    pub mandates: Vec<Mandate>,
+    pub mandates: Vec<Validity>,
     /// Length of the trial, microseconds.
     pub duration: u64,
-    /// Whether link and stage delays vary with the seed.
+    /// True if link and stage delays vary with the seed.
     pub varied_delays: bool,
-    /// The keys under which guards sign what they saw, and the launcher what it noted.
+    /// The keys under which guards sign their observations, and the launcher its notes.
     pub witnesses: BTreeMap<NodeId, Secret>,
-    /// What the recorder's insider does to the recording, and the seed of where.
+    /// Manipulation of the recording by the recorder's insider, and the seed of its place.
     pub tampering: Option<(Tampering, u64)>,
 }
 
 impl Cast {
-    /// The same with a console for a person in this role at a live run, who reads in words what it shows. In a twin nobody
-    /// reads. Who may only look has no pen there, and neither has the script then.
+    /// The same with a console for a person in this role at a live run, who reads its display in words. In a twin there is no
+    /// reader. A person who may only look has no pen there, and neither has the script then.
     #[must_use]
     pub fn seating(mut self, role: Person) -> Cast {
         for member in &mut self.members {
@@ -117,7 +117,7 @@ impl Cast {
         })
     }
 
-    /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
+    /// State of the broker's table of rights: the policy's word, which is the same for everybody.
     pub fn rights(&self) -> Requirement {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
     }
@@ -160,45 +160,45 @@ impl Cast {
         clocks
     }
 
-    /// What stands at the mouth of this node's sessions and streams; whoever stands in the broker's place has the broker's.
+    /// Ingress observer of this node's sessions and streams; a participant in the broker's place has the broker's.
     pub fn mouth_of(&self, node: NodeId) -> Option<NodeId> {
         if node == self.broker() { NodeId::BROKER.guard() } else { node.guard() }
     }
 
-    /// Processes that are to be kept from running, whose cores' mouths are watched for it.
+    /// Processes that are to be kept from running, with cores that are watched at their inputs for it.
     pub fn watched(&self) -> Vec<NodeId> {
         let suspended = |plan: &Plan| if let Planned::Suspend(node) = plan.what { Some(node) } else { None };
         self.planned.iter().filter_map(suspended).collect()
     }
 
-    /// Whether the recorder's disk is to be full for a time, and so the recording is looked at while it grows.
+    /// True if the recorder's disk is to be full for a time, and so the recording is looked at while it grows.
     pub fn fills(&self) -> bool {
         self.planned.iter().any(|plan| matches!(plan.what, Planned::Fill(_)))
     }
 
     /// The longest time for which `node` is to be kept from running, microseconds.
     pub fn stopped(&self, node: NodeId) -> u64 {
-        let lasts = |ordeal: &Ordeal| match ordeal.kind {
-            OrdealKind::Suspend { lasts, .. } => lasts,
-            OrdealKind::Kill { .. } | OrdealKind::Fill { .. } => 0,
+        let lasts = |fault: &ProcessFault| match fault.kind {
+            ProcessFaultKind::Suspend { lasts, .. } => lasts,
+            ProcessFaultKind::Kill { .. } | ProcessFaultKind::Fill { .. } => 0,
         };
-        self.ordeals.iter().filter(|ordeal| ordeal.node == node).map(lasts).max().unwrap_or(0)
+        self.process_faults.iter().filter(|fault| fault.node == node).map(lasts).max().unwrap_or(0)
     }
 
-    /// The insider whose hands the recorder is in, when the scenario has one.
+    /// The insider who controls the recorder, when the scenario has one.
     pub fn hands(&self) -> Option<InsiderRecorder> {
         let (does, seed) = self.tampering?;
         let recorder = self.members.iter().find(|m| m.node() == NodeId::RECORDER)?;
         Some(InsiderRecorder::new(recorder.setup.key(), does, seed))
     }
 
-    /// Who routes the command plane: the broker, or the one who stands in its place.
+    /// Router of the command plane: the broker, or the participant in its place.
     pub fn broker(&self) -> NodeId {
         let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
         if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
     }
 
-    /// Who may give commands, and until when, microseconds of the run.
+    /// Identities that may give commands, each with its end of validity, microseconds of the run.
     pub fn operators(&self) -> Vec<(NodeId, u64)> {
         let until = |who: NodeId| self.mandates.iter().find(|m| m.who == who).map_or(u64::MAX, |m| m.until_ms * 1000);
         OPERATORS.map(|who| (who, until(who))).to_vec()
@@ -206,8 +206,8 @@ impl Cast {
 
     /// Processes that are to end, and so owe no closing account.
     pub fn killed(&self) -> Vec<NodeId> {
-        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
-        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
+        let ends = |fault: &&ProcessFault| matches!(fault.kind, ProcessFaultKind::Kill { .. });
+        self.process_faults.iter().filter(ends).map(|fault| fault.node).collect()
     }
 }
 
@@ -223,7 +223,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     Cast {
         links: links(scenario, &members),
         clocks: draw.clocks,
-        ordeals: process::ordeals(scenario, draw.phase_ms),
+        process_faults: process::process_faults(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned::of(scenario, draw.phase_ms),
         script: script::presumed(scenario),
@@ -256,7 +256,7 @@ fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {
     links
 }
 
-/// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that nobody else has.
+/// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that no one else has.
 pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
     let of = |topic: Topic, reader: usize| {
         let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());

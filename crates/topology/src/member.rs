@@ -1,4 +1,4 @@
-//! A member of the cast: where it runs, what it does, what it reads and writes.
+//! A participant: its host, its role, its reads and writes.
 
 use adversary::plan::AdversaryConfig;
 use autonomy::AutonomyConfig;
@@ -30,7 +30,7 @@ impl Host {
     pub const ALL: [Host; 5] = [Host::VehicleA, Host::Control, Host::Insider, Host::VehicleC, Host::Adversary];
 }
 
-/// What a member does.
+/// Role of a participant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Role {
     /// World, plant and sensors.
@@ -49,10 +49,10 @@ pub enum Role {
     Adversary(AdversaryConfig),
 }
 
-/// Where a member sits on the shared memory of its host. Where a gateway insider takes part, what leaves the gateway and
-/// what is meant for it is on channels *inside*, which the insider alone joins to those that everybody else uses.
+/// Endpoint of a participant on the shared memory of its host. With a gateway insider, messages from the gateway and
+/// messages for it are on channels *inside*, which the insider alone joins to those that everybody else uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Seat {
+pub enum BusEndpoint {
     /// On the channels that everybody uses.
     #[default]
     Outside,
@@ -62,26 +62,26 @@ pub enum Seat {
     Between,
 }
 
-impl Seat {
-    /// Whether it reads `topic` inside.
+impl BusEndpoint {
+    /// True if it reads `topic` inside.
     pub fn reads_inside(self, topic: Topic) -> bool {
-        self == Seat::Inside || (self == Seat::Between && topic == Topic::Feed)
+        self == BusEndpoint::Inside || (self == BusEndpoint::Between && topic == Topic::Feed)
     }
 
-    /// Whether it writes `topic` inside.
+    /// True if it writes `topic` inside.
     pub fn writes_inside(self, topic: Topic) -> bool {
-        self == Seat::Inside || (self == Seat::Between && topic == Topic::Intents)
+        self == BusEndpoint::Inside || (self == BusEndpoint::Between && topic == Topic::Intents)
     }
 }
 
 /// One process or core.
 #[derive(Clone, Debug)]
 pub struct Member {
-    /// Where it runs.
+    /// Host that it runs on.
     pub host: Host,
-    /// What it does.
+    /// Its role.
     pub role: Role,
-    /// What every core is made from.
+    /// Setup that every core is made from.
     pub setup: Setup,
     /// Channels it reads.
     pub subscribes: Vec<Topic>,
@@ -89,20 +89,20 @@ pub struct Member {
     pub publishes: Vec<Topic>,
     /// Its certificate.
     pub peer: Option<PeerId>,
-    /// Whether it is connected to the broker.
+    /// True if it is connected to the broker.
     pub commands: bool,
-    /// Where it sits on its host's shared memory.
-    pub seat: Seat,
+    /// Endpoint on its host's shared memory.
+    pub endpoint: BusEndpoint,
 }
 
 impl Member {
-    /// Who it is.
+    /// Identity.
     pub fn node(&self) -> NodeId {
         self.setup.node
     }
 
-    /// The same for one that is started again when the run has lasted for `ran` microseconds. Mandates are judged from the start
-    /// of whoever judges them; they do not begin anew with it.
+    /// The same for one that is started again when the run has lasted for `ran` microseconds. Validity is judged from the start
+    /// of its judge; it does not begin anew with a restart.
     #[must_use]
     pub fn again(&self, ran: u64) -> Member {
         let mut member = self.clone();
@@ -119,12 +119,12 @@ impl Member {
 }
 
 impl Role {
-    /// Whether it connects to the broker only when its core asks for it.
+    /// True if it connects to the broker only when its core asks for it.
     pub fn joins_later(&self) -> bool {
         matches!(self, Role::Adversary(AdversaryConfig::SessionThief(_)))
     }
 
-    /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
+    /// True if its core has steps that can be called: the adversaries', and the sensor faults of the sim.
     pub fn takes_cues(&self) -> bool {
         match self {
             Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),

@@ -1,4 +1,4 @@
-//! From a scenario's tables to what an admitted teammate says in bad faith.
+//! From a scenario's tables to an admitted teammate's statements in bad faith.
 
 use adversary::plan::{Confusion, Falsehood, InsiderTeammateConfig, Motion, Product, Resend};
 use scenario::Scenario;

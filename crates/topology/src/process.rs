@@ -1,4 +1,4 @@
-//! What befalls processes: they end, hang, run for a share of the time, or find their disk full. The twin and the launcher carry it out.
+//! Process faults: an end, a hang, a share of the time, or a full disk. The twin and the launcher carry them out.
 
 use evidence::Planned;
 use scenario::{Ending, Kill, Process, Scenario};
@@ -9,14 +9,14 @@ use wire::time::Span;
 
 use super::start::{start_ms, step_name};
 
-/// What befalls one process.
+/// Fault of one process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ordeal {
+pub struct ProcessFault {
     /// Which.
     pub node: NodeId,
-    /// What.
-    pub kind: OrdealKind,
-    /// When, microseconds; where its step waits, the earliest.
+    /// Kind.
+    pub kind: ProcessFaultKind,
+    /// Time, microseconds; if its step waits, the earliest.
     pub at: u64,
     /// Its step's name.
     pub step: Option<StepName>,
@@ -24,9 +24,9 @@ pub struct Ordeal {
     pub waits: Option<u64>,
 }
 
-/// What can befall a process.
+/// Kind of a process fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OrdealKind {
+pub enum ProcessFaultKind {
     /// It ends at once.
     Kill {
         /// And is started again so many microseconds later.
@@ -34,19 +34,19 @@ pub enum OrdealKind {
     },
     /// It is kept from running.
     Suspend {
-        /// How.
+        /// Kind of suspension.
         how: Suspension,
         /// For so many microseconds.
         lasts: u64,
     },
-    /// Its disk takes nothing more.
+    /// Its disk takes no more bytes.
     Fill {
         /// For so many microseconds.
         lasts: u64,
     },
 }
 
-/// What happens to a process by an ordeal's plan.
+/// Next event of a process by the plan of its fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// It begins.
@@ -59,7 +59,7 @@ pub enum Turn {
     Restart,
 }
 
-/// What follows a turn of a suspension of which `left` microseconds are left, and after how many; a slow process is
+/// The event after a turn of a suspension of which `left` microseconds are left, and its delay; a slow process is
 /// stopped first.
 pub fn next_turn(turn: Turn, how: Suspension, left: u64) -> (Turn, u64) {
     let share = |permille: u16, period: Span| period.0 * u64::from(permille.min(1000)) / 1000;
@@ -74,32 +74,32 @@ pub fn next_turn(turn: Turn, how: Suspension, left: u64) -> (Turn, u64) {
 }
 
 /// Everything that befalls processes in a trial.
-pub(super) fn ordeals(s: &Scenario, phase_ms: u64) -> Vec<Ordeal> {
-    let ordeal = |k: &Kill| Ordeal {
+pub(super) fn process_faults(s: &Scenario, phase_ms: u64) -> Vec<ProcessFault> {
+    let fault = |k: &Kill| ProcessFault {
         node: node_of(k.process),
         kind: kind(k),
         at: start_ms(k, phase_ms) * 1000,
         step: step_name(k),
         waits: k.when.as_ref().map(|when| when.after_ms.span().0),
     };
-    s.kill.iter().map(ordeal).collect()
+    s.kill.iter().map(fault).collect()
 }
 
-fn kind(k: &Kill) -> OrdealKind {
+fn kind(k: &Kill) -> ProcessFaultKind {
     let lasts = k.duration_s.span().0;
-    let suspend = |how| OrdealKind::Suspend { how, lasts };
+    let suspend = |how| ProcessFaultKind::Suspend { how, lasts };
     match k.ending {
-        Ending::Kill => OrdealKind::Kill { restart: k.restart_after_s.as_ref().map(|s| s.span().0) },
+        Ending::Kill => ProcessFaultKind::Kill { restart: k.restart_after_s.as_ref().map(|s| s.span().0) },
         Ending::Hang => suspend(Suspension::Hang),
         Ending::Slow => {
             let quota = k.quota.as_ref().map_or(1000, |share| (share.get() * 1000.0) as u16);
             suspend(Suspension::Slow { quota, period: Span::ms(k.period_ms.unsigned()) })
         }
-        Ending::Full => OrdealKind::Fill { lasts },
+        Ending::Full => ProcessFaultKind::Fill { lasts },
     }
 }
 
-/// What needs a receipt of it.
+/// Parts of it that need a receipt.
 pub(super) fn planned(k: &Kill) -> Planned {
     match k.ending {
         Ending::Kill => Planned::Kill(node_of(k.process)),

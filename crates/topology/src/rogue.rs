@@ -1,4 +1,4 @@
-//! From a scenario's tables on shared memory to the rogue that carries them out: on which host, with whose keys, what.
+//! From a scenario's tables on shared memory to the rogue that carries them out: its host, its keys, its actions.
 
 use adversary::plan::{RogueConfig, RogueMove, Says, Spot};
 use scenario::{Channel, Holder, Point, Saying, Scenario, Seconds};
@@ -10,15 +10,15 @@ use super::start::start_ms;
 
 /// A rogue to be put on a host.
 pub(super) struct Casting {
-    /// Where.
+    /// Host.
     pub(super) host: Host,
-    /// Who it is in the log.
+    /// Identity in the log.
     pub(super) node: NodeId,
-    /// Whose keys it holds.
+    /// Node of the keys it holds.
     pub(super) holder: Option<NodeId>,
     /// The channels it hears and writes.
     pub(super) topics: Vec<Topic>,
-    /// What it does.
+    /// Its actions.
     pub(super) config: RogueConfig,
 }
 

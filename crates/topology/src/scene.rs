@@ -36,14 +36,14 @@ pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenar
     }
 }
 
-/// Why a scenario's scene cannot be run without rendering, if it cannot.
+/// Reason that a scenario's scene cannot be run without rendering, if it cannot.
 pub fn needs_rendering(scenario: &Scenario) -> Option<SceneError> {
     // What runs on the stacks has no scene.
     scenario.scene.as_ref()?;
     of(scenario, (0.0, 0.0), None).unrendered().err()
 }
 
-/// How far the models are off.
+/// Error of the models.
 pub(super) fn fidelity(models: &scenario::Models) -> Fidelity {
     let scenario::Models { noise, load, grip } = models;
     Fidelity { noise: noise.get() as f32, load: load.get() as f32, grip: grip.get() as f32 }
@@ -93,7 +93,7 @@ fn weather(weather: &scenario::Weather) -> Weather {
     }
 }
 
-/// What a unit's map knows: everything that stands still, as discs.
+/// Map of a unit: everything that stands still, as discs.
 pub(super) fn map(world: &Scene) -> Vec<autonomy::Disc> {
     let still = world.objects.iter().filter(|o| o.speed == 0.0);
     still

@@ -1,4 +1,4 @@
-//! From a scenario's `[operator]` to the console's script, and to what the oracle is told of it.
+//! From a scenario's `[operator]` to the console's script, and to the oracle's copy of it.
 
 use console::ConsoleConfig;
 use console::operator::{Action, Step, TrackCondition, When};

@@ -1,4 +1,4 @@
-//! When a table of a scenario begins, and the step that it is a part of.
+//! Beginning of a scenario's table, and the step that it is a part of.
 
 use scenario::Windowed;
 use wire::step::StepName;

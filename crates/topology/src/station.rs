@@ -4,7 +4,7 @@
 use adversary::plan::{InsiderOperatorConfig, OrderId, OrderTrack, RogueOrders, SessionThiefConfig, Takeover};
 use scenario::{Name, Scenario, Way};
 use wire::id::{NodeId, PeerId, UnitId};
-use wire::trust::Mandate;
+use wire::trust::Validity;
 
 use super::RunSecret;
 use super::attack::broker::kind;
@@ -57,9 +57,9 @@ pub(super) fn thief(s: &Scenario, phase: u64) -> Option<SessionThiefConfig> {
 }
 
 /// For how long identities are admitted.
-pub(super) fn mandates(s: &Scenario) -> Vec<Mandate> {
+pub(super) fn mandates(s: &Scenario) -> Vec<Validity> {
     let mandate =
-        |m: &scenario::Mandate| Some(Mandate { who: node(&m.who)?, until_ms: (m.until_s.get() * 1000.0) as u64 });
+        |m: &scenario::Mandate| Some(Validity { who: node(&m.who)?, until_ms: (m.until_s.get() * 1000.0) as u64 });
     s.mandate.iter().filter_map(mandate).collect()
 }
 

@@ -1,5 +1,5 @@
-//! What a snapshot of a running twin occupies, core by core: bytes that a fork takes from the allocator and keeps, and the core's
-//! own. What a fork shares with the one it was made from (scene, terrain, model) is not in it.
+//! Memory of a snapshot of a running twin, core by core: bytes that a fork takes from the allocator and keeps, and the core's
+//! own. Parts shared with the original (scene, terrain, model) are not in it.
 //!
 //! Run with `cargo bench --bench snapshot` (or with `--profile dev`: bytes are the same).
 
@@ -67,7 +67,7 @@ fn measure(rendered: bool) {
     println!("  {:24} {:8.1} KiB", "the twin, with its log", kib(whole));
 }
 
-/// Bytes of what `make` makes, as long as it is kept.
+/// Bytes of the value that `make` gives, as long as it is kept.
 fn kept<T>(make: impl FnOnce() -> T) -> usize {
     let before = OUT.load(Ordering::Relaxed);
     let made = make();

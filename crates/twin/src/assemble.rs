@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use topology::{Cast, Member, Ordeal, OrdealKind};
+use topology::{Cast, Member, ProcessFault, ProcessFaultKind};
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::{Secret, Setup};
@@ -13,25 +13,26 @@ use super::delay::Delays;
 use super::holder::Client;
 use super::net::Association;
 use super::part::Part;
+use super::part::baseline::Baseline;
 use super::part::make::{AssemblyError, core};
-use super::part::trunk::Trunk;
 use super::queue::NodeIndex;
 use super::verified::Verified;
 use super::{Assembly, Node};
 
-/// Makes every core of `cast`, but for those that go along with `trunk`. `seed` drives the delays.
+/// Makes every core of `cast`, but for those that go along with `baseline`. `seed` drives the delays.
 pub fn assemble(
     cast: &Cast,
     seed: u64,
     guard: Requirement,
     mouths: bool,
-    trunk: Option<&Arc<Trunk>>,
+    baseline: Option<&Arc<Baseline>>,
 ) -> Result<Assembly, AssemblyError> {
     let clocks: Vec<HostClock> = cast.clocks.iter().copied().map(HostClock::from).collect();
-    let verified = trunk.map_or_else(Verified::default, |trunk| trunk.verified());
+    let verified = baseline.map_or_else(Verified::default, |baseline| baseline.verified());
     let made = cast.members.iter().map(|member| {
-        let along = trunk.and_then(|trunk| trunk.along(member, WorldId(0)));
-        let core = along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Along(Box::new(along))))?;
+        let along = baseline.and_then(|baseline| baseline.along(member, WorldId(0)));
+        let core =
+            along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Following(Box::new(along))))?;
         Ok(node(member, core))
     });
     let nodes = made.collect::<Result<Vec<_>, _>>()?;
@@ -60,7 +61,7 @@ pub fn assemble(
         associations,
         delays: Delays::new(seed, cast.varied_delays),
         spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
-        ordeals: cast.ordeals.clone(),
+        process_faults: cast.process_faults.clone(),
         watched: cast.watched(),
         fills: cast.fills(),
         cues: cast.cues.clone(),
@@ -82,7 +83,7 @@ fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<P
 fn node(member: &Member, core: Part) -> Node {
     let mut node = Node::new(member.node(), core, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
-    node.seat = member.seat;
+    node.endpoint = member.endpoint;
     // The unit under test has its session over the modelled stream.
     let from_start = member.node() != NodeId::UNIT_A && !member.role.joins_later();
     node.commands = member.peer.filter(|_| member.commands).map(|peer| Client::new(peer, from_start));
@@ -90,8 +91,8 @@ fn node(member: &Member, core: Part) -> Node {
     node
 }
 
-/// Whether a killed `node` is started again.
+/// True if a killed `node` is started again.
 fn restarts(cast: &Cast, node: NodeId) -> bool {
-    let again = |o: &Ordeal| o.node == node && matches!(o.kind, OrdealKind::Kill { restart: Some(_) });
-    cast.ordeals.iter().any(again)
+    let again = |o: &ProcessFault| o.node == node && matches!(o.kind, ProcessFaultKind::Kill { restart: Some(_) });
+    cast.process_faults.iter().any(again)
 }

@@ -1,7 +1,7 @@
-//! Going on from a moment by other chances: what the scenario lets a seed vary is drawn anew, and everything else stays.
+//! Branches from a moment by other chances: the seed's variations are drawn anew, and everything else stays.
 //!
 //! A branch is no run and cannot pass for one: it has a world of its own, and its log begins at the branch, so that every
-//! chain in it lacks its beginning. What a trial draws once, before it starts (clocks, places, phases), is part of the state
+//! chain in it lacks its beginning. The draws made once, before a trial starts (clocks, places, phases), are part of the state
 //! that is copied. Nonces go on as they were: no outcome lies in their values.
 
 use autonomy::Autonomy;

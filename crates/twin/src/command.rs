@@ -1,7 +1,7 @@
 //! The command plane of a twin: publications through the broker, and the one path with the adversary in it.
 //!
 //! The unit under test reaches the broker over a [`Stream`] through the stream relay's core, as live; the others have a
-//! hop to it and nothing in between. What each mouth of the stream sees is logged by a chain of its own.
+//! hop to it without a relay. The view of each ingress of the stream is logged by a chain of its own.
 
 use std::collections::VecDeque;
 
@@ -21,29 +21,29 @@ use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
 use super::{Happening, Node, OPENS_AT, Twin};
 
-/// What stands at the broker's mouth.
+/// Ingress observer of the broker.
 pub(super) const BROKER_MOUTH: NodeId = match NodeId::BROKER.guard() {
     Some(mouth) => mouth,
     None => NodeId::BROKER,
 };
-/// How long the client waits for a session (its library's default).
+/// Time for which the client waits for a session (its library's default).
 const PATIENCE: Micros = 5_000_000;
-/// How long the broker waits for a handshake.
+/// Time for which the broker waits for a handshake.
 const HANDSHAKE: Micros = 3_000_000;
-/// How often the client asks whether the broker is there.
+/// Period at which the client asks for the broker.
 const KEEP_ALIVE: Micros = link::mqtt::KEEP_ALIVE_S as Micros * 1_000_000;
 
-/// The relayed path and what stands at its ends.
+/// The relayed path and the nodes at its ends.
 pub(super) struct Relayed {
-    /// Who dials.
+    /// End that dials.
     pub(super) client: NodeIndex,
-    /// Who stands in between.
+    /// Relay in between.
     pub(super) relay: NodeIndex,
     pub(super) stream: Stream,
     redial: Redial,
     /// The broker's mouth.
     mouth: Journal,
-    /// When the last piece of each leg arrives: client to relay, broker to relay, relay to client, relay to broker.
+    /// Arrival of the last piece of each leg: client to relay, broker to relay, relay to client, relay to broker.
     latest: [Micros; 4],
 }
 
@@ -53,7 +53,7 @@ impl Relayed {
         Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), mouth, latest: [0; 4] }
     }
 
-    /// Who is at the end at `side`.
+    /// Node at the end at `side`.
     fn end(&self, side: Side, nodes: &[Node]) -> NodeId {
         if side == Side::Client { nodes[usize::from(self.client)].id } else { NodeId::BROKER }
     }
@@ -63,9 +63,9 @@ impl Relayed {
     }
 }
 
-/// What happens on the relayed path.
+/// Event on the relayed path.
 #[derive(Clone)]
-pub(super) enum Along {
+pub(super) enum StreamEvent {
     /// The client dials.
     Dial,
     /// A publication for the client reaches the broker.
@@ -86,7 +86,7 @@ impl Twin {
     /// The first dial.
     pub(super) fn open_commands(&mut self) {
         if let Some(client) = self.commands.as_ref().map(|c| c.client) {
-            self.queue.push(OPENS_AT, client, Happening::Along(Along::Dial));
+            self.queue.push(OPENS_AT, client, Happening::Stream(StreamEvent::Dial));
         }
     }
 
@@ -136,7 +136,7 @@ impl Twin {
         }
     }
 
-    /// What a hostile broker publishes goes to all who would hear of the subject.
+    /// A publication of a hostile broker goes to all who would hear of the subject.
     fn impose(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: &[u8]) {
         let hears = |peer: PeerId| acl::permit(peer, Verb::Subscribe, Pattern::One(subject)).is_ok();
         let peers = self.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer));
@@ -153,7 +153,7 @@ impl Twin {
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let bytes = bytes.to_vec();
                 let happening = if relayed {
-                    Happening::Along(Along::Order(subject, bytes))
+                    Happening::Stream(StreamEvent::Order(subject, bytes))
                 } else {
                     Happening::Input(Input::Published { subject, bytes })
                 };
@@ -163,31 +163,35 @@ impl Twin {
     }
 
     /// Something happens on the relayed path.
-    pub(super) fn along(&mut self, along: Along) {
+    pub(super) fn along(&mut self, along: StreamEvent) {
         let Some(commands) = &mut self.commands else { return };
         let present = commands.stream.connection;
         match along {
-            Along::Dial => self.dial(),
-            Along::Order(subject, bytes) => {
+            StreamEvent::Dial => self.dial(),
+            StreamEvent::Order(subject, bytes) => {
                 if let Some(sealed) = commands.stream.publish(Side::Server, subject, bytes) {
                     self.write(Side::Server, self.now, sealed);
                 }
             }
-            Along::Piece(connection, side, bytes) if connection == present => self.piece(side, &bytes),
-            Along::Reset(connection) if connection == present => {
+            StreamEvent::Piece(connection, side, bytes) if connection == present => self.piece(side, &bytes),
+            StreamEvent::Reset(connection) if connection == present => {
                 for side in [Side::Client, Side::Server] {
                     self.end(side, Sight::Closed);
                 }
             }
-            Along::Handshake(connection) if connection == present && !commands.stream.up => {
+            StreamEvent::Handshake(connection) if connection == present && !commands.stream.up => {
                 self.hang_up(Side::Server);
             }
-            Along::Patience(connection) if connection == present && !commands.stream.up => {
+            StreamEvent::Patience(connection) if connection == present && !commands.stream.up => {
                 self.hang_up(Side::Client);
             }
-            Along::KeepAlive(connection) if connection == present && commands.stream.up => self.keep_alive(),
+            StreamEvent::KeepAlive(connection) if connection == present && commands.stream.up => self.keep_alive(),
             // Of a connection that is over.
-            Along::Piece(..) | Along::Reset(_) | Along::Handshake(_) | Along::Patience(_) | Along::KeepAlive(_) => {}
+            StreamEvent::Piece(..)
+            | StreamEvent::Reset(_)
+            | StreamEvent::Handshake(_)
+            | StreamEvent::Patience(_)
+            | StreamEvent::KeepAlive(_) => {}
         }
     }
 
@@ -200,12 +204,12 @@ impl Twin {
         }
         if !alive(commands.relay) || self.broker.is_none() {
             let again = self.now + commands.redial.pause(self.now);
-            return self.queue.push(again, client, Happening::Along(Along::Dial));
+            return self.queue.push(again, client, Happening::Stream(StreamEvent::Dial));
         }
         let hello = commands.stream.dial();
         let connection = commands.stream.connection;
-        self.queue.push(self.now + HANDSHAKE, client, Happening::Along(Along::Handshake(connection)));
-        self.queue.push(self.now + PATIENCE, client, Happening::Along(Along::Patience(connection)));
+        self.queue.push(self.now + HANDSHAKE, client, Happening::Stream(StreamEvent::Handshake(connection)));
+        self.queue.push(self.now + PATIENCE, client, Happening::Stream(StreamEvent::Patience(connection)));
         self.write(Side::Client, self.now, hello);
     }
 
@@ -218,7 +222,7 @@ impl Twin {
         if let Some(ping) = commands.stream.ping() {
             self.write(Side::Client, self.now, ping);
         }
-        self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+        self.queue.push(self.now + KEEP_ALIVE, client, Happening::Stream(StreamEvent::KeepAlive(connection)));
     }
 
     /// The end at `side` writes bytes at `at`: they go to the relay. An empty piece is the end.
@@ -232,14 +236,14 @@ impl Twin {
         self.queue.push(*latest, commands.relay, Happening::Input(input));
     }
 
-    /// The relay did something at `at`, in order with what else goes towards `side`.
-    pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: Along) {
+    /// The relay acted at `at`, in order with the other traffic towards `side`.
+    pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: StreamEvent) {
         let Some(commands) = self.commands.as_mut().filter(|c| c.relay == node) else { return };
         let to = commands.end(side, &self.nodes);
         let hop = self.delays.datagram((self.nodes[usize::from(node)].id, to), at);
         let latest = &mut commands.latest[2 + side as usize];
         *latest = (at + hop).max(*latest);
-        self.queue.push(*latest, commands.client, Happening::Along(along));
+        self.queue.push(*latest, commands.client, Happening::Stream(along));
     }
 
     /// Bytes, or the end, reach the end at `side`.
@@ -278,7 +282,7 @@ impl Twin {
                 let session = commands.stream.session();
                 let now = self.now;
                 self.commands.iter_mut().for_each(|commands| commands.redial.stands(now));
-                self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+                self.queue.push(self.now + KEEP_ALIVE, client, Happening::Stream(StreamEvent::KeepAlive(connection)));
                 let peer = self.nodes[usize::from(client)].commands.as_ref().map(|client| client.peer);
                 if let (Some(hostile), Some(peer)) = (self.index(NodeId::INSIDER_BROKER), peer) {
                     self.feed(hostile, Input::Opened { session, peer });
@@ -309,7 +313,7 @@ impl Twin {
         let (client, offset) = (commands.client, commands.stream.place(side).offset());
         if side == Side::Client {
             let again = self.now + commands.redial.pause(self.now);
-            self.queue.push(again, client, Happening::Along(Along::Dial));
+            self.queue.push(again, client, Happening::Stream(StreamEvent::Dial));
         }
         self.saw(side, sight, offset, &[]);
         if lost {
@@ -318,7 +322,7 @@ impl Twin {
         true
     }
 
-    /// What the mouth at `side` saw, in the log of its own chain. That of a dead process sees nothing.
+    /// Sight of the ingress at `side`, in the log of its own chain. That of a dead process sees no bytes.
     fn saw(&mut self, side: Side, sight: Sight, offset: u64, bytes: &[u8]) {
         let Some(commands) = &mut self.commands else { return };
         let client = commands.client;

@@ -1,4 +1,4 @@
-//! What one trial costs by stage, what the physics in it costs with nobody looking, and the same trial again where a run
+//! Cost of one trial by stage, cost of the physics in it alone, and the same trial again where a run
 //! is known: along with it, and forked from it. Reading a clock, repeating and putting numbers together is left to the
 //! caller.
 
@@ -17,18 +17,18 @@ use wire::time::Instant;
 
 use super::Twin;
 use super::part::Part;
+use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
-use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
-use super::trial::{Run, conclude, start, start_along, trunk};
+use super::trial::{Run, baseline, conclude, start, start_following};
 use super::verified::Asked;
 
 /// A trial that was watched.
 pub struct Watched {
     /// Its time by stage.
     pub stopwatch: Stopwatch,
-    /// How often a core signed, asked about a signature, and had to verify one.
+    /// Number of signatures that a core made, asked about, and had to verify.
     pub signatures: Asked,
     /// Its row.
     pub trial: Trial,
@@ -54,24 +54,24 @@ pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64
 /// A trial that is known, to be run again.
 pub struct Known {
     seed: u64,
-    trunk: Arc<Trunk>,
+    baseline: Arc<Baseline>,
     cast: Cast,
     /// The trial a while before its end.
     twin: Twin,
 }
 
 impl Known {
-    /// Runs the trial once as a trunk, and once up to `suffix` before its end.
+    /// Runs the trial once as a baseline, and once up to `suffix` before its end.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
-        let trunk = Arc::new(trunk(scenario, setup, seed)?);
+        let baseline = Arc::new(baseline(scenario, setup, seed)?);
         let (cast, mut twin) = start(scenario, setup, seed, false)?;
         twin.run_until(cast.duration.saturating_sub(suffix));
-        Ok(Known { seed, trunk, cast, twin })
+        Ok(Known { seed, baseline, cast, twin })
     }
 
-    /// Runs and judges it with every core going along with the trunk: casting, the engine and the judge are left.
+    /// Runs and judges it with every core going along with the baseline: casting, the engine and the judge are left.
     pub fn along(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
-        let (cast, twin) = start_along(scenario, setup, self.seed, &self.trunk)?;
+        let (cast, twin) = start_following(scenario, setup, self.seed, &self.baseline)?;
         Ok(conclude(cast, twin, setup))
     }
 
@@ -81,14 +81,14 @@ impl Known {
     }
 }
 
-/// The course of the unit under test in one trial: its scene, and what its plant was asked at each step.
+/// The course of the unit under test in one trial: its scene, and the requests to its plant at each step.
 pub struct Course {
     scene: Arc<Scene>,
     asked: Vec<Option<SetPoint>>,
 }
 
 impl Course {
-    /// Runs the trial once and notes its course; nothing if the cast has no unit under test.
+    /// Runs the trial once and notes its course; none if there is no unit under test.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
         let (cast, mut twin) = start(scenario, setup, seed, false)?;
         let Some(scene) = scene(&cast) else { return Ok(None) };
@@ -113,7 +113,7 @@ impl Course {
     }
 }
 
-/// Rapier with the world and the vehicle, and nothing else.
+/// Rapier with only the world and the vehicle.
 pub struct Bare<'a> {
     course: &'a Course,
     world: World,
@@ -132,7 +132,7 @@ impl Bare<'_> {
         }
     }
 
-    /// How far the vehicle has come from the start, metres.
+    /// Distance of the vehicle from the start, metres.
     pub fn way(&self) -> f32 {
         let at = self.plant.state(&self.world).position;
         let start = &self.course.scene.start;

@@ -1,12 +1,12 @@
-//! How long things take in the twin: stages, hops over shared memory and over loopback.
+//! Delays in the twin: stages, hops over shared memory and over loopback.
 //!
 //! Uniform over ranges that were fitted by hand to the 5th percentile and the median of live runs (`holdsafe bench stages
 //! --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the gap that is left. Left out are the
 //! live tails: a reader that waits for a core which the renderer has. A stage's delay is drawn once for each input that
 //! makes it speak.
 //!
-//! A delay is a function of the seed, of what goes from whom to whom, and of when it sets out. So one message more or less
-//! changes the delay of no other: two runs of one seed differ by what was done in them, and not by their luck since.
+//! A delay is a function of the seed, of sender and receiver, and of the time of sending. So one message more or less
+//! changes the delay of no other: two runs of one seed differ by the actions in them, and not by their luck since.
 
 use std::collections::VecDeque;
 use std::hash::Hasher;
@@ -26,7 +26,7 @@ type Range = (u64, u64);
 const BUS: Range = (20, 120);
 /// One datagram over loopback, with the wake-up of its reader.
 const DATAGRAM: Range = (70, 270);
-/// From what calls for a flight of a handshake to that flight: with a relay's hops all six take 2 to 3 ms, seen live 2.
+/// Delay of a flight of a handshake after its cause: with a relay's hops all six take 2 to 3 ms, seen live 2.
 const FLIGHT: Range = (20, 120);
 /// From the start of the run to a dialler's first attempt: who starts when is chance, and with it the phase of the gateway's
 /// grants, which it sends each tenth of a second from its first session on.
@@ -36,10 +36,10 @@ const COMMAND: Range = (300, 900);
 /// An entry on its way to the recorder.
 pub const INSTRUMENT: Micros = 100;
 
-/// Who sends and who receives; one and the same for what a node does by itself.
+/// Sender and receiver; one and the same for a node's own work.
 pub type Way = (NodeId, NodeId);
 
-/// What takes time.
+/// Work or way that takes time.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Stage,
@@ -80,7 +80,7 @@ impl Delays {
             Part::Recorder(_) => (60, 260),
             Part::Adversary(Adversary::DatagramRelay(_) | Adversary::StreamRelay(_)) => (10, 60),
             Part::Adversary(_) => (40, 250),
-            Part::Along(along) => return self.stage(node, along.like(), outputs, at),
+            Part::Following(along) => return self.stage(node, along.like(), outputs, at),
         };
         self.draw(range, Kind::Stage, (node, node), at)
     }

@@ -1,7 +1,7 @@
-//! The recorder's disk: what its process does with an entry before its core hears of it.
+//! The recorder's disk: treatment of an entry by its process before its core hears of it.
 //!
-//! As in `link::recorder`: an entry that cannot be written waits, as long as there is room, and the core is fed what is
-//! written and nothing else; a seal goes out only while nothing waits. Left out: what is written between two flushes.
+//! As in `link::recorder`: an entry that cannot be written waits, as long as there is room, and the core is fed only
+//! written entries; a seal goes out only while none waits. Left out: entries written between two flushes.
 
 use std::collections::VecDeque;
 
@@ -30,12 +30,12 @@ impl Disk {
         Self { full: false, waiting: VecDeque::new(), room: ROOM, kept: 0, told: 0 }
     }
 
-    /// Whether it takes nothing.
+    /// True if it takes no bytes.
     pub(super) fn full(&self) -> bool {
         self.full
     }
 
-    /// An entry for it; gives it back where it is written. What finds no room is lost.
+    /// An entry for it; gives it back where it is written. An entry without room is lost.
     fn write(&mut self, bytes: Vec<u8>) -> Option<Vec<u8>> {
         if !self.full {
             self.kept += bytes.len() as u64;
@@ -50,7 +50,7 @@ impl Disk {
 }
 
 impl Twin {
-    /// The disk takes nothing more, or takes again what waited for it.
+    /// The disk takes no more bytes, or takes the waiting entries again.
     pub(super) fn fill(&mut self, node: NodeId, on: bool) {
         let Some(disk) = &mut self.disk else { return };
         disk.full = on;
@@ -61,7 +61,7 @@ impl Twin {
         waiting.into_iter().for_each(|bytes| self.take(recorder, Input::Audit { bytes }));
     }
 
-    /// What comes to `node` and is to be written before it is heard; given back where nothing stands in the way.
+    /// An input of `node` that is to be written before it is heard; given back where no entry is in the way.
     pub(super) fn written(&mut self, input: Input) -> Option<Input> {
         match (&mut self.disk, input) {
             (Some(disk), Input::Audit { bytes }) => disk.write(bytes).map(|bytes| Input::Audit { bytes }),
@@ -69,7 +69,7 @@ impl Twin {
         }
     }
 
-    /// Whether what `node` publishes on `topic` goes out: of seals, only while everything is on the disk.
+    /// True if a publication of `node` on `topic` goes out: of seals, only while everything is on the disk.
     pub(super) fn flushed(&mut self, node: NodeIndex, topic: Topic) -> bool {
         let recorder = self.nodes[usize::from(node)].id == NodeId::RECORDER;
         let Some(disk) = self.disk.as_mut().filter(|_| recorder && topic == Topic::Seals) else { return true };

@@ -1,8 +1,8 @@
 //! The six flights of a handshake with mutual certificates, as bytes on the wire, without its cryptography.
 //!
-//! Record types and lengths are those of the real library with our certificates (RFC 6347 §4.2.4; seen in live logs); what
-//! stands in them is the output of a keyed hash, so that a flight is known by its bytes and nobody without the key can make one.
-//! Who sends which flight when is `super::net`'s and `super::sessions`' business.
+//! Record types and lengths are those of the real library with our certificates (RFC 6347 §4.2.4; seen in live logs); their
+//! content is the output of a keyed hash, so that a flight is known by its bytes and cannot be made without the key.
+//! Senders and times of flights are the business of `super::net` and `super::sessions`.
 
 use link::guard::SEAL;
 use link::guard::record::{CHANGE_CIPHER_SPEC, HANDSHAKE, HEADER, Split, split};
@@ -11,12 +11,12 @@ use link::guard::record::{CHANGE_CIPHER_SPEC, HANDSHAKE, HEADER, Split, split};
 pub(super) const FLIGHTS: u8 = 6;
 /// Header of a handshake message (RFC 6347 §4.2.2), bytes.
 const MESSAGE: usize = 12;
-/// What stands around cookie and extension in a ClientHello: version and random, no session identifier, the cookie's length,
+/// Bytes around cookie and extension in a ClientHello: version and random, no session identifier, the cookie's length,
 /// one suite, no compression, the extensions' length, an extension's header.
 const HELLO: usize = 2 + 32 + 1 + 1 + 4 + 2 + 2 + 4;
 /// The cookie of a HelloVerifyRequest, bytes.
 const COOKIE: usize = 20;
-/// What fills the one extension up to the length of ours together, bytes.
+/// Filling of the one extension up to the length of ours together, bytes.
 const FILLING: usize = 76;
 
 /// A record of a flight.
@@ -72,8 +72,8 @@ impl Flights {
         bytes
     }
 
-    /// Which flight of the handshake `number` a datagram is, whatever the numbers of its records: all of one flight, and
-    /// nothing else.
+    /// Number of the flight, of the handshake `number`, that a datagram is, at any numbers of its records: all of one flight, and
+    /// no other bytes.
     pub(super) fn which(secret: &[u8; 32], number: u32, datagram: &[u8]) -> Option<u8> {
         // Nearly all datagrams carry data, and are told apart by their first byte.
         if !matches!(datagram.first(), Some(&(HANDSHAKE | CHANGE_CIPHER_SPEC))) {

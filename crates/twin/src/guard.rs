@@ -1,6 +1,6 @@
-//! The record filters of a twin as witnesses: what each saw, in a log of its own, and the account it closes with.
+//! The record filters of a twin as witnesses: the sights of each, in a log of its own, and its closing account.
 //!
-//! Their judgement is the live guard's own (`link::guard`); what follows from it is `sessions`' business.
+//! Their judgement is the live guard's own (`link::guard`); the consequences are `sessions`' business.
 
 use std::collections::VecDeque;
 
@@ -139,7 +139,7 @@ impl Twin {
     }
 }
 
-/// What a record filter's log says of one record.
+/// Entry of a record filter's log about one record.
 fn saw(association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) -> Event {
     Event::GuardSaw {
         association,

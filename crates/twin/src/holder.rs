@@ -1,7 +1,7 @@
-//! Who holds an identity's session at the broker: one connection at a time, the newest.
+//! Holder of an identity's session at the broker: one connection at a time, the newest.
 //!
-//! The unit under test holds its own over the modelled [`super::stream`]; the others are a hop away and dial in no time. Whoever
-//! is displaced sees its connection end and dials again after the pauses of the live client.
+//! The unit under test holds its own over the modelled [`super::stream`]; the others are a hop away and dial in no time. A
+//! displaced client sees its connection end and dials again after the pauses of the live client.
 
 use std::collections::VecDeque;
 
@@ -21,9 +21,9 @@ const WAITING: usize = link::mqtt::OUTBOUND;
 pub struct Client {
     /// By which certificate.
     pub peer: PeerId,
-    /// Whether it is after a session.
+    /// True if it is after a session.
     wants: bool,
-    /// Whether it has one. That of the client behind the relay is its stream's business.
+    /// True if it has one. That of the client behind the relay is its stream's business.
     stands: bool,
     redial: Redial,
     waiting: VecDeque<(Subject, Vec<u8>)>,
@@ -37,7 +37,7 @@ impl Client {
     }
 }
 
-/// When a client dials again: later each time, until a session has stood for as long as the longest pause.
+/// Time at which a client dials again: later each time, until a session has stood for as long as the longest pause.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Redial {
     pause: Micros,
@@ -56,7 +56,7 @@ impl Redial {
         self.since = Some(now);
     }
 
-    /// How long to wait, now that there is none.
+    /// Time to wait, now that there is none.
     pub(super) fn pause(&mut self, now: Micros) -> Micros {
         let longest = link::mqtt::PAUSES.1.as_micros() as Micros;
         if self.since.take().is_some_and(|since| now - since >= longest) {
@@ -69,7 +69,7 @@ impl Redial {
 }
 
 impl Twin {
-    /// Whether what is published for the identity of `node` reaches it by its own connection, without the relay.
+    /// True if publications for the identity of `node` reach it by its own connection, without the relay.
     pub(super) fn holds(&self, node: usize) -> bool {
         self.nodes[node].commands.as_ref().is_some_and(|client| client.stands)
     }
@@ -88,7 +88,7 @@ impl Twin {
         self.delays.command((self.nodes[usize::from(node)].id, NodeId::BROKER), self.now)
     }
 
-    /// A node's connection reaches the broker: it has the session, and what waited goes out.
+    /// A node's connection reaches the broker: it has the session, and the waiting publications go out.
     pub(super) fn connect(&mut self, node: NodeIndex) {
         let n = &mut self.nodes[usize::from(node)];
         let Some(client) = n.commands.as_mut().filter(|client| n.alive && client.wants && !client.stands) else {
@@ -107,7 +107,7 @@ impl Twin {
         }
     }
 
-    /// The session of `peer` is now that of `by`; whoever had it is told, and so is the log.
+    /// The session of `peer` is now that of `by`; the former holder is told, and so is the log.
     pub(super) fn displace(&mut self, peer: PeerId, by: NodeIndex) {
         for node in (0..self.nodes.len() as NodeIndex).filter(|node| *node != by) {
             let same = self.nodes[usize::from(node)].commands.as_ref().is_some_and(|client| client.peer == peer);
@@ -146,7 +146,7 @@ impl Twin {
         }
     }
 
-    /// A client without a session keeps what it publishes until it has one.
+    /// A client without a session keeps its publications until it has one.
     pub(super) fn keep_publication(&mut self, node: NodeIndex, subject: Subject, bytes: Vec<u8>) {
         if let Some(client) = self.nodes[usize::from(node)].commands.as_mut().filter(|c| c.waiting.len() < WAITING) {
             client.waiting.push_back((subject, bytes));

@@ -1,7 +1,7 @@
 //! The in-process twin: all cores in one thread on a virtual clock, links as a seeded model, one event queue.
 //!
 //! Every sender encodes and every receiver gets bytes; no Rust value crosses between cores. The same seed gives the
-//! same log; the whole state can be forked. What the link models leave out is listed in [`net`] and [`stream`].
+//! same log; the whole state can be forked. The limits of the link models are listed in [`net`] and [`stream`].
 
 pub mod assemble;
 mod branch;
@@ -32,7 +32,7 @@ use std::collections::{BTreeMap, VecDeque};
 use evidence::cue::{Cue, Watch};
 use evidence::log::{Logged, by_recorder};
 use evidence::sights::Claims;
-use topology::{Member, Ordeal, Seat, Turn};
+use topology::{BusEndpoint, Member, ProcessFault, Turn};
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
@@ -42,7 +42,7 @@ use wire::sign::Key;
 use wire::time::Instant;
 
 use clock::HostClock;
-use command::{Along, Relayed};
+use command::{Relayed, StreamEvent};
 use delay::{Delays, Way};
 use disk::Disk;
 use guard::Guard;
@@ -58,11 +58,11 @@ pub use guard::STRANGER;
 
 /// From the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;
-/// How long after the relays have ended something they passed may still be under way.
+/// Time after the relays have ended for which a passed message may still be under way.
 const UNDER_WAY: Micros = 50_000;
 /// One process of the twin.
 pub struct Node {
-    /// Who it is.
+    /// Identity.
     pub id: NodeId,
     /// Its core.
     pub part: Part,
@@ -70,13 +70,13 @@ pub struct Node {
     pub host: u8,
     /// Channels it reads.
     pub subscribes: Vec<Topic>,
-    /// Where it sits on its host's shared memory.
-    pub seat: Seat,
-    /// What it is on the command plane.
+    /// Endpoint on its host's shared memory.
+    pub endpoint: BusEndpoint,
+    /// Role on the command plane.
     pub commands: Option<Client>,
-    /// Whether it has steps that can be called.
+    /// True if it has steps that can be called.
     pub takes_cues: bool,
-    /// Whether its process lives.
+    /// True if its process lives.
     pub alive: bool,
     armed: Option<Micros>,
     generation: u64,
@@ -90,7 +90,7 @@ impl Node {
             part,
             host,
             subscribes: Vec::new(),
-            seat: Seat::Outside,
+            endpoint: BusEndpoint::Outside,
             commands: None,
             takes_cues: false,
             alive: true,
@@ -107,25 +107,25 @@ enum Happening {
     Datagram { association: u8, end: u8, bytes: Vec<u8> },
     Stranger { association: u8, bytes: Vec<u8> },
     Open(u8),
-    Along(Along),
+    Stream(StreamEvent),
     Due(sessions::Due),
     Unfinished { bytes: Vec<u8> },
     Distribute { subject: Subject, bytes: Vec<u8> },
     Connect,
     Displaced,
-    Ordeal(usize, Turn),
+    ProcessFault(usize, Turn),
 }
 
-/// What a core was fed and what it gave back.
+/// One input of a core and its outputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mouthful {
+pub struct JournalEntry {
     /// Local time.
     pub now: Instant,
     /// Input.
     pub input: Input,
     /// Outputs, in order.
     pub outputs: Vec<Output>,
-    /// When it wants to be woken after that.
+    /// Time at which it wants to be woken after that.
     pub deadline: Option<Instant>,
 }
 
@@ -146,7 +146,7 @@ pub struct Twin {
     /// The command path with the stream relay in it.
     commands: Option<Relayed>,
     delays: Delays,
-    /// When the last thing from one node to another arrives: channels and sockets keep their order.
+    /// Arrival of the last message from one node to another: channels and sockets keep their order.
     latest: Vec<Micros>,
     processes: Processes,
     /// The recorder's disk, where it is to be full for a time.
@@ -154,16 +154,16 @@ pub struct Twin {
     cues: Watch,
     log: Vec<Logged>,
     journal: Journal,
-    /// What the broker says of what it refuses.
+    /// Journal of the broker's refusals.
     refusals: Journal,
-    /// What insiders said that they sent.
+    /// Messages that insiders claim to have sent.
     claims: Claims,
-    mouths: Option<Vec<Vec<Mouthful>>>,
+    mouths: Option<Vec<Vec<JournalEntry>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
 }
 
-/// What a twin is put together from.
+/// Parts that a twin is put together from.
 pub struct Assembly {
     /// Nodes, in the order that breaks ties.
     pub nodes: Vec<Node>,
@@ -171,27 +171,27 @@ pub struct Assembly {
     pub clocks: Vec<HostClock>,
     /// Secure associations.
     pub associations: Vec<Association>,
-    /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
+    /// The client with the way to the broker through a stream relay, that relay, and the secret of the model's keys.
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
-    /// Whether the broker's table of rights stands.
+    /// State of the broker's table of rights.
     pub rights: Requirement,
     /// Delays.
     pub delays: Delays,
-    /// What befalls processes.
-    pub ordeals: Vec<Ordeal>,
-    /// What those are made from that may be started again.
+    /// Process faults.
+    pub process_faults: Vec<ProcessFault>,
+    /// Participants of processes that may be started again.
     pub spare: Vec<Member>,
-    /// Processes whose mouths are watched for being kept from running.
+    /// Processes watched at their inputs for being kept from running.
     pub watched: Vec<NodeId>,
-    /// Whether the recorder's disk is to be full for a time.
+    /// True if the recorder's disk is to be full for a time.
     pub fills: bool,
-    /// Steps that wait for what the instrument plane tells.
+    /// Steps that wait for an event on the instrument plane.
     pub cues: Vec<Cue>,
-    /// Whether to keep what every core was fed and gave back.
+    /// True if the inputs and outputs of every core are to be kept.
     pub mouths: bool,
     /// The keys of guards and launcher.
     pub witnesses: BTreeMap<NodeId, Key>,
-    /// What its cores share about signatures.
+    /// Knowledge of signatures that its cores share.
     pub verified: Verified,
 }
 
@@ -222,7 +222,7 @@ impl Twin {
             broker: Some(broker),
             commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, mouth)),
             delays: assembly.delays,
-            processes: Processes::new(assembly.ordeals, assembly.spare, &assembly.watched),
+            processes: Processes::new(assembly.process_faults, assembly.spare, &assembly.watched),
             disk: assembly.fills.then(Disk::new),
             cues: Watch::new(&assembly.cues),
             log: Vec::new(),
@@ -243,20 +243,20 @@ impl Twin {
         twin
     }
 
-    /// The same state in a world of its own; the two do not affect each other, and nobody watches the new one.
+    /// The same state in a world of its own; the two do not affect each other, and the new one is not watched.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Twin {
         Twin { log: self.log.clone(), ..self.copy(world) }
     }
 
-    /// A fork without what was logged so far.
+    /// A fork without the log so far.
     fn copy(&self, world: WorldId) -> Twin {
         let nodes = self.nodes.iter().map(|n| Node {
             id: n.id,
             part: n.part.fork(world),
             host: n.host,
             subscribes: n.subscribes.clone(),
-            seat: n.seat,
+            endpoint: n.endpoint,
             commands: n.commands.clone(),
             takes_cues: n.takes_cues,
             alive: n.alive,
@@ -299,7 +299,7 @@ impl Twin {
         &self.log
     }
 
-    /// Whether the recorder's disk takes nothing, and so the recording lacks what came last.
+    /// True if the recorder's disk takes no bytes, and so the recording lacks its end.
     pub fn cut_short(&self) -> bool {
         self.disk.as_ref().is_some_and(Disk::full)
     }
@@ -315,7 +315,7 @@ impl Twin {
         self.enter(Stage::Engine);
     }
 
-    /// How often its cores asked about a signature, and how often one was verified.
+    /// Number of signatures that its cores asked about, and of those verified.
     pub fn signatures(&self) -> Asked {
         self.verified.counts()
     }
@@ -325,22 +325,22 @@ impl Twin {
         &self.nodes
     }
 
-    /// What every core was fed and gave back, by node, when that was asked for.
-    pub fn mouths(&self) -> Option<&[Vec<Mouthful>]> {
+    /// Inputs and outputs of every core, by node, when they were asked for.
+    pub fn mouths(&self) -> Option<&[Vec<JournalEntry>]> {
         self.mouths.as_deref()
     }
 
     /// The same of a twin that has ended.
-    pub fn into_mouths(self) -> Vec<Vec<Mouthful>> {
+    pub fn into_mouths(self) -> Vec<Vec<JournalEntry>> {
         self.mouths.unwrap_or_default()
     }
 
-    /// What its cores know of signatures.
+    /// Knowledge of signatures of its cores.
     pub(crate) fn verified(&self) -> &Verified {
         &self.verified
     }
 
-    /// What the clock of `host` shows at the start.
+    /// Reading of the clock of `host` at the start.
     pub(crate) fn local_start(&self, host: u8) -> Instant {
         self.clocks[usize::from(host)].read(0)
     }
@@ -362,7 +362,7 @@ impl Twin {
         true
     }
 
-    /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.
+    /// Ends the run: no new message is sent, those under way arrive, and everyone writes the closing account.
     pub fn finish(&mut self, grace: Micros) {
         self.release_all();
         (0..self.nodes.len() as NodeIndex).for_each(|node| self.feed(node, Input::Quiesce));
@@ -381,7 +381,7 @@ impl Twin {
         self.sign_witnesses();
     }
 
-    /// Has a node write its closing account. As live it is over then: what comes for it later finds nobody.
+    /// Has a node write its closing account. As live it is over then: later messages for it are lost.
     fn part_with(&mut self, node: NodeIndex) {
         self.feed(node, Input::Finish);
         self.nodes[usize::from(node)].alive = false;
@@ -404,7 +404,7 @@ impl Twin {
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
-            Happening::Along(along) => {
+            Happening::Stream(along) => {
                 self.enter(Stage::Broker);
                 self.along(along);
                 self.enter(Stage::Engine);
@@ -414,7 +414,7 @@ impl Twin {
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
             Happening::Connect => self.connect(node),
             Happening::Displaced => self.displaced(node),
-            Happening::Ordeal(ordeal, turn) => self.ordeal(ordeal, turn),
+            Happening::ProcessFault(fault, turn) => self.fault(fault, turn),
         }
     }
 
@@ -462,7 +462,7 @@ impl Twin {
         }
         if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
             let deadline = self.nodes[usize::from(node)].part.deadline();
-            mouths[usize::from(node)].push(Mouthful {
+            mouths[usize::from(node)].push(JournalEntry {
                 now,
                 input,
                 outputs: outputs.iter().cloned().collect(),
@@ -536,9 +536,9 @@ impl Twin {
             }
             Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
             Output::Stream { connection, side, bytes } => {
-                self.relayed(node, at, side, Along::Piece(connection.0, side, bytes));
+                self.relayed(node, at, side, StreamEvent::Piece(connection.0, side, bytes));
             }
-            Output::Reset { connection } => self.relayed(node, at, Side::Client, Along::Reset(connection.0)),
+            Output::Reset { connection } => self.relayed(node, at, Side::Client, StreamEvent::Reset(connection.0)),
             Output::Join => self.want(node, true),
             Output::Leave => self.want(node, false),
             // For a person.
@@ -556,11 +556,11 @@ impl Twin {
         if bytes.len() > topic.max_len() || !self.flushed(node, topic) {
             return;
         }
-        let Node { host, seat, .. } = self.nodes[usize::from(node)];
-        let inside = seat.writes_inside(topic);
+        let Node { host, endpoint, .. } = self.nodes[usize::from(node)];
+        let inside = endpoint.writes_inside(topic);
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
-            if n.host == host && n.subscribes.contains(&topic) && n.seat.reads_inside(topic) == inside {
+            if n.host == host && n.subscribes.contains(&topic) && n.endpoint.reads_inside(topic) == inside {
                 let hop = self.delays.bus(self.way(node, reader as NodeIndex), at);
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };

@@ -1,8 +1,8 @@
 //! The model of the secure telemetry link: DTLS associations as bytes on a wire, without sockets.
 //!
-//! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; whoever has no key can only see lengths, epochs
-//! and sequence numbers. The record filter is the real one's judgement (`link::guard`). What the model does behind it is
-//! what the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
+//! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; without a key only lengths, epochs
+//! and sequence numbers can be seen. The record filter is the real one's judgement (`link::guard`). The model behind it acts
+//! as the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
 //! `docs/developer/link-model.md` lists where they still differ, and in which direction.
 
 use link::dtls::MAX_RECORD;
@@ -26,7 +26,7 @@ const HANDLES: u32 = 256;
 pub struct End {
     /// Which node.
     pub node: NodeIndex,
-    /// Who it is, by its certificate.
+    /// Identity, by its certificate.
     pub peer: PeerId,
     /// Its handle of the first session.
     first: SessionId,
@@ -44,7 +44,7 @@ struct Shaking {
     expects: u8,
 }
 
-/// What became of a record at its target.
+/// Fate of a record at its target.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Arrival {
     /// Delivered to the application.
@@ -60,21 +60,21 @@ pub enum Arrival {
     Ended,
 }
 
-/// One record of a datagram, with what became of it.
+/// One record of a datagram, with its fate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seen<'a> {
-    /// What anyone on the path could read.
+    /// Part that anyone on the path could read.
     pub outside: Outside,
     /// Header and body.
     pub bytes: &'a [u8],
-    /// What became of it.
+    /// Its fate.
     pub arrival: Arrival,
 }
 
-/// How far an end is, with the number of the handshake.
+/// Progress of an end, with the number of the handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// There is nothing.
+    /// There is none.
     Down,
     /// A handshake is under way.
     Shaking(u32),
@@ -82,7 +82,7 @@ pub enum Standing {
     Open(u32),
 }
 
-/// What an end says in its handshake.
+/// Message of an end in its handshake.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Spoken {
     /// The handshake.
@@ -93,7 +93,7 @@ pub struct Spoken {
     pub bytes: Vec<u8>,
 }
 
-/// What a datagram came to.
+/// Result of a datagram.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Come<'a> {
     /// Its records.
@@ -102,7 +102,7 @@ pub struct Come<'a> {
     pub session: Option<SessionId>,
     /// The answer of its end.
     pub answer: Option<Spoken>,
-    /// Whether the session opened with it.
+    /// True if the session opened with it.
     pub opened: bool,
 }
 
@@ -117,8 +117,8 @@ pub struct Outside {
 
 /// A secure association between two nodes, possibly through a relay.
 ///
-/// Each end knows only what came to it: a handshake is six flights on the wire, and the ends open one after the other. What
-/// comes to an end is taken to belong to its newest handshake, as behind a relay, which carries one client.
+/// Each end knows only its arrivals: a handshake is six flights on the wire, and the ends open one after the other. An
+/// arrival at an end is taken to belong to its newest handshake, as behind a relay, which carries one client.
 #[derive(Clone, Debug)]
 pub struct Association {
     /// The end that dials, then the end that listens.
@@ -179,7 +179,7 @@ impl Association {
         (self.ends[at].shaking, self.ends[at].open) = (None, None);
     }
 
-    /// How far the end `at` is with its newest handshake.
+    /// Progress of the end `at` with its newest handshake.
     pub fn standing(&self, at: usize) -> Standing {
         let end = &self.ends[at];
         match (&end.shaking, &end.open) {
@@ -189,12 +189,12 @@ impl Association {
         }
     }
 
-    /// When a record last came out at the end `at`, or its session opened, if that stands on the handshake `number`.
+    /// Time at which a record last came out at the end `at`, or its session opened, if that stands on the handshake `number`.
     pub fn heard(&self, at: usize, number: u32) -> Option<Micros> {
         self.ends[at].open.as_ref().filter(|open| open.number == number).map(|open| open.heard)
     }
 
-    /// The end at `node` whose session is `session`.
+    /// The end at `node` with the session `session`.
     pub fn end_of(&self, node: NodeIndex, session: SessionId) -> Option<usize> {
         let stands = |end: &End| end.open.as_ref().is_some_and(|open| end.session(open.number) == session);
         self.ends.iter().position(|end| end.node == node && stands(end))
@@ -217,7 +217,7 @@ impl Association {
         Some(open.seal(content, plain))
     }
 
-    /// What a datagram that reached the end `at` at `now` comes to.
+    /// Result of a datagram that reached the end `at` at `now`.
     pub fn arrive<'a>(&mut self, at: usize, datagram: &'a [u8], now: Micros) -> Come<'a> {
         let flight = Flights::which(&self.secret, self.begun, datagram);
         if at == 1 && flight == Some(0) && self.ends[1].newest() < self.begun {
@@ -314,7 +314,7 @@ fn plaintext(raw: &RawRecord<'_>) -> Arrival {
     if matches!(raw.content, ALERT | APPLICATION_DATA) { Arrival::Ended } else { Arrival::Handshake }
 }
 
-/// Whether a plaintext handshake record stands in a datagram: to an end that has completed, a sign that its last flight was lost.
+/// True if a plaintext handshake record stands in a datagram: to an end that has completed, a sign that its last flight was lost.
 fn asks(datagram: &[u8]) -> bool {
     split(datagram).any(|piece| matches!(piece, Split::Record(raw) if raw.epoch == 0 && raw.content == HANDSHAKE))
 }
@@ -336,7 +336,7 @@ impl End {
     }
 }
 
-/// What the real record filter says of a record, in the words of the log.
+/// Verdict of the real record filter on a record, in the words of the log.
 pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVerdict {
     let mode = match guard {
         Requirement::Required => GuardMode::Required,

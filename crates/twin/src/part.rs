@@ -1,8 +1,8 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs, by themselves or along
 //! with a run that is known.
 
+pub mod baseline;
 pub mod make;
-pub mod trunk;
 
 use adversary::Adversary;
 use autonomy::Autonomy;
@@ -15,7 +15,7 @@ use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
 use wire::time::Instant;
 
-use trunk::Along;
+use baseline::Following;
 
 /// One core.
 pub enum Part {
@@ -25,7 +25,7 @@ pub enum Part {
     Perception {
         /// The core.
         core: Box<Perception>,
-        /// Whether it works on frames.
+        /// True if it works on frames.
         rendered: bool,
     },
     /// A unit's autonomy.
@@ -38,8 +38,8 @@ pub enum Part {
     Recorder(Box<Recorder>),
     /// An adversary in any of its roles.
     Adversary(Adversary),
-    /// Any of these, along with a trunk while it is fed the same.
-    Along(Box<Along>),
+    /// Any of these, along with a baseline while it is fed the same.
+    Following(Box<Following>),
 }
 
 impl Part {
@@ -56,16 +56,16 @@ impl Part {
             Part::Console(core) => Part::Console(Box::new(core.fork(world))),
             Part::Recorder(core) => Part::Recorder(Box::new(core.fork())),
             Part::Adversary(core) => Part::Adversary(core.fork(world)),
-            Part::Along(along) => Part::Along(Box::new(along.fork(world))),
+            Part::Following(along) => Part::Following(Box::new(along.fork(world))),
         }
     }
 
-    /// Has the part draw from `seed` from now on what it leaves to chance; a sim where noise is `varied`.
+    /// Has the part make its random draws from `seed` from now on; a sim where noise is `varied`.
     pub fn reseed(&mut self, seed: u64, varied: bool) {
         match self {
             Part::Sim(core) if varied => core.reseed(seed),
             Part::Adversary(core) => core.reseed(seed),
-            Part::Along(along) => along.leave_for_good().reseed(seed, varied),
+            Part::Following(along) => along.leave_for_good().reseed(seed, varied),
             // Autonomy and gateway draw nonces, in which no outcome lies; the others nothing.
             Part::Sim(_)
             | Part::Perception { .. }
@@ -85,7 +85,7 @@ impl Part {
             Part::Console(core) => core.as_ref(),
             Part::Recorder(core) => core.as_ref(),
             Part::Adversary(core) => core,
-            Part::Along(along) => along.as_ref(),
+            Part::Following(along) => along.as_ref(),
         }
     }
 
@@ -99,7 +99,7 @@ impl Part {
             Part::Console(core) => core.as_mut(),
             Part::Recorder(core) => core.as_mut(),
             Part::Adversary(core) => core,
-            Part::Along(along) => along.as_mut(),
+            Part::Following(along) => along.as_mut(),
         }
     }
 }

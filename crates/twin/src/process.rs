@@ -1,14 +1,14 @@
-//! What befalls the processes of a twin: they end, are kept from running, find their disk full, are started again; and the calls to steps that
-//! wait for something on the instrument plane.
+//! Process faults of a twin: processes end, are kept from running, find their disk full, are started again; and the calls to steps that
+//! wait for an event on the instrument plane.
 //!
-//! A process that does not run is fed nothing and wakes at no deadline, while its host's clock goes on. What comes for it
-//! waits as it would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that
+//! A process that does not run is fed no input and wakes at no deadline, while its host's clock goes on. Inputs for it
+//! wait as they would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that
 //! is stopped for a part of each period, whether or not it has anything to do, which is harsher than a processor quota.
 
 use std::collections::{BTreeMap, VecDeque};
 
 use evidence::sights::Running;
-use topology::{Member, Ordeal, OrdealKind, Turn, next_turn};
+use topology::{Member, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::core::{Input, Side};
 use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
@@ -16,53 +16,53 @@ use wire::setup::Setup;
 use wire::step::StepName;
 use wire::time::Instant;
 
-use super::command::Along;
+use super::command::StreamEvent;
 use super::part::make::core;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
 
 /// From an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
 const CUE: Micros = 500;
-/// Datagrams that wait in front of a socket: what the kernel's usual limit on buffers keeps of small ones.
+/// Datagrams that wait in front of a socket: the number of small ones within the kernel's usual limit on buffers.
 const DATAGRAMS: usize = 256;
 /// Anything else that waits for one process: the instrument plane's own bound, the longest of all.
 const WAITING: usize = link::instrument::QUEUE;
 
-/// Ordeals and who is halted.
+/// ProcessFaults and who is halted.
 #[derive(Clone, Default)]
 pub(super) struct Processes {
-    ordeals: Vec<Ordeal>,
-    /// When each began, once it has.
+    process_faults: Vec<ProcessFault>,
+    /// Beginning of each, once it has begun.
     begun: Vec<Option<Micros>>,
-    /// What waits for each process that does not run, in order.
+    /// Inputs that wait for each process that does not run, in order.
     halted: BTreeMap<NodeId, VecDeque<(NodeIndex, Happening)>>,
-    /// What those are made from that may be started again.
+    /// Participants of processes that may be started again.
     spare: Vec<Member>,
-    /// Whose mouths are watched.
+    /// Processes watched at their inputs.
     running: Running,
 }
 
 impl Processes {
-    pub(super) fn new(ordeals: Vec<Ordeal>, spare: Vec<Member>, watched: &[NodeId]) -> Self {
+    pub(super) fn new(process_faults: Vec<ProcessFault>, spare: Vec<Member>, watched: &[NodeId]) -> Self {
         let running = Running::new(watched);
-        Self { begun: vec![None; ordeals.len()], ordeals, halted: BTreeMap::new(), spare, running }
+        Self { begun: vec![None; process_faults.len()], process_faults, halted: BTreeMap::new(), spare, running }
     }
 }
 
 impl Twin {
-    /// Ordeals that begin by their time.
+    /// ProcessFaults that begin by their time.
     pub(super) fn await_ordeals(&mut self) {
-        for (i, ordeal) in self.processes.ordeals.clone().into_iter().enumerate() {
-            if ordeal.waits.is_none() {
-                self.turn_at(i, Turn::Begin, ordeal.at);
+        for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
+            if fault.waits.is_none() {
+                self.turn_at(i, Turn::Begin, fault.at);
             }
         }
     }
 
-    fn turn_at(&mut self, ordeal: usize, turn: Turn, at: Micros) {
+    fn turn_at(&mut self, fault: usize, turn: Turn, at: Micros) {
         // The broker is no node here: it only routes.
-        let node = self.index(self.processes.ordeals[ordeal].node).unwrap_or(0);
-        self.queue.push(at, node, Happening::Ordeal(ordeal, turn));
+        let node = self.index(self.processes.process_faults[fault].node).unwrap_or(0);
+        self.queue.push(at, node, Happening::ProcessFault(fault, turn));
     }
 
     /// An entry was written: steps that waited for it are called.
@@ -83,75 +83,76 @@ impl Twin {
                 self.queue.push(at, node as NodeIndex, Happening::Input(Input::Cue { step }));
             }
         }
-        for (i, ordeal) in self.processes.ordeals.clone().into_iter().enumerate() {
-            if let Some(after) = ordeal.waits.filter(|_| ordeal.step == Some(step)) {
-                self.turn_at(i, Turn::Begin, at.max(ordeal.at) + after);
+        for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
+            if let Some(after) = fault.waits.filter(|_| fault.step == Some(step)) {
+                self.turn_at(i, Turn::Begin, at.max(fault.at) + after);
             }
         }
     }
 
-    pub(super) fn ordeal(&mut self, i: usize, turn: Turn) {
-        let ordeal = self.processes.ordeals[i];
-        match (turn, ordeal.kind) {
+    pub(super) fn fault(&mut self, i: usize, turn: Turn) {
+        let fault = self.processes.process_faults[i];
+        match (turn, fault.kind) {
             (Turn::Begin, kind) => {
                 if self.processes.begun[i].replace(self.now).is_none() {
-                    self.tell_step(ordeal, true);
-                    self.begin(i, ordeal, kind);
+                    self.tell_step(fault, true);
+                    self.begin(i, fault, kind);
                 }
             }
-            (Turn::Restart, _) => self.restart(ordeal.node),
-            (Turn::Halt | Turn::Release, OrdealKind::Suspend { how, lasts }) => {
+            (Turn::Restart, _) => self.restart(fault.node),
+            (Turn::Halt | Turn::Release, ProcessFaultKind::Suspend { how, lasts }) => {
                 let end = self.processes.begun[i].unwrap_or(self.now) + lasts;
-                self.alternate(i, ordeal, turn, how, end);
+                self.alternate(i, fault, turn, how, end);
             }
-            (Turn::Release, OrdealKind::Fill { .. }) => {
-                self.fill(ordeal.node, false);
-                self.tell_step(ordeal, false);
+            (Turn::Release, ProcessFaultKind::Fill { .. }) => {
+                self.fill(fault.node, false);
+                self.tell_step(fault, false);
             }
-            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+            (Turn::Halt, ProcessFaultKind::Fill { .. })
+            | (Turn::Halt | Turn::Release, ProcessFaultKind::Kill { .. }) => {}
         }
     }
 
-    fn begin(&mut self, i: usize, ordeal: Ordeal, kind: OrdealKind) {
+    fn begin(&mut self, i: usize, fault: ProcessFault, kind: ProcessFaultKind) {
         match kind {
-            OrdealKind::Kill { restart } => {
-                self.end_process(ordeal.node);
+            ProcessFaultKind::Kill { restart } => {
+                self.end_process(fault.node);
                 if let Some(after) = restart {
                     self.turn_at(i, Turn::Restart, self.now + after);
                 }
             }
-            OrdealKind::Suspend { how, lasts } => {
-                self.note(Event::Suspended { node: ordeal.node, how, on: true });
-                self.alternate(i, ordeal, Turn::Halt, how, self.now + lasts);
+            ProcessFaultKind::Suspend { how, lasts } => {
+                self.note(Event::Suspended { node: fault.node, how, on: true });
+                self.alternate(i, fault, Turn::Halt, how, self.now + lasts);
             }
-            OrdealKind::Fill { lasts } => {
-                self.fill(ordeal.node, true);
+            ProcessFaultKind::Fill { lasts } => {
+                self.fill(fault.node, true);
                 self.turn_at(i, Turn::Release, self.now + lasts);
             }
         }
     }
 
     /// Halts or releases, and says when the other is due. At `end` it is over.
-    fn alternate(&mut self, i: usize, ordeal: Ordeal, turn: Turn, how: Suspension, end: Micros) {
+    fn alternate(&mut self, i: usize, fault: ProcessFault, turn: Turn, how: Suspension, end: Micros) {
         let over = self.now >= end;
         let halts = turn == Turn::Halt && !over;
         if matches!(how, Suspension::Slow { .. }) {
-            self.note(Event::Halted { node: ordeal.node, on: halts });
+            self.note(Event::Halted { node: fault.node, on: halts });
         }
         if halts {
-            self.processes.halted.entry(ordeal.node).or_default();
+            self.processes.halted.entry(fault.node).or_default();
         } else {
-            self.release(ordeal.node);
+            self.release(fault.node);
         }
         if over {
-            self.note(Event::Suspended { node: ordeal.node, how, on: false });
-            return self.tell_step(ordeal, false);
+            self.note(Event::Suspended { node: fault.node, how, on: false });
+            return self.tell_step(fault, false);
         }
         let (next, after) = next_turn(turn, how, end - self.now);
         self.turn_at(i, next, self.now + after);
     }
 
-    /// What waited is taken in order, then the deadline that has passed.
+    /// The waiting inputs are taken in order, then the deadline that has passed.
     fn release(&mut self, id: NodeId) {
         let Some(waiting) = self.processes.halted.remove(&id) else { return };
         for (node, happening) in waiting {
@@ -170,7 +171,7 @@ impl Twin {
         }
     }
 
-    /// Keeps what happens to a process that does not run; gives back what is to happen now.
+    /// Keeps an event of a process that does not run; gives back one that is to happen now.
     pub(super) fn keep(&mut self, node: NodeIndex, happening: Happening) -> Option<Happening> {
         if self.processes.halted.is_empty() {
             return Some(happening);
@@ -211,14 +212,17 @@ impl Twin {
             Happening::Open(association) => halted(end(*association, 0)),
             Happening::Due(due) => halted(end(due.association, usize::from(due.end))),
             Happening::Distribute { .. } | Happening::Connect => halted(NodeId::BROKER),
-            Happening::Along(along) => match along {
-                Along::Dial | Along::Patience(_) | Along::KeepAlive(_) | Along::Piece(_, Side::Client, _) => {
-                    halted(id(node))
+            Happening::Stream(along) => match along {
+                StreamEvent::Dial
+                | StreamEvent::Patience(_)
+                | StreamEvent::KeepAlive(_)
+                | StreamEvent::Piece(_, Side::Client, _) => halted(id(node)),
+                StreamEvent::Order(..) | StreamEvent::Handshake(_) | StreamEvent::Piece(_, Side::Server, _) => {
+                    halted(NodeId::BROKER)
                 }
-                Along::Order(..) | Along::Handshake(_) | Along::Piece(_, Side::Server, _) => halted(NodeId::BROKER),
-                Along::Reset(_) => None,
+                StreamEvent::Reset(_) => None,
             },
-            Happening::Ordeal(..) => None,
+            Happening::ProcessFault(..) => None,
         }
     }
 
@@ -241,7 +245,7 @@ impl Twin {
         }
     }
 
-    /// A new core under the next boot, as a supervisor would start it: it knows nothing of the one before.
+    /// A new core under the next boot, as a supervisor would start it: it knows no state of the one before.
     fn restart(&mut self, id: NodeId) {
         let member = self.processes.spare.iter().find(|m| m.node() == id).cloned();
         let (Some(member), Some(node)) = (member, self.index(id)) else { return };
@@ -265,18 +269,18 @@ impl Twin {
             }
         }
         if self.commands.as_ref().is_some_and(|commands| commands.client == node) {
-            self.queue.push(self.now + OPENS_AT, node, Happening::Along(Along::Dial));
+            self.queue.push(self.now + OPENS_AT, node, Happening::Stream(StreamEvent::Dial));
         }
         self.settle(node, None);
     }
 
-    fn tell_step(&mut self, ordeal: Ordeal, begun: bool) {
-        if let Some(step) = ordeal.step {
+    fn tell_step(&mut self, fault: ProcessFault, begun: bool) {
+        if let Some(step) = fault.step {
             self.note(Event::Step { step, begun });
         }
     }
 
-    /// The core of a node whose mouth is watched is fed: told once in a few milliseconds.
+    /// The core of a node that is watched at its inputs is fed: told once in a few milliseconds.
     pub(super) fn note_running(&mut self, node: NodeIndex) {
         let (id, now) = (self.nodes[usize::from(node)].id, self.now);
         if self.processes.running.told(id, now) {
@@ -284,7 +288,7 @@ impl Twin {
         }
     }
 
-    /// The launcher signs what it noted, where it noted something, for the last time.
+    /// The launcher signs its notes, where it made any, for the last time.
     pub(super) fn sign_notes(&mut self) {
         if self.journal.counter() > 0 {
             let mut out = VecDeque::new();
@@ -301,10 +305,10 @@ impl Twin {
     }
 }
 
-/// What has to go so that something may wait.
+/// Input that has to go to make room.
 enum Overflow {
     None,
-    /// What has just come: a socket's buffer is full.
+    /// The newest: a socket's buffer is full.
     Newest,
     /// The one at this place: a channel keeps the newest.
     Oldest(usize),

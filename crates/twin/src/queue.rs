@@ -55,7 +55,7 @@ impl<E> Queue<E> {
         self.heap.push(Reverse(Entry { key: (time, node, self.counter), event }));
     }
 
-    /// When the next event is due.
+    /// Time at which the next event is due.
     pub fn next_time(&self) -> Option<Micros> {
         self.heap.peek().map(|Reverse(e)| e.key.0)
     }

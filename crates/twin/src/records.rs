@@ -1,6 +1,6 @@
-//! What stands on a handshake at one end of an association: its keys, its window, and the records that it seals and opens.
+//! Record layer of one handshake at one end of an association: its keys, its window, and the records that it seals and opens.
 //!
-//! A record has the DTLS 1.2 header, a ciphertext and a tag, as long as the real ones. What comes of it at its end is [`super::net`]'s.
+//! A record has the DTLS 1.2 header, a ciphertext and a tag, as long as the real ones. Its result at its end is [`super::net`]'s.
 
 use link::guard::SEAL;
 use link::guard::record::{HEADER, RawRecord};
@@ -17,9 +17,9 @@ const NONCE: usize = SEAL - TAG;
 pub(super) struct Open {
     /// The handshake that it stands on.
     pub(super) number: u32,
-    /// When a record last came out here, or it opened.
+    /// Time at which a record last came out here, or it opened.
     pub(super) heard: Micros,
-    /// How often the last flight was repeated.
+    /// Number of repetitions of the last flight.
     pub(super) repeats: u32,
     send_key: [u8; 32],
     receive_key: [u8; 32],
@@ -54,7 +54,7 @@ impl Open {
         bytes
     }
 
-    /// What a record says, if the other end sealed it and it comes for the first time.
+    /// Content of a record, if the other end sealed it and it comes for the first time.
     pub(super) fn unseal(&mut self, raw: &RawRecord<'_>) -> Option<Vec<u8>> {
         if raw.epoch != 1 || raw.body().len() < SEAL {
             return None;

@@ -1,8 +1,8 @@
-//! What the cores of a run in the twin were fed, fed to fresh ones.
+//! Replay of the inputs of a run in the twin to fresh cores.
 //!
-//! Under the same policy every byte has to come out again: a core is a function of its mouth. Under another policy the first
-//! decision that differs is what the policy would have changed. All inputs after it are still those of the run, which would have gone
-//! on otherwise too: how the verdicts on them differ says something of a boundary, and nothing of where the policy leads. For that,
+//! Under the same policy every byte has to come out again: a core is a function of its inputs. Under another policy the first
+//! decision that differs is the one that the policy would have changed. All inputs after it are still those of the run, which would have gone
+//! on otherwise too: the difference of the verdicts on them speaks of a boundary, and not of the way on under the policy. For that,
 //! run the scenario under it.
 
 use std::collections::BTreeMap;
@@ -20,15 +20,15 @@ use wire::id::NodeId;
 use crate::clock::HostClock;
 use crate::part::make::{AssemblyError, part};
 use crate::trial::{GRACE, start};
-use crate::{Mouthful, Twin};
+use crate::{JournalEntry, Twin};
 
-/// A run of which is known what each core was fed and gave back.
+/// A run with the known inputs and outputs of each core.
 pub struct Fed {
     cast: Cast,
-    mouths: Vec<Vec<Mouthful>>,
+    mouths: Vec<Vec<JournalEntry>>,
 }
 
-/// Runs the scenario and keeps what passed every mouth.
+/// Runs the scenario and keeps the inputs and outputs of every core.
 ///
 /// # Errors
 /// When a core cannot be made.
@@ -39,16 +39,16 @@ pub fn fed(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Fed, Assembl
     Ok(Fed { cast, mouths: twin.into_mouths() })
 }
 
-/// What has to be the same.
+/// Part that has to be the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Same {
     /// Every byte.
     Bytes,
-    /// What was decided, whatever was waived.
+    /// The decisions, under any waiver.
     Decisions,
 }
 
-/// What came of feeding one core.
+/// Result of replaying to one core.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refed {
     /// Which.
@@ -59,32 +59,32 @@ pub struct Refed {
     pub outputs: u64,
     /// The first difference.
     pub parted: Option<Parted>,
-    /// Inputs on which it decided otherwise, by what then and what now.
+    /// Inputs on which it decided otherwise, by the decisions then and now.
     pub otherwise: BTreeMap<(String, String), u64>,
 }
 
-/// Where a core did something else than in the run.
+/// Place at which a core acted otherwise than in the run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Parted {
     /// Time of the run.
     pub at: Micros,
     /// The input, from 0.
     pub input: u64,
-    /// What it gave back in the run.
+    /// Its outputs in the run.
     pub then: Vec<Output>,
-    /// What it gives back now.
+    /// Its outputs now.
     pub now: Vec<Output>,
 }
 
 impl Fed {
     /// Feeds every core of `cast`, which has the members of the run: its own cast, or that of another policy.
     ///
-    /// A core whose process ended meanwhile had several lives and one mouth; it is left out.
+    /// A core with a process that ended meanwhile had several lives and one input journal; it is left out.
     ///
     /// # Errors
     /// When a core cannot be made.
     pub fn again(&self, cast: &Cast, same: Same) -> Result<Vec<Refed>, AssemblyError> {
-        let lived_once = |member: &Member| cast.ordeals.iter().all(|o| o.node != member.node());
+        let lived_once = |member: &Member| cast.process_faults.iter().all(|o| o.node != member.node());
         let each = cast.members.iter().zip(&self.mouths).filter(|(member, _)| lived_once(member));
         each.map(|(member, mouth)| one(cast, member, mouth, same)).collect()
     }
@@ -99,7 +99,7 @@ impl Fed {
         self
     }
 
-    /// What passed between the services, in order of time.
+    /// Messages between the services, in order of time.
     pub fn passed(&self) -> Vec<Passed> {
         let each = self.cast.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
             let (node, clock) = (member.node(), HostClock::from(self.cast.clocks[member.host as usize]));
@@ -116,7 +116,7 @@ impl Fed {
     }
 }
 
-fn one(cast: &Cast, member: &Member, mouth: &[Mouthful], same: Same) -> Result<Refed, AssemblyError> {
+fn one(cast: &Cast, member: &Member, mouth: &[JournalEntry], same: Same) -> Result<Refed, AssemblyError> {
     let clock = HostClock::from(cast.clocks[member.host as usize]);
     let mut core = part(member, clock.read(0))?;
     // What a core says when it is made went into the run's log before its mouth opened.
@@ -145,7 +145,7 @@ fn one(cast: &Cast, member: &Member, mouth: &[Mouthful], same: Same) -> Result<R
     Ok(refed)
 }
 
-/// The decisions among what a core gave back.
+/// The decisions among the outputs of a core.
 pub fn decisions(outputs: &[Output]) -> Vec<Event> {
     let events = outputs.iter().filter_map(|output| {
         let Output::Audit { bytes } = output else { return None };

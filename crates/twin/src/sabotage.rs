@@ -1,8 +1,8 @@
 //! Receipt sabotage (N1): the instrument is told that an injection happened when it did not, and must not believe it.
 //!
-//! The trial is run twice from one seed, once as it is and once with idle hands. What the actors said in the first is put
-//! into the log of the second: claims that name the right bytes, sides, sensors and processes, and nothing of them is true.
-//! Judged with what was planned, that log has to be INVALID, whatever kind of action it is.
+//! The trial is run twice from one seed, once as it is and once with idle hands. The actors' words from the first are put
+//! into the log of the second: claims that name the right bytes, sides, sensors and processes, and are all untrue.
+//! Judged with the plan, that log has to be INVALID, for any kind of action.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -20,9 +20,9 @@ use crate::trial::{begin, conclude, start};
 pub struct Sabotaged {
     /// The quiet log with the claims in it.
     pub evidence: Evidence,
-    /// What the oracle said of it.
+    /// Verdict of the oracle on it.
     pub verdict: Verdict,
-    /// How many claims were put in.
+    /// Number of claims put in.
     pub claims: usize,
 }
 
@@ -46,7 +46,7 @@ pub fn sabotage(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Sabotag
     Ok(Sabotaged { evidence, verdict, claims: claims.len() })
 }
 
-/// Whether an entry is an actor's word that it did something: not what it counted, and not what anybody else saw.
+/// True if an entry is an actor's word about its action: not its count, and not another's observation.
 fn is_claim(w: &Witnessed, planned: &[Plan]) -> bool {
     let node = w.entry.node;
     let adversary = node.is_insider() || node == NodeId::RELAY_TELEMETRY || node == NodeId::RELAY_COMMAND;

@@ -1,6 +1,6 @@
-//! The telemetry link of a twin: dialling, handshakes, silence, and what a datagram comes to at an end or at the door.
+//! The telemetry link of a twin: dialling, handshakes, silence, and the result of a datagram at an end or at the cookie exchange.
 //!
-//! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', what the filters note of both
+//! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', the filters' notes on both
 //! [`super::guard`]'s.
 
 use link::guard::hello::at_the_door;
@@ -17,7 +17,7 @@ use super::{Happening, Twin};
 /// First and longest pause of a dialler between attempts: the live dialler's own.
 pub(super) const PAUSES: (Micros, Micros) =
     (link::dtls::dial::PAUSES.0.as_micros() as Micros, link::dtls::dial::PAUSES.1.as_micros() as Micros);
-/// How long a handshake may take: the live listener's own bound.
+/// Longest time that a handshake may take: the live listener's own bound.
 const HANDSHAKE_LIMIT: Micros = link::dtls::HANDSHAKE_LIMIT.as_micros() as Micros;
 /// Time between repeats of a flight, as live.
 const FLIGHT_INTERVAL: Micros = link::dtls::FLIGHT_INTERVAL.as_micros() as Micros;
@@ -27,7 +27,7 @@ const IDLE: [Micros; 2] = [link::dtls::DIAL_IDLE.as_micros() as Micros, link::dt
 /// the last (5) is where the other end shows that it lacks it.
 const REPEATED: [u8; 4] = [0, 2, 3, 4];
 
-/// What is due for one end of an association, if the handshake of this number is still its.
+/// Event due for one end of an association, if the handshake of this number is still its.
 #[derive(Clone, Copy)]
 pub(super) struct Due {
     pub(super) association: u8,
@@ -144,7 +144,7 @@ impl Twin {
         self.queue.push(at, self.associations[a].ends[e].node, Happening::Due(due));
     }
 
-    /// What was due for an end comes, if it still is.
+    /// An event that was due for an end comes, if it still is.
     pub(super) fn come_due(&mut self, due: Due) {
         let (a, e, number) = (usize::from(due.association), usize::from(due.end), due.number);
         let association = &mut self.associations[a];
@@ -191,7 +191,7 @@ impl Twin {
         }
     }
 
-    /// Something came that ends what there is at an end.
+    /// A record came that ends the session at an end.
     fn ended(&mut self, a: usize, e: usize) {
         match self.associations[a].standing(e) {
             Standing::Open(number) => self.end_session(a, e, number),
@@ -200,8 +200,8 @@ impl Twin {
         }
     }
 
-    /// A datagram from an address that has no association. A sound ClientHello begins a handshake that nobody goes on
-    /// with; all strangers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
+    /// A datagram from an address that has no association. A sound ClientHello begins a handshake without a
+    /// sequel; all unknown peers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
     pub(super) fn stranger(&mut self, association: u8, bytes: &[u8]) {
         let target = self.associations[usize::from(association)].ends[1].node;
         let Some(guard) = &mut self.guards[usize::from(target)] else { return };

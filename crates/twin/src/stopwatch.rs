@@ -1,9 +1,9 @@
-//! What a twin spends its time on, by stage. It is told when another stage begins; which clock it reads is its owner's
-//! choice, and where nobody watches there is none. The cores know nothing of it.
+//! Time spent by a twin, by stage. It is told when another stage begins; the clock is its owner's
+//! choice, and without a watcher there is none. The cores know no such clock.
 
 use super::part::Part;
 
-/// What a twin can be busy with.
+/// Stage that a twin can be busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
     /// Casting and assembling a trial.
@@ -59,7 +59,7 @@ impl Stage {
             Part::Console(_) => Stage::Console,
             Part::Recorder(_) => Stage::Recorder,
             Part::Adversary(_) => Stage::Adversary,
-            Part::Along(along) => Stage::of(along.like()),
+            Part::Following(along) => Stage::of(along.like()),
         }
     }
 
@@ -113,7 +113,7 @@ impl Stopwatch {
         self.spent[stage as usize]
     }
 
-    /// How often the stage changed: how often the clock was read.
+    /// Number of stage changes: of reads of the clock.
     pub fn laps(&self) -> u64 {
         self.laps
     }

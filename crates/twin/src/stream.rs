@@ -1,10 +1,10 @@
 //! The model of the command path between a unit and the broker: TLS-like records over a byte stream, without sockets.
 //!
-//! A stream keeps its order and loses nothing while it stands; what is held back holds back all behind it. Each end
+//! A stream keeps its order and loses no byte while it stands; held bytes hold back all behind them. Each end
 //! takes whole records, authenticated under keys that follow from both hellos as that end saw them: one changed bit,
 //! in a hello or later, and the end that finds it refuses the stream and hangs up. An ended connection takes with it
-//! what was under way; the client dials again after the pauses of the live client and a session starts clean. Whoever
-//! has no key can hold, cut and damage: the adversary's stream relay, the same core as live, stands in between.
+//! the bytes under way; the client dials again after the pauses of the live client and a session starts clean. An attacker
+//! without a key can hold, cut and damage: the adversary's stream relay, the same core as live, stands in between.
 //!
 //! Left out, each with a live row: the certificates (both ends are who they are), TCP's windows and retransmission, the
 //! broker's own limit on silence (7.5 s) and its bounded queues.
@@ -29,7 +29,7 @@ const MAX_BODY: usize = (1 << 14) + 256;
 /// Publications that wait for a session at the client.
 const WAITING: usize = link::mqtt::OUTBOUND;
 
-/// What is inside a record.
+/// Kind of a record's content.
 const CONNECT: u8 = 0;
 const CONNACK: u8 = 1;
 const PUBLISH: u8 = 2;
@@ -37,7 +37,7 @@ const PUBACK: u8 = 3;
 const PING: u8 = 4;
 const PONG: u8 = 5;
 
-/// What an end does about what has arrived.
+/// Response of an end to an arrival.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Effect {
     /// Its side writes these bytes.
@@ -48,7 +48,7 @@ pub enum Effect {
     Connects,
     /// The client's session stands.
     Up,
-    /// Its secure layer refuses what came; it hangs up.
+    /// Its secure layer refuses the record; it hangs up.
     Refused(Side),
 }
 
@@ -65,12 +65,12 @@ struct End {
     place: Place,
 }
 
-/// The connection of one client to the broker, and what outlives it.
+/// The connection of one client to the broker, and the state that outlives it.
 #[derive(Clone, Debug)]
 pub struct Stream {
     /// Number of the present connection, from 1.
     pub connection: u32,
-    /// Whether the client's session stands.
+    /// True if the client's session stands.
     pub up: bool,
     /// Pings that were not answered yet.
     pub unanswered: u32,
@@ -117,7 +117,7 @@ impl Stream {
         record(HANDSHAKE, &body)
     }
 
-    /// Whether the end at `side` of the present connection is open.
+    /// True if the end at `side` of the present connection is open.
     pub fn open(&self, side: Side) -> bool {
         self.ends[side as usize].open
     }
@@ -151,7 +151,7 @@ impl Stream {
         None
     }
 
-    /// Whether the broker has a session over this connection.
+    /// True if the broker has a session over this connection.
     pub fn held(&self) -> bool {
         self.open(Side::Server) && self.ends[Side::Server as usize].got > 0
     }
@@ -215,7 +215,7 @@ impl Stream {
         Ok(Some((kind, whole.split_off(HEADER))))
     }
 
-    /// What a record comes to; nothing when the secure layer refuses it.
+    /// Result of a record; none when the secure layer refuses it.
     fn take(&mut self, side: Side, kind: u8, body: Vec<u8>) -> Option<Vec<Effect>> {
         if kind == HANDSHAKE {
             return self.greeted(side, body);
@@ -254,7 +254,7 @@ impl Stream {
         }
     }
 
-    /// A hello came. Both ends derive the keys from both hellos, each from what it saw.
+    /// A hello came. Both ends derive the keys from both hellos, each from those it saw.
     fn greeted(&mut self, side: Side, body: Vec<u8>) -> Option<Vec<Effect>> {
         if self.ends[side as usize].keys.is_some() || body.len() != HELLO {
             return None;
@@ -279,7 +279,7 @@ impl Stream {
         Some(effects)
     }
 
-    /// The session stands: what waited goes out.
+    /// The session stands: the waiting bytes go out.
     fn stand(&mut self) -> Vec<Effect> {
         self.up = true;
         let mut effects = vec![Effect::Up];
@@ -310,7 +310,7 @@ mod tests {
     use super::*;
     use wire::id::UnitId;
 
-    /// Carries what the ends write across, `change` in between, until both are silent; gives the rest of the effects.
+    /// Carries the ends' writes across, `change` in between, until both are silent; gives the rest of the effects.
     fn carry(stream: &mut Stream, first: Vec<Effect>, change: &mut dyn FnMut(&mut Vec<u8>)) -> Vec<Effect> {
         let (mut under_way, mut rest) = (VecDeque::from(first), Vec::new());
         while let Some(effect) = under_way.pop_front() {

@@ -3,7 +3,7 @@
 use adversary::insider::{InsiderRecorder, Kept};
 use evidence::log::{Logged, by_recorder};
 
-/// Lets `hands` at what went by way of the recorder.
+/// Lets `hands` at the entries that went by way of the recorder.
 pub(super) fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
     let (recorded, noted): (Vec<Logged>, Vec<Logged>) = log.drain(..).partition(|l| by_recorder(l.node));
     let mut kept: Vec<Kept> = recorded.into_iter().map(|Logged { at, node, bytes }| Kept { at, node, bytes }).collect();

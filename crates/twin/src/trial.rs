@@ -4,38 +4,38 @@ use std::sync::Arc;
 
 use super::Twin;
 use super::assemble::assemble;
+use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
-use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use super::verified::Asked;
 use crate::tamper::tamper;
-use evidence::custody::Held;
 use evidence::log::Logged;
 use evidence::reading::{heads, read_against};
+use evidence::verification::Held;
 use evidence::{Evidence, Verdict};
 use oracle::judge;
 use scenario::{Scenario, Setup};
 use topology::{Cast, RunSecret, cast};
 use wire::sign::SharedVerifier;
 
-/// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
-/// shipped scenarios; what is still held by a relay then is in its own account.
+/// Time for which messages under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
+/// shipped scenarios; messages still held by a relay then are in its own account.
 pub const GRACE: Micros = 1_500_000;
 
 /// A finished run.
 pub struct Run {
-    /// Who took part.
+    /// Participants.
     pub cast: Cast,
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
-    /// What is held of it outside the recorder.
+    /// Trust anchors of it outside the recorder.
     pub held: Held,
-    /// What the oracle saw.
+    /// Evidence for the oracle.
     pub evidence: Evidence,
-    /// What it said.
+    /// Verdict of the oracle.
     pub verdict: Verdict,
-    /// How often a core asked about a signature, and how often one was verified.
+    /// Number of signatures that cores asked about, and of those verified.
     pub signatures: Asked,
     /// The stopwatch of a twin that was watched, still in its last stage.
     pub stopwatch: Option<Stopwatch>,
@@ -53,22 +53,22 @@ pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin
     Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths, None)?))
 }
 
-/// Runs the twin of `scenario` and keeps it as a trunk.
-pub fn trunk(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trunk, AssemblyError> {
+/// Runs the twin of `scenario` and keeps it as a baseline.
+pub fn baseline(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Baseline, AssemblyError> {
     let (cast, twin) = start(scenario, setup, seed, true)?;
-    Trunk::record(&cast, twin, GRACE)
+    Baseline::record(&cast, twin, GRACE)
 }
 
-/// Starts the twin of `scenario` at time zero, each core along with `trunk` for as long as it is fed the same. Nothing but
+/// Starts the twin of `scenario` at time zero, each core along with `baseline` for as long as it is fed the same. Only
 /// the time that it takes depends on that.
-pub fn start_along(
+pub fn start_following(
     scenario: &Scenario,
     setup: &Setup,
     seed: u64,
-    trunk: &Arc<Trunk>,
+    baseline: &Arc<Baseline>,
 ) -> Result<(Cast, Twin), AssemblyError> {
     let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
-    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(trunk))?);
+    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(baseline))?);
     Ok((cast, twin))
 }
 

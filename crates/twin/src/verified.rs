@@ -1,7 +1,7 @@
-//! Signatures that are known to be good, for several cores in one process: the twin verifies what none of them made.
+//! Signatures that are known to be good, for several cores in one process: the twin verifies those that none of them made.
 //!
-//! Whether a signature is good depends on key, message and signature alone, so an answer may be remembered; and what a key
-//! signs verifies under it (RFC 8032 §5.1). What is kept is all three, byte for byte, only where a core
+//! The validity of a signature depends on key, message and signature alone, so an answer may be remembered; and a key's own
+//! signature verifies under it (RFC 8032 §5.1). All three are kept, byte for byte, only where a core
 //! signed it or [`PublicKey::verifies`] said yes, and the newest `KEPT` only. Public keys are decompressed once. Live there
 //! is none of this: a [`Verifier`] does not travel in a setup.
 
@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use wire::id::NODES;
 use wire::sign::{PublicKey, SharedVerifier, Verifier};
 
-/// How many good signatures are remembered; in a twin a handful is under way between two cores at a time, and each service
+/// Number of good signatures remembered; in a twin a handful is under way between two cores at a time, and each service
 /// signs its log once a second.
 const KEPT: usize = 1024;
 
@@ -19,7 +19,7 @@ const KEPT: usize = 1024;
 #[derive(Clone, Debug, Default)]
 pub struct Verified(Arc<Known>);
 
-/// How often a core signed, how often a signature was asked about, and how often it then had to be verified.
+/// Number of signatures that cores made, of those asked about, and of those that then had to be verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Asked {
     /// Signatures made.
@@ -51,7 +51,7 @@ struct Good {
 }
 
 impl Verified {
-    /// A memory of its own that knows the same; nothing has been asked of it yet.
+    /// A memory of its own with the same knowledge; it has not been asked yet.
     #[must_use]
     pub fn apart(&self) -> Verified {
         let memory = self.0.with(|memory| Memory { counts: Asked::default(), ..memory.clone() });
@@ -63,7 +63,7 @@ impl Verified {
         SharedVerifier(Arc::<Known>::clone(&self.0))
     }
 
-    /// How often it was of use.
+    /// Counts of its use.
     pub fn counts(&self) -> Asked {
         self.0.with(|memory| memory.counts)
     }

@@ -13,10 +13,10 @@ use crate::id::PeerId;
 use crate::refusal::Refusal;
 use crate::time::Instant;
 
-/// Refusals of one interface of shared memory that are written one by one; later ones are only counted. Whoever may write
-/// into a segment does so as fast as memory is, with no handshake before it and no key needed to be refused: each entry
-/// would be hashed, recorded and signed for. So many show who came and with what; of more, how many is enough, and the
-/// closing account says so. Other interfaces have a link's pace or a rate of their own.
+/// Refusals of one shared-memory interface that are logged one by one; later ones are only counted. A writer to a
+/// segment is as fast as memory, with no handshake before it and no key needed to be refused: each entry
+/// would be hashed, recorded and signed for. This many show the sender and the content; of more, the count is enough, and the
+/// closing account gives it. Other interfaces have a link's pace or a rate of their own.
 pub const WRITTEN_REFUSALS: u64 = 256;
 
 /// Counters by account.

@@ -1,7 +1,7 @@
 //! The audit log: each node chains its own events and signs its chain once a second; the recorder seals them all.
 //!
 //! An entry holds the SHA-256 of the entry before it, so that an edit, a deletion or a swap breaks the chain at a known
-//! place. Writing files is left to `link`; judging what the events mean, to the oracle.
+//! place. Writing files is left to `link`; judging the meaning of the events, to the oracle.
 
 use minicbor::{Decode, Encode};
 use sha2::{Digest, Sha256};
@@ -17,15 +17,15 @@ use crate::time::{Instant, Span};
 /// Longest encoded entry, bytes.
 pub const MAX_ENTRY: usize = 512;
 
-/// How often a node signs its chain: an entry so long after the last signature has one behind it.
+/// Period at which a node signs its chain: an entry this long after the last signature has one behind it.
 pub const SIGN_PERIOD: Span = Span::s(1);
-/// How often the recorder seals.
+/// Period at which the recorder seals.
 const SEAL_PERIOD: Span = Span::ms(250);
 
 /// One event in a node's chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Entry {
-    /// Whose chain.
+    /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
     /// Its boot.
@@ -34,10 +34,10 @@ pub struct Entry {
     /// Position in the chain, from 1.
     #[n(2)]
     pub counter: u64,
-    /// When, on the node's own clock.
+    /// Time on the node's own clock.
     #[n(3)]
     pub at: Instant,
-    /// What.
+    /// The event.
     #[n(4)]
     pub event: Event,
     /// SHA-256 of the encoded entry before; zero for the first.
@@ -46,7 +46,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// What the signature is over that this entry is: the entry itself, its signature's 64 bytes zero. So it covers its own time too, behind
+    /// Bytes that the signature in this entry covers: the entry itself, its signature's 64 bytes zero. So it covers its own time too, behind
     /// which no other entry stands where it is the last, and by `previous` everything before it.
     pub fn signed_as(&self) -> Vec<u8> {
         codec::encode(&Entry { event: Event::Signed { signature: [0; 64] }, ..*self })
@@ -58,8 +58,8 @@ impl Entry {
     }
 }
 
-/// Whether an encoded entry is one that a step of an attack may wait for: a change of mode, or another step. Never the
-/// service's business: asked by the instrument plane only.
+/// True if an encoded entry is one that a step of an attack may wait for: a change of mode, or another step. Only the
+/// instrument plane asks; no service does.
 pub fn is_awaited(bytes: &[u8]) -> bool {
     let awaited = |entry: Entry| matches!(entry.event, Event::Transition { .. } | Event::Step { .. });
     Entry::decode(bytes).is_ok_and(awaited)
@@ -107,7 +107,7 @@ impl Journal {
         out.push_back(Output::Audit { bytes: self.append(now, Event::Signed { signature }) });
     }
 
-    /// How many entries there are.
+    /// Number of entries.
     pub fn counter(&self) -> u64 {
         self.counter
     }
@@ -126,10 +126,10 @@ impl Journal {
     }
 }
 
-/// Where a chain has been followed to.
+/// Place to which a chain has been followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Head {
-    /// Whose.
+    /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
     /// Boot.
@@ -151,7 +151,7 @@ impl Head {
     }
 }
 
-/// Why an entry does not continue its chain.
+/// Reason that an entry does not continue its chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChainError {
     /// Unreadable.
@@ -160,7 +160,7 @@ pub enum ChainError {
     /// Not the next one, or not on this predecessor.
     #[error("chain of {node} broken at entry {counter}")]
     Broken {
-        /// Whose chain.
+        /// Node that writes the chain.
         node: NodeId,
         /// The first entry that does not fit.
         counter: u64,
@@ -202,7 +202,7 @@ impl Chains {
     }
 }
 
-/// What the recorder tells those who need their log sealed.
+/// Report of the recorder to those who need their log sealed.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Seal {
     /// Entries sealed so far.
@@ -216,10 +216,10 @@ pub struct Seal {
     pub heads: List<SealedHead, NODES>,
 }
 
-/// How far one chain is sealed.
+/// Extent to which one chain is sealed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct SealedHead {
-    /// Whose.
+    /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
     /// Boot.

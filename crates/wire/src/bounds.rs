@@ -26,17 +26,17 @@ pub struct Bounds {
     pub set_point_lease_ms: u64,
     /// Period of new challenges, ms.
     pub challenge_period_ms: u64,
-    /// How long an echo may serve, ms.
+    /// Longest time that an echo may serve, ms.
     pub echo_limit_ms: u64,
-    /// How old a command's nonce may be, ms.
+    /// Oldest nonce that a command may repeat, ms.
     pub command_limit_ms: u64,
-    /// How long authority lives unused, ms.
+    /// Longest time that unused authority lives, ms.
     pub authority_ms: u64,
-    /// How long guards must hold before DEGRADED may end, ms.
+    /// Time for which guards must hold before DEGRADED may end, ms.
     pub hysteresis_ms: u64,
-    /// How long a loss may last before DEGRADED becomes HOLD_SAFE, ms; only for losses that driving depends on.
+    /// Longest time that a loss may last before DEGRADED becomes HOLD_SAFE, ms; only for losses that driving depends on.
     pub unrecovered_ms: u64,
-    /// How old the recorder's newest seal over our log may be, ms.
+    /// Oldest that the recorder's newest seal over our log may be, ms.
     pub seal_limit_ms: u64,
     /// Largest distance from a designated position to a true object of the class at an act (P11), mm.
     pub designation_mm: u32,
@@ -45,7 +45,7 @@ pub struct Bounds {
     /// Confidence below which a designated track is given up, permille; lower than the above, so that a track at the
     /// threshold does not come and go.
     pub designation_keep: u16,
-    /// How long a designated track may go without an update, ms; at most *Td*.
+    /// Longest time that a designated track may go without an update, ms; at most *Td*.
     pub track_limit_ms: u64,
     /// Largest speed of the unit, mm/s.
     pub max_speed_mm_s: u32,
@@ -108,7 +108,7 @@ impl Bounds {
         Span::ms(self.product_limit_ms)
     }
 
-    /// How long an echo may serve.
+    /// Longest time that an echo may serve.
     pub fn echo_limit(&self) -> Span {
         Span::ms(self.echo_limit_ms)
     }

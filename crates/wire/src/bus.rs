@@ -23,7 +23,7 @@ impl core::fmt::Debug for ChannelKey {
     }
 }
 
-/// What stands before the body.
+/// Header that stands before the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// Channel.
@@ -34,7 +34,7 @@ pub struct Header {
     pub boot: Boot,
     /// Its sequence on this channel, from 1.
     pub sequence: Sequence,
-    /// When it was made, on this host's clock.
+    /// Time at which it was made, on this host's clock.
     pub stamp: Instant,
 }
 
@@ -82,13 +82,13 @@ impl Sender {
         self.boot
     }
 
-    /// How many messages have been sealed.
+    /// Number of messages sealed.
     pub fn sent(&self) -> u64 {
         self.sequence.0
     }
 }
 
-/// What stands between header and tags: believed by nobody, judged by nobody. The trust boundary does not read it here.
+/// Bytes between header and tags, untrusted and not judged. The trust boundary does not read them here.
 pub fn body(bytes: &[u8]) -> Option<&[u8]> {
     split(bytes).map(|parts| parts.body)
 }
@@ -100,7 +100,7 @@ pub(crate) fn tag(key: &ChannelKey, bytes: &[u8]) -> [u8; TAG_LEN] {
     tag
 }
 
-/// Who a message says made it: for finding the gate that is to judge it.
+/// Claimed producer of a message: for finding the gate that is to judge it.
 pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
     split(bytes).map(|parts| usize::from(parts.header.producer))
 }
@@ -109,7 +109,7 @@ pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
 #[derive(Debug)]
 pub(crate) struct Parts<'b> {
     pub(crate) header: Header,
-    /// What the tags are over: header and body.
+    /// Bytes that the tags cover: header and body.
     pub(crate) signed: &'b [u8],
     pub(crate) body: &'b [u8],
     /// One tag after the other.

@@ -1,14 +1,14 @@
 //! Deterministic CBOR (RFC 8949 §4.2.1), bounded and canonical both ways.
 //!
-//! Decoding borrows from the input and allocates nothing beyond the value's own fixed-capacity lists. What was
-//! decoded is encoded again against the input bytes, without a buffer: anything but the one canonical encoding is
+//! Decoding borrows from the input and allocates only the value's own fixed-capacity lists. The decoded value
+//! is encoded again against the input bytes, without a buffer: anything but the one canonical encoding is
 //! refused. Numbers are integers in field units, so a NaN or an infinity cannot be written at all.
 
 use arrayvec::ArrayVec;
 use minicbor::encode::Write;
 use minicbor::{Decode, Decoder, Encode, Encoder};
 
-/// Why bytes are not a message.
+/// Reason that bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Malformed {
     /// Longer than the channel carries.

@@ -15,7 +15,7 @@ use crate::settings::Settings;
 /// Longest payload on the command plane, bytes.
 pub const MAX_ORDER: usize = 1024;
 
-/// What an operator may ask of a unit.
+/// Commands that an operator may give a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandKind {
@@ -43,7 +43,7 @@ pub enum CommandKind {
 }
 
 impl CommandKind {
-    /// Whether the kind leads towards the safe side and needs one step only.
+    /// True if the kind leads towards the safe side and needs one step only.
     pub fn towards_safe(self) -> bool {
         match self {
             CommandKind::Hold | CommandKind::Disarm => true,
@@ -69,7 +69,7 @@ impl CommandKind {
     }
 }
 
-/// What the operator signs first.
+/// First step, signed by the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Intent {
     /// Idempotency key.
@@ -81,19 +81,19 @@ pub struct Intent {
     /// The unit's command nonce as last displayed.
     #[n(2)]
     pub nonce: Nonce,
-    /// What is asked.
+    /// Command asked for.
     #[n(3)]
     pub kind: CommandKind,
-    /// Why, in the operator's words; empty only towards safe.
+    /// Reason, in the operator's words; empty only towards safe.
     #[n(4)]
     pub reason: Text<64>,
 }
 
-/// SHA-256 of a signed intent's bytes: what its confirmation, its acknowledgement and its progress are bound to. An id is
-/// chosen by whoever signs; this is of one intent only.
+/// SHA-256 of a signed intent's bytes, to which its confirmation, its acknowledgement and its progress are bound. An id is
+/// chosen by its signer; this is of one intent only.
 pub type IntentHash = [u8; 32];
 
-/// What the operator signs second, for everything that leads away from safe.
+/// Second step, signed by the operator for everything that leads away from safe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Confirmation {
     /// The command confirmed.
@@ -104,7 +104,7 @@ pub struct Confirmation {
     pub intent: IntentHash,
 }
 
-/// What travels to the unit: both signed steps, as they left the operator.
+/// Order as it travels to the unit: both signed steps, as they left the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Order<'b> {
     /// COSE_Sign1 over [`Intent`].
@@ -115,7 +115,7 @@ pub struct Order<'b> {
     pub confirmation: Option<&'b ByteSlice>,
 }
 
-/// What the unit answers, signed by it (COSE_Sign1).
+/// Answer of the unit, signed by it (COSE_Sign1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Ack {
     /// The command answered.
@@ -124,7 +124,7 @@ pub struct Ack {
     /// SHA-256 of the signed intent's bytes.
     #[cbor(n(1), with = "minicbor::bytes")]
     pub intent: IntentHash,
-    /// Why it was refused; absent when it was executed.
+    /// Reason for a refusal; absent when it was executed.
     #[n(2)]
     pub refused: Option<Reason>,
     /// Mode after it.

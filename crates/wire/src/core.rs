@@ -2,7 +2,7 @@
 //!
 //! A core is handed time and bytes and gives bytes back; it never reads a clock, a socket or a generator it did not
 //! seed itself. A process feeds it from the operating system, the twin from an event queue, a replay from a file.
-//! What moves the bytes belongs to `link` (live) and to `twin` (virtual).
+//! Moving the bytes belongs to `link` (live) and to `twin` (virtual).
 //!
 //! The contract: after `handle`, call `output` until it gives `None`, then wait for the next input or until
 //! `deadline`, whichever is first. Time never goes backwards.
@@ -38,7 +38,7 @@ pub enum Topic {
     /// The abstract act, autonomy to sim.
     #[n(5)]
     Act,
-    /// What the gateway accepted, gateway to console.
+    /// Messages that the gateway accepted, gateway to console.
     #[n(6)]
     Feed,
     /// Signed intents and stage confirmations, console to gateway.
@@ -78,8 +78,8 @@ impl Topic {
         }
     }
 
-    /// How many readers of one unit its producer tags each message for, every one under a key that no other reader has: who
-    /// reads a channel must not be able to write it to another.
+    /// Number of readers of one unit for which its producer tags each message, every one under a key that no other reader has: a
+    /// reader of a channel must not be able to write it to another.
     pub fn readers(self) -> usize {
         match self {
             Topic::Navigation => 2,
@@ -160,7 +160,7 @@ impl Side {
     }
 }
 
-/// What wakes a core.
+/// Inputs that wake a core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Input {
     /// The deadline that the core asked for has come.
@@ -182,7 +182,7 @@ pub enum Input {
         /// Local handle of the session.
         #[n(0)]
         session: SessionId,
-        /// Who the handshake authenticated.
+        /// Peer that the handshake authenticated.
         #[n(1)]
         peer: PeerId,
     },
@@ -203,7 +203,7 @@ pub enum Input {
         #[n(0)]
         session: SessionId,
     },
-    /// A publication on the command plane. `publisher` is what the broker says; nothing rests on it.
+    /// A publication on the command plane. `publisher` is the broker's claim; no decision rests on it.
     #[n(5)]
     Published {
         /// Subject.
@@ -216,7 +216,7 @@ pub enum Input {
     /// A datagram reached a relay from `side` (ciphertext).
     #[n(6)]
     Datagram {
-        /// Where it came from.
+        /// Peer that sent it.
         #[n(0)]
         side: Side,
         /// Bytes on the wire.
@@ -229,7 +229,7 @@ pub enum Input {
         /// Connection handle.
         #[n(0)]
         connection: SessionId,
-        /// Where it came from.
+        /// Peer that sent it.
         #[n(1)]
         side: Side,
         /// Bytes on the wire.
@@ -243,13 +243,13 @@ pub enum Input {
         #[cbor(n(0), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
-    /// The run is over: send nothing more, keep accounting for what still arrives.
+    /// The run is over: stop sending, keep accounting for late arrivals.
     #[n(9)]
     Quiesce,
     /// Write the closing account; no input follows.
     #[n(10)]
     Finish,
-    /// What a step of an attack or a fault waits for has come (adversaries and sensors only).
+    /// The event that a step of an attack or a fault waits for has come (adversaries and sensors only).
     #[n(40)]
     Cue {
         /// Which step.
@@ -257,7 +257,7 @@ pub enum Input {
         step: StepName,
     },
     /// Our session at the broker has ended, and not by us: it was cut, or another connection under our certificate has taken
-    /// it. Whoever dials for us dials again.
+    /// it. The dialler on our side dials again.
     #[n(41)]
     SessionLost,
     /// A person at the console did something (the console only).
@@ -269,7 +269,7 @@ pub enum Input {
     },
 }
 
-/// What a core gives back.
+/// Outputs of a core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Output {
     /// Publish on a shared-memory channel.
@@ -305,7 +305,7 @@ pub enum Output {
     /// Emit a datagram towards `side` (relay only).
     #[n(3)]
     Datagram {
-        /// Where it goes.
+        /// Destination.
         #[n(0)]
         side: Side,
         /// Bytes on the wire.
@@ -318,7 +318,7 @@ pub enum Output {
         /// Connection handle.
         #[n(0)]
         connection: SessionId,
-        /// Where it goes.
+        /// Destination.
         #[n(1)]
         side: Side,
         /// Bytes on the wire.
@@ -339,7 +339,7 @@ pub enum Output {
         #[cbor(n(0), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
-    /// What the console shows, for a person at a terminal and for a program; never read by another core.
+    /// Display of the console, for a person at a terminal and for a program; never read by another core.
     #[n(7)]
     Text {
         /// UTF-8 without control characters other than newline.
@@ -349,7 +349,7 @@ pub enum Output {
         #[n(1)]
         picture: String,
     },
-    /// End a secure session; whoever dialled it dials again.
+    /// End a secure session; the end that dialled it dials again.
     #[n(55)]
     Close {
         /// Local handle of the session.
@@ -378,7 +378,7 @@ pub trait Core {
     /// Take one input at local time `now`.
     fn handle(&mut self, now: Instant, input: &Input);
 
-    /// When the core next wants [`Input::Timeout`]; `None` while it only waits for input.
+    /// Time at which the core next wants [`Input::Timeout`]; `None` while it only waits for input.
     fn deadline(&self) -> Option<Instant>;
 
     /// The next output, until `None`.

@@ -1,4 +1,4 @@
-//! What autonomy asks of the plant: leased set-points, and the abstract act.
+//! Requests of autonomy to the plant: leased set-points, and the abstract act.
 
 use minicbor::{Decode, Encode};
 
@@ -8,7 +8,7 @@ use crate::time::{Instant, Span};
 /// A set-point with a lease. When the lease ends on the plant's clock, the plant brakes by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Drive {
-    /// When it was made, on the vehicle host's clock.
+    /// Time at which it was made, on the vehicle host's clock.
     #[n(0)]
     pub stamp: Instant,
     /// Forward speed, mm/s.
@@ -17,15 +17,15 @@ pub struct Drive {
     /// Curvature, 10⁻⁶ per metre, positive to the left.
     #[n(2)]
     pub curvature_um: i32,
-    /// How long the set-point may be followed, from `stamp`.
+    /// Time for which the set-point may be followed, from `stamp`.
     #[n(3)]
     pub lease: Span,
 }
 
-/// The abstract act: autonomy has consumed its authority. The plant notes the true object and does nothing else.
+/// The abstract act: autonomy has consumed its authority. The plant only notes the true object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Act {
-    /// When, on the vehicle host's clock.
+    /// Time, on the vehicle host's clock.
     #[n(0)]
     pub stamp: Instant,
     /// World in which the authority was minted.
@@ -37,7 +37,7 @@ pub struct Act {
     /// Designated track.
     #[n(3)]
     pub track: TrackId,
-    /// Where autonomy holds the track to be: east, millimetres.
+    /// Position at which autonomy holds the track to be: east, millimetres.
     #[n(4)]
     pub x_mm: i32,
     /// North, millimetres.

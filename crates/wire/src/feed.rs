@@ -1,4 +1,4 @@
-//! What the gateway tells the console. On arrival it is untrusted again: the console checks tag, schema and signature.
+//! Messages of the gateway to the console. On arrival they are untrusted again: the console checks tag, schema and signature.
 
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
@@ -28,7 +28,7 @@ pub enum Feed<'b> {
     /// The unit's signed acknowledgement, as it came.
     #[n(4)]
     Acknowledged(#[b(0)] &'b ByteSlice),
-    /// How often in this boot the gateway's session at the broker was cut or taken.
+    /// Number of times in this boot that the gateway's session at the broker was cut or taken.
     #[n(5)]
     SessionsLost(#[n(0)] u32),
 }
@@ -36,13 +36,13 @@ pub enum Feed<'b> {
 /// A report that passed the boundary, for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct AcceptedReport<'b> {
-    /// Whose session brought it.
+    /// Session peer that brought it.
     #[n(0)]
     pub via: PeerId,
     /// The unit that the boundary attributes it to.
     #[n(1)]
     pub unit: UnitId,
-    /// When the gateway received it, on the control host's clock.
+    /// Time at which the gateway received it, on the control host's clock.
     #[n(2)]
     pub received: Instant,
     /// Upper bound of its age at `received`; absent when freshness was waived and unknown.
@@ -56,7 +56,7 @@ pub struct AcceptedReport<'b> {
     pub report: &'b ByteSlice,
 }
 
-/// How far a command has come.
+/// Progress of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]

@@ -1,7 +1,7 @@
-//! The session layer of the telemetry link: what two session peers say to each other, record by record.
+//! Session layer of the telemetry link: records that two session peers exchange.
 //!
 //! Every record asks and answers: it carries the sender's challenge, echoes the receiver's, and names the receiver's
-//! session nonce. What it carries for others (a report) is opaque here and keeps its own origin.
+//! session nonce. A payload carried for others (a report) is opaque here and keeps its own origin.
 
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
@@ -47,7 +47,7 @@ pub struct Hop<'b> {
 /// Content of a session record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum HopBody<'b> {
-    /// "Put this session nonce into what you send me." Repeated until the peer does.
+    /// "Put this session nonce into your records to me." Repeated until the peer does.
     #[n(0)]
     Hello(#[n(0)] Nonce),
     /// A signed report (COSE_Sign1 over [`crate::report::Report`]), the sender's own or, if it forwards, another's.
@@ -70,7 +70,7 @@ pub enum HopBody<'b> {
 /// The gateway's envelope around a teammate's report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Teammate<'b> {
-    /// Whose session brought it.
+    /// Session peer that brought it.
     #[n(0)]
     pub via: PeerId,
     /// Upper bound of its age when the envelope was made.

@@ -7,7 +7,7 @@ use core::fmt;
 
 use minicbor::{Decode, Encode};
 
-/// How many identities there are.
+/// Number of identities.
 pub const NODES: usize = 32;
 
 /// The names that certificates, scenario files and logs use, by number.
@@ -102,11 +102,11 @@ macro_rules! name_id {
 }
 
 name_id! {
-    /// Who a handshake authenticated: the subject of the certificate, `urn:holdsafe:<name>`.
+    /// Peer that a handshake authenticated: the subject of the certificate, `urn:holdsafe:<name>`.
     PeerId
 }
 name_id! {
-    /// Who a record or log entry says it is from. A claim until `trust::attribution` has tied it to evidence.
+    /// Node that a record or log entry says it is from. A claim until `trust::attribution` has tied it to evidence.
     NodeId
 }
 name_id! {
@@ -145,27 +145,27 @@ impl NodeId {
     pub const OPERATOR_2: NodeId = NodeId(14);
     /// The campaign engine or launcher itself.
     pub const CAMPAIGN: NodeId = NodeId(15);
-    /// Whose key signs revocations: the launcher's, used once before the first service starts.
+    /// Signer of revocations: the launcher's, used once before the first service starts.
     pub const AUTHORITY: NodeId = NodeId::CAMPAIGN;
     /// Perception of the third unit.
     pub const PERCEPTION_C: NodeId = NodeId(20);
     /// The third unit's simulation.
     pub const SIM_C: NodeId = NodeId(21);
-    /// The rogue station: whoever gives orders under a key that is not its own.
+    /// The rogue station: gives orders under a key that is not its own.
     pub const INSIDER_OPERATOR: NodeId = NodeId(24);
     /// The insider who holds the broker's credentials.
     pub const INSIDER_BROKER: NodeId = NodeId(25);
     /// The insider who holds the gateway's keys.
     pub const INSIDER_GATEWAY: NodeId = NodeId(26);
-    /// The insider who holds what perception holds.
+    /// The insider with perception's keys and place.
     pub const INSIDER_PERCEPTION: NodeId = NodeId(27);
-    /// The insider whose hands the recorder is in.
+    /// The insider who controls the recorder.
     pub const INSIDER_RECORDER: NodeId = NodeId(28);
-    /// Whoever takes the place of another: on a host's shared memory, or of its session at the broker.
+    /// An impostor: takes the place of another on a host's shared memory, or its session at the broker.
     pub const IMPOSTOR: NodeId = NodeId(30);
 
-    /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
-    /// filter of datagrams; at the broker, which has streams only, what sees their bytes.
+    /// Observer at the ingress of this node's secure sessions, which logs arrivals, when the node has one: the record
+    /// filter of datagrams; at the broker, which has streams only, the observer of their bytes.
     pub const fn guard(self) -> Option<NodeId> {
         match self {
             NodeId::BROKER => Some(NodeId(23)),
@@ -177,13 +177,13 @@ impl NodeId {
         }
     }
 
-    /// Whether it is what stands at the mouth of a node's secure sessions ([`NodeId::guard`]).
+    /// True if it is the observer at the ingress of a node's secure sessions ([`NodeId::guard`]).
     pub fn is_mouth(self) -> bool {
         matches!(self.0, 16..=19 | 23)
     }
 
-    /// Whether it holds a place or credentials in the platform and misuses them: what it says it sent, the mouth of whoever
-    /// it was for has to confirm.
+    /// True if it holds a place or credentials in the platform and misuses them: its own statements of sending need
+    /// confirmation by the receiver's ingress observer.
     pub fn is_insider(self) -> bool {
         matches!(self.0, 12 | 22 | 24..=28 | 30)
     }
@@ -329,7 +329,7 @@ impl Nonce {
 /// A record, wherever it travels: (node, boot, sequence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 pub struct RecordId {
-    /// Who says it made the record.
+    /// Claimed maker of the record.
     #[n(0)]
     pub node: NodeId,
     /// Its boot.

@@ -1,6 +1,6 @@
-//! What holdsafe's services say to each other, and what it takes to believe it.
+//! Messages between holdsafe's services, and the checks they pass before they are believed.
 //!
-//! No I/O, no clock, no service. Who sends what to whom:
+//! No I/O, no clock, no service. Senders, receivers and messages:
 //!
 //! | message | from | to | over | module |
 //! |---|---|---|---|---|

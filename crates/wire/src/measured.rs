@@ -1,7 +1,7 @@
-//! What a unit's guards are judged by: for each a value, in a unit of its own, and the bound that it is held against.
+//! Measurements by which a unit's guards are judged: for each a value, in a unit of its own, and its bound.
 //!
-//! A unit tells both which guards fail (`mode::Guards`) and these values. Some fail for what no number says, or until a value
-//! has come back further than it had to go: which guards fail is never worked out from here.
+//! A unit reports both the failing guards (`mode::Guards`) and these values. Some guards fail for a reason without a number, or until a value
+//! has come back further than it had to go: the failing guards are never worked out from here.
 
 use minicbor::{Decode, Encode};
 
@@ -13,17 +13,17 @@ use crate::time::Span;
 
 /// The sum of excesses at which fixes are taken to drift, millimetre seconds: half a second of one deviation.
 pub const DRIFT_MM_S: i32 = 20;
-/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times what delivery
-/// and the stamping of a reading account for.
+/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times the share of
+/// delivery and of the stamping of a reading.
 pub const OFFSET_US: i32 = 5_000;
 
 /// The values, as they were when a report was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Measured {
-    /// By guard, in the unit of its [`Limit`]; none where there is nothing to measure, or no number that says it.
+    /// By guard, in the unit of its [`Limit`]; none where there is no measurement, or no number expresses it.
     #[n(0)]
     values: [Option<i32>; Guard::ALL.len()],
-    /// The teammate whose claims cannot all be true, and why not.
+    /// The teammate whose claims contradict each other or the unit, and the contradiction.
     #[n(1)]
     teammate: Option<(UnitId, Inconsistency)>,
 }
@@ -36,19 +36,19 @@ impl Measured {
         self
     }
 
-    /// With an age: the begun millisecond counts, so that what is above its limit never looks as if it were not.
+    /// With an age: the begun millisecond counts, so that a value above its limit never looks as if it were not.
     #[must_use]
     pub fn aged(self, guard: Guard, age: Option<Span>) -> Self {
         self.with(guard, age.map(|age| i32::try_from(age.0.div_ceil(1000)).unwrap_or(i32::MAX)))
     }
 
-    /// With what was found of teammates' claims.
+    /// With the findings about teammates' claims.
     #[must_use]
     pub fn claimed(self, teammate: Option<(UnitId, Inconsistency)>) -> Self {
         Measured { teammate, ..self }
     }
 
-    /// The teammate whose claims cannot all be true, and why not.
+    /// The teammate whose claims contradict each other or the unit, and the contradiction.
     pub fn teammate(&self) -> Option<(UnitId, Inconsistency)> {
         self.teammate
     }
@@ -59,7 +59,7 @@ impl Measured {
     }
 }
 
-/// What a value is held against.
+/// Limit that a value is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// An age, milliseconds: at most.
@@ -73,7 +73,7 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// The limit of `guard` on a platform of these bounds; none where no number says what it is judged by.
+    /// The limit of `guard` on a platform of these bounds; none where no number expresses its judgement.
     pub fn of(guard: Guard, bounds: &Bounds) -> Option<Limit> {
         let age = |ms: u64| Some(Limit::Age(i32::try_from(ms).unwrap_or(i32::MAX)));
         match guard {
@@ -89,7 +89,7 @@ impl Limit {
         }
     }
 
-    /// Whether `value` is beyond it.
+    /// True if `value` is beyond it.
     pub fn exceeded(self, value: i32) -> bool {
         match self {
             Limit::Age(most) | Limit::Drift(most) => value > most,

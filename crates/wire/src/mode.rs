@@ -167,12 +167,12 @@ impl Guards {
         Guards(self.0 | 1 << g as u16)
     }
 
-    /// Whether `g` is in the set.
+    /// True if `g` is in the set.
     pub fn has(self, g: Guard) -> bool {
         self.0 & (1 << g as u16) != 0
     }
 
-    /// Whether the set is empty.
+    /// True if the set is empty.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -196,7 +196,7 @@ impl serde::Serialize for Guards {
     }
 }
 
-/// Why a mode changed or authority ended.
+/// Reason that a mode changed or authority ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
 pub enum Cause {
     /// The process started.
@@ -249,7 +249,7 @@ impl serde::Serialize for Cause {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Because {
-    /// Nothing outside the machine itself.
+    /// No cause outside the machine itself.
     #[default]
     #[n(0)]
     Itself,
@@ -262,7 +262,7 @@ pub enum Because {
     /// A command.
     #[n(3)]
     Command(#[n(0)] CommandId),
-    /// Nothing has come since then.
+    /// No message since then.
     #[n(4)]
     Silence(#[n(0)] Instant),
     /// A teammate's claim.

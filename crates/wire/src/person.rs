@@ -1,4 +1,4 @@
-//! What a person at the console may do, as data: the one way from a hand to the console's core.
+//! Acts of a person at the console, as data: the one way from a hand to the console's core.
 //!
 //! An act enters the core as an input like any other, so that it is in the mouth log and a run with a person in it can be
 //! replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses after a
@@ -14,7 +14,7 @@ use crate::time::Instant;
 /// Longest encoded act, bytes.
 pub const MAX_ACT: usize = 160;
 
-/// What a person may order.
+/// Orders that a person may give.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
@@ -27,7 +27,7 @@ pub enum Order {
 }
 
 impl Order {
-    /// Whether it leads towards the safe side and needs one step only.
+    /// True if it leads towards the safe side and needs one step only.
     pub fn towards_safe(self) -> bool {
         matches!(self, Order::Command(_, kind) if kind.towards_safe())
     }
@@ -45,16 +45,16 @@ impl Order {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Act {
-    /// Carry this out: towards safe only. What was prepared, or not yet released to the unit, is given up for it.
+    /// Carry this out: towards safe only. An order prepared, or not yet released to the unit, is given up for it.
     #[n(0)]
     Now(#[n(0)] Order),
-    /// First step of an order away from safe, and of no other. It replaces what was prepared before, and lapses.
+    /// First step of an order away from safe, and of no other. It replaces an earlier prepared order, and lapses.
     #[n(1)]
     Prepare(#[n(0)] Order),
-    /// Second step: carry out what is prepared, if it is this order. The reason must not be empty.
+    /// Second step: carry out the prepared order, if it is this one. The reason must not be empty.
     #[n(2)]
     Confirm(#[n(0)] Order, #[n(1)] Text<64>),
-    /// Give up what is prepared, and what was confirmed but has not been released to the unit.
+    /// Give up the prepared order, and one confirmed but not yet released to the unit.
     #[n(3)]
     Withdraw,
     /// Take note of an alarm that was raised at this time of the console's clock.
@@ -73,7 +73,7 @@ pub struct Numbered {
     pub act: Act,
 }
 
-/// What an operator has to take note of.
+/// Alarms that an operator has to acknowledge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Alarm {
@@ -83,7 +83,7 @@ pub enum Alarm {
     /// The unit is DEGRADED.
     #[n(1)]
     Degraded(#[n(0)] UnitId),
-    /// What is shown of the unit is stale.
+    /// The display of the unit is stale.
     #[n(2)]
     Stale(#[n(0)] UnitId),
     /// The unit is no longer heard.
@@ -98,7 +98,7 @@ pub enum Alarm {
     /// This peer's session at the broker was cut, or taken by another connection.
     #[n(6)]
     SessionLost(#[n(0)] PeerId),
-    /// Nothing was heard of a command in time.
+    /// No word of a command in time.
     #[n(7)]
     NotAcknowledged(#[n(0)] CommandId),
     /// A command was refused, by the gateway or by the unit.
@@ -109,8 +109,8 @@ pub enum Alarm {
     ClockRuns(#[n(0)] UnitId),
 }
 
-/// What a person at this console may do. A lock against mistakes, not against attackers: unit, gateway and broker check
-/// the operator's key, whatever a console believes.
+/// Rights of a person at this console. A lock against mistakes, not against attackers: unit, gateway and broker check
+/// the operator's key, independent of the console's belief.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
@@ -143,7 +143,7 @@ impl Role {
     }
 }
 
-/// Why an act was not carried out.
+/// Reason that an act was not carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
@@ -166,7 +166,7 @@ pub enum Unable {
     /// The same order is under way.
     #[n(5)]
     Pending,
-    /// Nothing is prepared, or something else is.
+    /// No order is prepared, or another one is.
     #[n(6)]
     NotPrepared,
     /// It was not confirmed in time.
@@ -203,7 +203,7 @@ impl Unable {
         Unable::OneStep,
     ];
 
-    /// What the person is told.
+    /// Message to the person.
     pub fn says(self) -> &'static str {
         match self {
             Unable::Malformed => "not understood",

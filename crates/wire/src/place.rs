@@ -6,7 +6,7 @@
 
 use crate::event::wire_hash;
 
-/// How many of a direction's first bytes make its name: past the randoms of a TLS 1.3 hello.
+/// Number of a direction's first bytes that make its name: past the randoms of a TLS 1.3 hello.
 const HEAD: usize = 128;
 
 /// Name of a direction and place in it, kept while its bytes go by.

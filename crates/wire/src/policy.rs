@@ -45,11 +45,11 @@ pub enum Check {
     Rate,
     /// Values that are legal one by one are safe together.
     Joint,
-    /// What is called something has the size of one, by depth.
+    /// A classified object has the size of its class, by depth.
     Extent,
-    /// What is called something is no wider than one, by LiDAR.
+    /// A classified object is no wider than its class, by LiDAR.
     Cluster,
-    /// What is called something is as warm as one.
+    /// A classified object is as warm as its class.
     Warmth,
     /// A sensor's content is not that of earlier frames.
     Content,
@@ -133,7 +133,7 @@ impl DisplayRule {
     }
 }
 
-/// Whether a check stands.
+/// State of a check.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Requirement {
@@ -162,7 +162,7 @@ impl Waived {
         Waived(self.0 | other.0)
     }
 
-    /// Whether nothing is waived: the evidence is full.
+    /// True if no check is waived: the evidence is full.
     pub fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -173,7 +173,7 @@ impl Waived {
     }
 }
 
-/// A policy as its file states it. What a table leaves out is required.
+/// A policy as its file states it. A check that a table leaves out is required.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Policy {
@@ -194,7 +194,7 @@ pub struct Policy {
     pub record_guard: Requirement,
 }
 
-/// What a display judges reports by: the display's own rule on signatures stands in place of the boundary's. A report is
+/// Policy by which a display judges reports: the display's own rule on signatures stands in place of the boundary's. A report is
 /// attributed by its signature alone under no other policy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DisplayPolicy(Policy);
@@ -207,19 +207,19 @@ impl DisplayPolicy {
 }
 
 impl Policy {
-    /// What a display under this policy judges reports by.
+    /// Policy by which a display under this policy judges reports.
     pub fn of_display(&self) -> DisplayPolicy {
         let mut display = self.clone();
         display.boundary.insert(Check::Signature, self.display(DisplayRule::Signature));
         DisplayPolicy(display)
     }
 
-    /// Whether `check` stands.
+    /// State of `check`.
     pub fn check(&self, check: Check) -> Requirement {
         self.boundary.get(&check).copied().unwrap_or_default()
     }
 
-    /// Whether `rule` stands.
+    /// State of `rule`.
     pub fn display(&self, rule: DisplayRule) -> Requirement {
         self.display.get(&rule).copied().unwrap_or_default()
     }
@@ -230,7 +230,7 @@ impl Policy {
         waived.fold(Guards::default(), |set, (g, _)| set.with(*g))
     }
 
-    /// Whether every check, guard and rule stands.
+    /// True if every check, guard and rule stands.
     pub fn is_full(&self) -> bool {
         let stands = |r: &Requirement| *r == Requirement::Required;
         self.boundary.values().all(stands)

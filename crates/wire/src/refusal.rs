@@ -1,4 +1,4 @@
-//! Every reason to refuse, each with what was expected and what came.
+//! Every reason to refuse, each with the expected and the received value.
 
 use minicbor::{Decode, Encode};
 
@@ -59,21 +59,21 @@ pub enum Refusal {
     /// The session's peer is not the record's origin.
     #[error("origin: session of {peer} expected to carry its own records, got one of {origin}")]
     Origin {
-        /// Who the session authenticated.
+        /// Peer that the session authenticated.
         peer: PeerId,
-        /// Who the record says it is from.
+        /// Claimed origin of the record.
         origin: NodeId,
     },
     /// The signature does not verify with the key of the one who should have signed.
     #[error("signature: one of {signer} expected, got another")]
     Signature {
-        /// Whose key was tried.
+        /// Node that owns the tried key.
         signer: NodeId,
     },
     /// No key is known for the one who should have signed.
     #[error("signer: a known signer expected, got {got}")]
     Signer {
-        /// Who it says it is.
+        /// Claimed sender.
         got: NodeId,
     },
     /// Another session's nonce.
@@ -116,13 +116,13 @@ pub enum Refusal {
     /// The tag does not verify under the channel's key.
     #[error("tag: one under the key of {expected} expected, got another")]
     Tag {
-        /// Who the channel belongs to.
+        /// Node that the channel belongs to.
         expected: NodeId,
     },
     /// A live product expected, something else came.
     #[error("product: live expected, got {got:?}")]
     Product {
-        /// What came.
+        /// Received mode.
         got: ProductMode,
     },
     /// Not addressed to this unit.
@@ -148,7 +148,7 @@ pub enum Refusal {
     /// The peer may not have a session, or not say this in one.
     #[error("role: one that may do this expected, got {got}")]
     Peer {
-        /// Who the session authenticated.
+        /// Peer that the session authenticated.
         got: PeerId,
     },
     /// The intent repeats no nonce that is still answerable: it is too old, or was never for us.
@@ -188,10 +188,10 @@ pub enum Refusal {
         /// Bound.
         limit: usize,
     },
-    /// The very same command, by the hash of what was signed, was already seen.
+    /// The very same command, by the hash of its signed bytes, was already seen.
     #[error("duplicate: none of the last {kept} expected, got {got:?} again")]
     Repeated {
-        /// How many are remembered.
+        /// Number of commands remembered.
         kept: usize,
         /// In the intent.
         got: CommandId,
@@ -219,10 +219,10 @@ pub enum Refusal {
         burst: u32,
         /// In a second.
         per_s: u32,
-        /// Who sent them.
+        /// Sender.
         got: NodeId,
     },
-    /// More than there can be need for came to nothing when it was verified, whoever it was said to be of.
+    /// Too many verifications failed, for any claimed sender.
     #[error("rate: at most {burst} at once and {per_s} a second that do not verify expected, got more")]
     Unproven {
         /// At once.
@@ -233,13 +233,13 @@ pub enum Refusal {
     /// The authority of the run has revoked the peer or signer.
     #[error("revoked: one that stands expected, got {got}")]
     Revoked {
-        /// Who.
+        /// Sender.
         got: NodeId,
     },
     /// The time for which the peer or signer was admitted is over.
     #[error("expired: one that is still admitted expected, got {got}, over for {over}")]
     Expired {
-        /// Who.
+        /// Sender.
         got: NodeId,
         /// For how long it has been over.
         over: Span,
@@ -251,12 +251,12 @@ pub enum Refusal {
         what: &'static str,
         /// The least that goes with the others.
         least: u32,
-        /// What was asked for.
+        /// Value asked for.
         got: u32,
     },
 }
 
-/// [`Refusal`] without its particulars: what is counted, acknowledged and documented.
+/// [`Refusal`] without its particulars: the form that is counted, acknowledged and documented.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
@@ -318,7 +318,7 @@ pub enum Reason {
     Expired,
     #[n(30)]
     Joint,
-    /// A certificate that proves nobody, or nobody any more; decided by a link before there is a session.
+    /// A certificate that proves no known peer, or no longer does; decided by a link before there is a session.
     #[n(41)]
     Certificate,
     /// A handshake in another version or suite, or one that does not fit together; decided by a link.

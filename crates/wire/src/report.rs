@@ -1,4 +1,4 @@
-//! Telemetry: what a unit reports of itself, signed at its origin.
+//! Telemetry: a unit's report of itself, signed at its origin.
 //!
 //! A report keeps its origin's identity, boot, sequence and stamp wherever it is forwarded; the session it happens to
 //! travel in is the business of `wire::hop`.
@@ -57,7 +57,7 @@ pub struct ReportedAuthority {
 /// A unit's state, 10 times a second.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Report {
-    /// Who says it made this.
+    /// Claimed maker.
     #[n(0)]
     pub origin: NodeId,
     /// Its boot.
@@ -69,7 +69,7 @@ pub struct Report {
     /// Its clock.
     #[n(3)]
     pub stamp: PeerStamp,
-    /// Where the content comes from.
+    /// Source of the content.
     #[n(4)]
     pub product: ProductMode,
     /// Mode of the state machine.
@@ -81,7 +81,7 @@ pub struct Report {
     /// Guards that fail now.
     #[n(7)]
     pub failing: Guards,
-    /// Where the unit holds itself to be.
+    /// Position at which the unit holds itself to be.
     #[n(8)]
     pub pose: Pose,
     /// Forward speed, mm/s.
@@ -93,10 +93,10 @@ pub struct Report {
     /// Authority, while it is held.
     #[n(11)]
     pub authority: Option<ReportedAuthority>,
-    /// What an intent has to repeat to prove that it is younger than this nonce.
+    /// Nonce that an intent has to repeat to prove that it is younger.
     #[n(12)]
     pub command_nonce: Nonce,
-    /// How far the counter has come of the operator who moved one last and, if the command that did was refused, why.
+    /// Progress of the counter of the operator who moved one last and, if the command that did was refused, the reason.
     #[n(13)]
     pub last_command: Option<(CommandId, Option<Reason>)>,
     /// Share of the route driven, permille.
@@ -109,13 +109,13 @@ pub struct Report {
     /// itself.
     #[n(16)]
     pub watched: Option<Echo>,
-    /// How often in this boot the unit's session at the broker was cut or taken.
+    /// Number of times in this boot that the unit's session at the broker was cut or taken.
     #[n(17)]
     pub sessions_lost: u32,
-    /// What the guards were judged by.
+    /// Measurements by which the guards were judged.
     #[n(18)]
     pub measured: Measured,
-    /// What an operator has set, where the unit does not go by the platform's own values.
+    /// Values that an operator has set, where the unit does not go by the platform's own.
     #[n(19)]
     pub settings: Option<Settings>,
 }

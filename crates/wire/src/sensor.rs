@@ -1,4 +1,4 @@
-//! What sensors and the detector stages give: frames, navigation readings, candidate observations.
+//! Outputs of sensors and the detector stages: frames, navigation readings, candidate observations.
 //!
 //! Frames: world is ENU (x east, y north, z up); body is x forward, y left, z up with its origin on the ground under
 //! the chassis centre; pixels count from the upper left. Units are in the field names' docs and are integers.
@@ -58,12 +58,12 @@ impl Modalities {
         Modalities(self.0 | 1 << m as u8)
     }
 
-    /// Whether `m` is in the set.
+    /// True if `m` is in the set.
     pub fn has(self, m: Modality) -> bool {
         self.0 & (1 << m as u8) != 0
     }
 
-    /// How many.
+    /// Number of modalities.
     pub fn count(self) -> u32 {
         self.0.count_ones()
     }
@@ -76,7 +76,7 @@ impl serde::Serialize for Modalities {
     }
 }
 
-/// Where a product comes from; the paper's provenance hint against mode confusion.
+/// Source of a product; the paper's provenance hint against mode confusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
@@ -93,7 +93,7 @@ pub enum ProductMode {
     Replay,
 }
 
-/// What an object is.
+/// Class of an object.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
@@ -129,13 +129,13 @@ impl Class {
     }
 }
 
-/// One synchronous set of sensor readings. A modality that gave nothing is absent.
+/// One synchronous set of sensor readings. A modality without a reading is absent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Frames<'b> {
     /// Counts from 1 within a boot.
     #[n(0)]
     pub frame: FrameId,
-    /// When the readings were taken, on the vehicle host's clock.
+    /// Time at which the readings were taken, on the vehicle host's clock.
     #[n(1)]
     pub stamp: Instant,
     /// Image width in pixels; all image modalities share it.
@@ -206,13 +206,13 @@ pub struct Odometry {
 /// Localisation and odometry, sim to perception and autonomy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Navigation {
-    /// When taken, on the vehicle host's clock.
+    /// Time at which it was taken, on the vehicle host's clock.
     #[n(0)]
     pub stamp: Instant,
-    /// Absent while localisation gives nothing.
+    /// Absent while localisation gives no fix.
     #[n(1)]
     pub fix: Option<Fix>,
-    /// Absent while odometry gives nothing.
+    /// Absent while odometry gives no reading.
     #[n(2)]
     pub odometry: Option<Odometry>,
 }
@@ -262,7 +262,7 @@ pub struct Detection {
     /// Score in permille.
     #[n(1)]
     pub score: u16,
-    /// Where in the image.
+    /// Place in the image.
     #[n(2)]
     pub bounds: PixelBox,
 }
@@ -270,7 +270,7 @@ pub struct Detection {
 /// Something warm in the thermal image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Blob {
-    /// Where in the image.
+    /// Place in the image.
     #[n(0)]
     pub bounds: PixelBox,
     /// Mean temperature, centikelvin.
@@ -279,10 +279,10 @@ pub struct Blob {
     /// Highest temperature, centikelvin.
     #[n(2)]
     pub peak_ck: u16,
-    /// What is warm like that: a vehicle, a person, or, as an obstacle, neither.
+    /// Class that is warm like that: a vehicle, a person, or, as an obstacle, neither.
     #[n(3)]
     pub class: Class,
-    /// How sure the thermal stage is, permille.
+    /// Confidence of the thermal stage, permille.
     #[n(4)]
     pub score: u16,
 }
@@ -316,7 +316,7 @@ pub struct Cluster {
 }
 
 /// Everything the detector stages give for one frame. An absent list says that its stage gave no product; an empty
-/// one says that it looked and saw nothing.
+/// one says that it looked and found none.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Candidates {
     /// Frame that the candidates are from.
@@ -325,7 +325,7 @@ pub struct Candidates {
     /// Its stamp.
     #[n(1)]
     pub stamp: Instant,
-    /// Where the product comes from.
+    /// Source of the product.
     #[n(2)]
     pub mode: ProductMode,
     /// Colour detections.

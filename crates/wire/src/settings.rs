@@ -1,6 +1,6 @@
-//! What an operator may set before a mission: how fast, how far from the fence, how sure.
+//! Settings of an operator before a mission: speed, distance from the fence, confidence.
 //!
-//! Each value has a range of its own, which is part of the schema. Whether the values are safe together depends on the
+//! Each value has a range of its own, which is part of the schema. The safety of the values together depends on the
 //! platform and is judged by the unit (`autonomy::settings`).
 
 use core::ops::RangeInclusive;

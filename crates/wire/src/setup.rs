@@ -1,4 +1,4 @@
-//! What every core is made from: who it is, its own keys, the policy and the bounds.
+//! Setup of every core: its identity, its own keys, the policy and the bounds.
 //!
 //! Live, the launcher hands this over an inherited descriptor; in the twin it is passed by value. Each service gets
 //! only its own secret and the keys of its own channels.
@@ -17,7 +17,7 @@ use crate::trust::BusGate;
 pub struct Channel {
     /// Which.
     pub topic: Topic,
-    /// Who alone may write it.
+    /// Only node that may write it.
     pub producer: NodeId,
     /// Its key.
     pub key: ChannelKey,
@@ -26,9 +26,9 @@ pub struct Channel {
 /// The making of a core.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Setup {
-    /// Who the core is.
+    /// Identity of the core.
     pub node: NodeId,
-    /// How often it has started.
+    /// Number of its starts.
     pub boot: Boot,
     /// The world it runs in; zero live.
     pub world: WorldId,
@@ -46,7 +46,7 @@ pub struct Setup {
     pub channels: Vec<Channel>,
     /// The scenario loader's consent to a policy that waives something.
     pub ablation: Option<Ablation>,
-    /// What verifies signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live service
+    /// Verifier of signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live service
     /// verifies everything itself.
     #[serde(skip)]
     pub verifier: Option<SharedVerifier>,
@@ -80,7 +80,7 @@ impl Setup {
         self.key_of(&self.secret)
     }
 
-    /// The signing key of somebody for whom the core signs.
+    /// The signing key for which the core signs.
     pub fn key_of(&self, secret: &Secret) -> Key {
         let key = Key::from_bytes(&secret.0);
         match &self.verifier {
@@ -121,7 +121,7 @@ impl Setup {
         if gates.is_empty() { Err(NoChannel(topic)) } else { Ok(gates) }
     }
 
-    /// Whether authority may be minted under this policy: full, or an admitted ablation.
+    /// True if authority may be minted under this policy: full, or an admitted ablation.
     pub fn admits_authority(&self) -> bool {
         self.policy.is_full() || self.ablation.is_some()
     }

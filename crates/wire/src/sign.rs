@@ -1,7 +1,7 @@
 //! Signatures end to end: COSE_Sign1 (RFC 9052 §4.2) with Ed25519, one fixed profile.
 //!
 //! Protected header `{1: -8}` (EdDSA), empty unprotected header, attached payload. The external additional data names
-//! what is signed, so that a signature over one kind of payload can never serve for another.
+//! the kind of payload, so that a signature over one kind can never serve for another.
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ const PROTECTED: [u8; 3] = [0xa1, 0x01, 0x27];
 /// Longest payload that is ever signed, bytes.
 pub const MAX_SIGNED_PAYLOAD: usize = 1024;
 
-/// What a signature is over.
+/// Purpose of a signature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// A unit's report.
@@ -66,7 +66,7 @@ impl Key {
         Key { signing: Arc::new(signing), verifier: None }
     }
 
-    /// The same, and `verifier` is told what it signs.
+    /// The same, and `verifier` is told of each signature.
     #[must_use]
     pub fn told_to(self, verifier: SharedVerifier) -> Self {
         Key { verifier: Some(verifier), ..self }
@@ -123,15 +123,15 @@ impl PublicKey {
         self.0.as_bytes()
     }
 
-    /// Whether `signature` over `message` is this key's (strict verification, no malleability).
+    /// True if `signature` over `message` is this key's (strict verification, no malleability).
     pub fn verifies(&self, message: &[u8], signature: &[u8; 64]) -> bool {
         self.0.verify_strict(message, &Signature::from_bytes(signature)).is_ok()
     }
 }
 
-/// What answers for signatures in place of [`PublicKey`], for several cores in one process.
+/// Verification of signatures in place of [`PublicKey`], for several cores in one process.
 ///
-/// A service has none and verifies everything itself: a verifier is no part of what a launcher can send.
+/// A service has none and verifies everything itself: a verifier cannot be sent by a launcher.
 pub trait Verifier: core::fmt::Debug + Send + Sync {
     /// A key of this process made `signature` over `message`.
     fn made(&self, key: &[u8; 32], message: &[u8], signature: &[u8; 64]);
@@ -139,7 +139,7 @@ pub trait Verifier: core::fmt::Debug + Send + Sync {
     /// The key of this encoding; none when that is no point on the curve.
     fn key(&self, public: &[u8; 32]) -> Option<PublicKey>;
 
-    /// Whether `signature` over `message` is `key`'s: the answer of [`PublicKey::verifies`], however it is found.
+    /// True if `signature` over `message` is `key`'s: the answer of [`PublicKey::verifies`], however it is found.
     fn verify(&self, key: &PublicKey, message: &[u8], signature: &[u8; 64]) -> bool;
 }
 
@@ -189,7 +189,7 @@ impl Keyring {
     }
 }
 
-/// A parsed COSE_Sign1 whose signature nobody has checked yet.
+/// A parsed COSE_Sign1 with its signature not yet checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signed<'b> {
     /// Payload bytes.

@@ -1,6 +1,6 @@
 //! Names of the steps of an attack, as scenario, plan, cue and log share them.
 //!
-//! A name says which step is meant and nothing else; when a step begins and what it does is left to the plan.
+//! A name only identifies a step; its start and its effect are left to the plan.
 
 use core::fmt;
 

@@ -1,13 +1,13 @@
-//! What is said of a byte stream by those who see only its bytes: the relay that does something to it, and the mouth
-//! of the end that it reaches. Which bytes they mean is [`crate::place`]'s.
+//! Terms of those who see only the bytes of a byte stream: the relay that alters it, and the ingress observer
+//! of the end that it reaches. The meaning of the bytes is [`crate::place`]'s.
 
 use minicbor::{Decode, Encode};
 
-/// What an adversary did to one direction of a byte stream.
+/// Action of an adversary on one direction of a byte stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
-pub enum Deed {
+pub enum StreamEffect {
     /// Held bytes back for some time.
     #[n(0)]
     Held,
@@ -22,7 +22,7 @@ pub enum Deed {
     Reset,
 }
 
-/// What an end's mouth saw of a direction that leads to it.
+/// Observation of an end's ingress on a direction that leads to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
@@ -36,7 +36,7 @@ pub enum Sight {
     /// This end hung up first.
     #[n(2)]
     HungUp,
-    /// The secure layer of this end refused what had arrived.
+    /// The secure layer of this end refused the bytes received.
     #[n(3)]
     Refused,
     /// A whole message came out of the stream; length and hash are those of its payload.

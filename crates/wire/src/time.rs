@@ -106,7 +106,7 @@ impl Sub<Span> for Instant {
     }
 }
 
-/// A stamp some other host wrote, in its microseconds from its zero. Believed by nobody.
+/// A stamp that some other host wrote, in its microseconds from its zero. Untrusted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
 #[cbor(transparent)]
 pub struct PeerStamp(#[n(0)] pub u64);
@@ -151,7 +151,7 @@ pub struct Echo {
     pub seen: PeerStamp,
 }
 
-/// How many proven pairs are kept: as many as serve at once, at one challenge a second and three seconds' limit.
+/// Number of proven pairs kept: as many as serve at once, at one challenge a second and three seconds' limit.
 const PAIRS: usize = 4;
 
 /// Relative clock error that two hosts may have; above any crystal in use (RFC 5905 takes 15 ppm as typical).
@@ -163,7 +163,7 @@ pub const MAX_DRIFT_PPM: u64 = 200;
 /// than `s` read on ours. A record stamped `σ` there and received here at `r` is then at most `r − s − (σ − τ)` old:
 /// delay on either path can only make the bound larger. The bound is widened by [`MAX_DRIFT_PPM`] of the distance.
 /// Every proven pair bounds every age, so the smallest of the bounds that still serve is judged: a challenge that was
-/// seen late, because the record that first carried it was lost, makes nothing look older than it is.
+/// seen late, because the record that first carried it was lost, makes no message look older than it is.
 #[derive(Clone, Debug)]
 pub struct AgeBound {
     issued: Option<(Nonce, Instant)>,
@@ -190,12 +190,12 @@ impl AgeBound {
         self.issued.map(|(n, _)| n)
     }
 
-    /// When the current nonce was issued.
+    /// Time at which the current nonce was issued.
     pub fn issued_at(&self) -> Option<Instant> {
         self.issued.map(|(_, at)| at)
     }
 
-    /// When this nonce went out, if it is ours and still answerable.
+    /// Time at which this nonce went out, if it is ours and still answerable.
     pub fn sent(&self, nonce: Nonce) -> Option<Instant> {
         [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == nonce).map(|(_, at)| at)
     }

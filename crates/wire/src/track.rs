@@ -68,7 +68,7 @@ pub struct Tracks {
     /// Its stamp.
     #[n(1)]
     pub stamp: Instant,
-    /// Where the products come from.
+    /// Source of the products.
     #[n(2)]
     pub mode: ProductMode,
     /// Newest product of each modality's stage, indexed as [`crate::sensor::Modality`]; absent before the first.

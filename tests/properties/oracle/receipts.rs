@@ -9,7 +9,7 @@ use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Interface, Se
 use wire::id::NodeId;
 use wire::mode::Mode;
 use wire::refusal::Reason;
-use wire::stream::{Deed, Sight};
+use wire::stream::{Sight, StreamEffect};
 use wire::time::Span;
 
 use super::log::{Log, record};
@@ -67,7 +67,7 @@ fn a_refusal_on_the_bus_that_is_no_longer_written_counts_by_the_closing_account(
 
 /// A log in which the relay says at 4 s that it did `deed` to ten bytes at 100 of the direction to the unit, and the
 /// mouth there says `seen`, by milliseconds.
-fn tampered(deed: Deed, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u64)]) -> Log {
+fn tampered(deed: StreamEffect, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u64)]) -> Log {
     let mut log = Log::whole();
     log.planned.push(Planned::Stream(deed).into());
     let (side, stream, hash, delay) = (Side::Client, 5, 77, Span::ms(delay_ms));
@@ -83,21 +83,21 @@ fn tampered(deed: Deed, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u64)]) -> 
 fn what_is_done_to_a_stream_needs_the_far_ends_mouth() {
     use Sight::{Arrived, Closed, HungUp};
     type Seen<'a> = &'a [(u64, Sight, u64, u32, u64)];
-    let cases: &[(Deed, u64, Seen<'_>, bool)] = &[
-        (Deed::Held, 500, &[], false),
-        (Deed::Held, 500, &[(4100, Arrived, 100, 10, 77)], false),
-        (Deed::Held, 500, &[(4501, Arrived, 100, 10, 77)], true),
-        (Deed::Held, 500, &[(4100, Arrived, 90, 20, 1), (4501, Arrived, 110, 10, 2)], false),
-        (Deed::Damaged, 0, &[(4001, Arrived, 100, 10, 78)], false),
-        (Deed::Damaged, 0, &[(3999, Arrived, 100, 10, 77)], false),
-        (Deed::Damaged, 0, &[(4001, Arrived, 100, 10, 77)], true),
-        (Deed::Reset, 0, &[(3990, Closed, 100, 0, 0)], false),
-        (Deed::Reset, 0, &[(4001, HungUp, 100, 0, 0), (4002, Closed, 100, 0, 0)], false),
-        (Deed::Reset, 0, &[(10_001, Closed, 100, 0, 0)], false),
-        (Deed::Reset, 0, &[(4001, Arrived, 100, 10, 3), (4500, Closed, 110, 0, 0)], false),
-        (Deed::Reset, 0, &[(4001, Closed, 90, 0, 0)], true),
-        (Deed::HalfClosed, 0, &[(4001, Closed, 90, 0, 0)], false),
-        (Deed::HalfClosed, 0, &[(4001, Closed, 100, 0, 0)], true),
+    let cases: &[(StreamEffect, u64, Seen<'_>, bool)] = &[
+        (StreamEffect::Held, 500, &[], false),
+        (StreamEffect::Held, 500, &[(4100, Arrived, 100, 10, 77)], false),
+        (StreamEffect::Held, 500, &[(4501, Arrived, 100, 10, 77)], true),
+        (StreamEffect::Held, 500, &[(4100, Arrived, 90, 20, 1), (4501, Arrived, 110, 10, 2)], false),
+        (StreamEffect::Damaged, 0, &[(4001, Arrived, 100, 10, 78)], false),
+        (StreamEffect::Damaged, 0, &[(3999, Arrived, 100, 10, 77)], false),
+        (StreamEffect::Damaged, 0, &[(4001, Arrived, 100, 10, 77)], true),
+        (StreamEffect::Reset, 0, &[(3990, Closed, 100, 0, 0)], false),
+        (StreamEffect::Reset, 0, &[(4001, HungUp, 100, 0, 0), (4002, Closed, 100, 0, 0)], false),
+        (StreamEffect::Reset, 0, &[(10_001, Closed, 100, 0, 0)], false),
+        (StreamEffect::Reset, 0, &[(4001, Arrived, 100, 10, 3), (4500, Closed, 110, 0, 0)], false),
+        (StreamEffect::Reset, 0, &[(4001, Closed, 90, 0, 0)], true),
+        (StreamEffect::HalfClosed, 0, &[(4001, Closed, 90, 0, 0)], false),
+        (StreamEffect::HalfClosed, 0, &[(4001, Closed, 100, 0, 0)], true),
     ];
     for (i, (deed, delay, seen, receipt)) in cases.iter().enumerate() {
         assert_eq!(tampered(*deed, *delay, seen).judge().receipt, *receipt, "case {i}: {deed:?} {seen:?}");
@@ -108,9 +108,9 @@ fn what_is_done_to_a_stream_needs_the_far_ends_mouth() {
 fn what_another_relay_says_or_what_was_done_at_another_time_is_no_receipt_of_what_was_to_be_done_to_a_stream() {
     let seen = [(4001, Sight::Closed, 100, 0, 0)];
     let told = |by: NodeId, from_ms: u64| {
-        let mut log = tampered(Deed::HalfClosed, 0, &seen);
+        let mut log = tampered(StreamEffect::HalfClosed, 0, &seen);
         log.entries.iter_mut().filter(|w| w.entry.node == NodeId::RELAY_COMMAND).for_each(|w| w.entry.node = by);
-        let window = Plan { from: from_ms * 1000, ..Plan::from(Planned::Stream(Deed::HalfClosed)) };
+        let window = Plan { from: from_ms * 1000, ..Plan::from(Planned::Stream(StreamEffect::HalfClosed)) };
         log.planned = vec![window];
         log.judge().receipt
     };

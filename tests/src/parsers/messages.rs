@@ -15,7 +15,7 @@ use wire::sensor::{Candidates, Frames, Navigation};
 use wire::sign::{Key, Keyring, MAX_SIGNED_PAYLOAD, Purpose, Signed};
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
-use wire::trust::{Revocation, Roll, SignedReport};
+use wire::trust::{Revocation, RevocationList, SignedReport};
 
 /// Bytes that are looked at as a message of any kind.
 const MAX_MESSAGE: usize = 64 * 1024;
@@ -95,7 +95,7 @@ pub fn signature(bytes: &[u8]) -> bool {
         let payload = Signed::parse(bytes, MAX_REPORT).map(|signed| signed.payload).unwrap_or_default();
         assert_eq!(key.sign(Purpose::Report, payload), bytes, "a report that nobody signed");
     }
-    if let Ok(Some(of)) = Roll::new(&[], now).revoke(&keys, now, bytes) {
+    if let Ok(Some(of)) = RevocationList::new(&[], now).revoke(&keys, now, bytes) {
         assert_eq!(Revocation { of }.sign(&key), bytes, "a revocation that the authority never made");
     }
     verified

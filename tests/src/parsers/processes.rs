@@ -2,7 +2,7 @@
 
 use std::mem::size_of;
 
-use evidence::custody::{Custodian, Custody, Held, HeldHead};
+use evidence::verification::{Held, HeldHead, LogVerifier, Verification};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;
 use link::mouth::{self, MouthError};
@@ -157,12 +157,12 @@ pub fn recording(bytes: &[u8]) -> bool {
 }
 
 fn flawless(held: &Held, frames: &[Frame]) -> bool {
-    let mut custodian = Custodian::new(held);
+    let mut log_verifier = LogVerifier::new(held);
     for frame in frames {
         // What does not continue its chain is a flaw too.
-        let _noted = custodian.take(frame.trace_us, frame.node, &frame.bytes);
+        let _noted = log_verifier.take(frame.trace_us, frame.node, &frame.bytes);
     }
-    let Custody { events, flaws, .. } = custodian.close();
+    let Verification { events, flaws, .. } = log_verifier.close();
     assert_eq!(events, frames.len());
     if flaws.is_empty() {
         let whole: Vec<HeldHead> =

@@ -1,7 +1,7 @@
 //! The hostile broker: the holder of the broker's certificate and key, in the broker's place.
 //!
-//! It is handed every publication and delivers what its plan leaves of them to those who subscribed: fewer, later, in
-//! another order, more often, or others. It reads what it carries, for nothing on the command plane is secret from the
+//! It is handed every publication and delivers to the subscribers as its plan says: fewer, later, in
+//! another order, more often, or others. It reads the publications it carries, for the command plane keeps no secret from the
 //! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
 #[cfg(test)]
@@ -16,27 +16,27 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forgery::Forger;
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError, Timed};
 
 /// Most publications remembered; the oldest goes first.
 const MAX_SEEN: usize = 256;
-/// Most publications held back at once; what comes beyond is not passed on.
+/// Most publications held back at once; further ones are not passed on.
 const MAX_HELD: usize = 256;
 
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderBroker {
     actions: Vec<Timed<BrokerAction>>,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     seen: VecDeque<Publication>,
     held: Vec<Held>,
     runs: Vec<Run>,
     forger: Forger,
     sent: u64,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl InsiderBroker {
             actions: config.actions,
             forger: Forger::new(setup.key()),
             sent: 0,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -99,7 +99,7 @@ impl InsiderBroker {
             runs: self.runs.clone(),
             forger: self.forger.fork(),
             sent: self.sent,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -109,10 +109,10 @@ impl InsiderBroker {
         let side = towards(subject);
         let kind = self.forger.note(subject, bytes);
         self.remember(publication.clone());
-        if let (false, Subject::Command(unit)) = (self.desk.is_quiet(), subject) {
+        if let (false, Subject::Command(unit)) = (self.outbox.is_quiet(), subject) {
             self.acknowledge(now, unit, bytes);
         }
-        let open: Vec<BrokerAction> = if self.desk.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
+        let open: Vec<BrokerAction> = if self.outbox.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
         let about = |only: Option<Kind>| only.is_none() || only == kind;
         if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
             return self.told(now, Action::Drop, &publication, Span::ZERO);
@@ -150,16 +150,16 @@ impl InsiderBroker {
         }
     }
 
-    /// The actions that are open for what goes towards `side`.
+    /// The actions that are open for publications towards `side`.
     fn open(&self, now: Instant, side: Side) -> impl Iterator<Item = BrokerAction> {
         let actions = self.actions.iter().zip(&self.openings);
         actions.filter(move |(_, opening)| opening.open(now, side)).map(|(timed, _)| timed.action)
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Published { subject, .. } = input { Some(towards(*subject)) } else { None };
-        self.desk.notice(&mut self.openings, now, input, passes);
+        self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
     fn remember(&mut self, publication: Publication) {
@@ -177,7 +177,7 @@ impl InsiderBroker {
         }
     }
 
-    /// Delivers what is held and `wanted`; of what was overtaken the journal says so now, when it is known for how long.
+    /// Delivers the publications held and `wanted`; those overtaken are logged now, when their delay is known.
     fn release(&mut self, now: Instant, wanted: impl Fn(&Held) -> bool) {
         let (released, kept) = std::mem::take(&mut self.held).into_iter().partition(wanted);
         self.held = kept;
@@ -212,13 +212,13 @@ impl InsiderBroker {
             Subject::Ack(_) => peer == PeerId::GATEWAY,
         };
         let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(towards(p.subject)));
-        if let Some(publication) = newest.cloned().filter(|_| !self.desk.is_quiet()) {
+        if let Some(publication) = newest.cloned().filter(|_| !self.outbox.is_quiet()) {
             self.told(now, Action::Replay, &publication, now.since(publication.at));
             self.deliver(publication);
         }
     }
 
-    /// What is due by itself.
+    /// Actions due by themselves.
     fn act(&mut self, now: Instant) {
         self.release(now, |held| held.due <= now);
         for i in 0..self.runs.len() {
@@ -254,12 +254,12 @@ impl InsiderBroker {
     }
 
     fn told(&mut self, now: Instant, action: Action, publication: &Publication, delay: Span) {
-        self.desk.attack(now, action, towards(publication.subject), &publication.bytes, delay);
+        self.outbox.attack(now, action, towards(publication.subject), &publication.bytes, delay);
     }
 
     fn deliver(&mut self, publication: Publication) {
         self.sent += 1;
-        self.desk.put(Output::Publish { subject: publication.subject, bytes: publication.bytes });
+        self.outbox.put(Output::Publish { subject: publication.subject, bytes: publication.bytes });
     }
 }
 
@@ -273,7 +273,7 @@ fn towards(subject: Subject) -> Side {
 
 impl Core for InsiderBroker {
     fn handle(&mut self, now: Instant, input: &Input) {
-        if !self.desk.is_quiet() {
+        if !self.outbox.is_quiet() {
             self.notice(now, input);
         }
         if let Input::Published { subject, bytes } = input {
@@ -286,19 +286,19 @@ impl Core for InsiderBroker {
             self.release(now, |_| true);
         }
         if matches!(input, Input::Finish) {
-            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+            self.outbox.write(now, Event::Count { account: Account::Sent, n: self.sent });
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
         let actions = self.openings.iter().filter_map(Opening::due);
-        actions.chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.desk.is_quiet())
+        actions.chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

@@ -1,6 +1,6 @@
 //! One end of a session, spoken properly (`wire::hop`): hello, challenge, echo, session nonce, sequence.
 //!
-//! What comes is decoded and used, not judged: an insider has nothing to protect.
+//! Records received are decoded and used, not judged: an insider has no asset to protect.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
@@ -12,7 +12,7 @@ use wire::time::{Echo, Instant, Span};
 /// See the module.
 #[derive(Clone, Debug)]
 pub(super) struct End {
-    /// Who is at the other end.
+    /// Peer at the other end.
     pub(super) peer: PeerId,
     boot: Boot,
     /// The session nonce that the peer is to repeat.
@@ -48,12 +48,12 @@ impl End {
         }
     }
 
-    /// Whether the peer still has to be told our session nonce.
+    /// True if the peer still has to be told our session nonce.
     pub(super) fn wants_hello(&self) -> bool {
         !self.heard
     }
 
-    /// Whether what is said now can be accepted at all.
+    /// True if a record sent now can be accepted at all.
     pub(super) fn ready(&self) -> bool {
         self.theirs.is_some()
     }

@@ -72,7 +72,7 @@ fn whole(now: Instant, end: &mut End, key: &Key, report: &[u8], rng: &mut ChaCha
     end.say(now, HopBody::Report(signed.as_slice().into()), rng)
 }
 
-/// The first field of a report, behind the array's head, is its origin: here one that nobody has.
+/// The first field of a report, behind the array's head, is its origin: here one that no node has.
 fn origin_outside_the_set(report: &[u8]) -> Vec<u8> {
     let mut bytes = report[..1].to_vec();
     bytes.extend_from_slice(&[0x18, 0x63]);

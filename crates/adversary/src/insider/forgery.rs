@@ -1,7 +1,7 @@
-//! What can be made without an operator's or a unit's key, out of one's own key and what was seen: orders in the
+//! Forgeries without an operator's or a unit's key, made with one's own key from observed messages: orders in the
 //! operator's name and acknowledgements in a unit's.
 //!
-//! All of it is well formed, so that what refuses it is not the schema. When it is sent is left to the insiders.
+//! All of them are well formed, so that the schema is not the check that refuses them. The time of sending is left to the insiders.
 
 use sha2::{Digest, Sha256};
 use wire::codec::{self, Text};
@@ -14,7 +14,7 @@ use wire::sign::{Key, Purpose, Signed};
 use super::voice::under_signature;
 use crate::plan::{AckForgery, Kind, OrderForgery};
 
-/// Most orders whose kind is remembered, for telling what an acknowledgement is about.
+/// Most orders remembered with their kind, for telling the subject of an acknowledgement.
 const MAX_KINDS: usize = 64;
 
 /// See the module.
@@ -30,7 +30,7 @@ pub(super) struct Forger {
 }
 
 impl Forger {
-    /// A forger with nothing but `key`.
+    /// A forger with only `key`.
     pub(super) fn new(key: Key) -> Self {
         Self { key, orders: [None, None], kinds: Vec::new(), newest: None, track: TrackId(1), ack: None }
     }
@@ -47,7 +47,7 @@ impl Forger {
         }
     }
 
-    /// Reads what passes; the kind of the order that it is or is about, if that can be told.
+    /// Reads a passing message; gives the kind of the order that it is or is about, if known.
     pub(super) fn note(&mut self, subject: Subject, bytes: &[u8]) -> Option<Kind> {
         match subject {
             Subject::Command(_) => self.note_order(bytes),
@@ -78,7 +78,7 @@ impl Forger {
         Some(kind)
     }
 
-    /// An order that asks for `kind`; `None` while nothing was seen that it could be made of.
+    /// An order that asks for `kind`; `None` while no message was seen to make it from.
     pub(super) fn order(&self, forgery: OrderForgery, kind: Kind) -> Option<Vec<u8>> {
         match forgery {
             OrderForgery::OwnKey => Some(self.own_order(kind)),
@@ -122,7 +122,7 @@ impl Forger {
         Some(codec::encode(&Order { intent: newest.intent, confirmation: other.confirmation }))
     }
 
-    /// An acknowledgement that says that `order` was executed; `None` when it cannot be made of what was seen.
+    /// An acknowledgement that says that `order` was executed; `None` if it cannot be made from the messages seen.
     pub(super) fn acknowledgement(&self, forgery: AckForgery, order: &[u8]) -> Option<Vec<u8>> {
         let (intent, order) = read(order)?;
         let mode = match Kind::from(intent.kind) {
@@ -143,7 +143,7 @@ impl Forger {
     }
 }
 
-/// The intent of an order, believed by nobody, and the order.
+/// The intent of an order, untrusted, and the order.
 fn read(bytes: &[u8]) -> Option<(Intent, Order<'_>)> {
     let order: Order<'_> = codec::decode(bytes, MAX_ORDER).ok()?;
     let signed = Signed::parse(order.intent, MAX_ORDER).ok()?;

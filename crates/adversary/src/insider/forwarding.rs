@@ -9,7 +9,7 @@ use wire::time::{Instant, Span};
 use crate::opening::Opening;
 use crate::plan::{Direction, Form, Forward};
 
-/// Most reports of C held for their lag; what comes beyond is passed over.
+/// Most reports of C held for their lag; further ones are passed over.
 const MAX_WAITING: usize = 1024;
 
 /// See the module.
@@ -47,12 +47,12 @@ impl Forwarding {
         self.waiting.pop_front_if(|(due, _)| *due <= now).map(|(_, report)| report)
     }
 
-    /// When the next report has waited long enough.
+    /// Time at which the next report has waited long enough.
     pub(super) fn due(&self) -> Option<Instant> {
         self.waiting.front().map(|(due, _)| *due)
     }
 
-    /// Whether B says nothing of itself now.
+    /// True if B sends no report of its own now.
     pub(super) fn replaces(&self, now: Instant) -> bool {
         !self.plan.own_reports && self.opening.is_open(now)
     }

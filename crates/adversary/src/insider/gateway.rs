@@ -1,9 +1,9 @@
 //! The gateway insider: a gateway with its keys in other hands, seen from the console.
 //!
-//! It sits where the gateway's shared memory leaves it: what the honest half writes comes here first, and what the console
-//! asks for too. It holds the key of the feed, so that the console cannot tell its messages from the gateway's, and no
+//! It sits between the gateway and its shared memory: messages of the honest half come here first, and the console's
+//! requests too. It holds the key of the feed, so that the console cannot tell its messages from the gateway's, and no
 //! unit's and no operator's key. It can withhold, keep, repeat, choose, lie about ages, change and invent; and it can keep
-//! from its honest half what the operator asks for. What of that the console believes is up to the console.
+//! the operator's requests from its honest half. The console alone decides how much of that it believes.
 
 #[cfg(test)]
 mod tests;
@@ -23,11 +23,11 @@ use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Instant, Span};
 
 use super::voice::under_signature;
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, Kind, PlanError, Timed};
 
-/// Most messages of the feed held back at once; what comes beyond is withheld.
+/// Most messages of the feed held back at once; further ones are withheld.
 const MAX_HELD: usize = 256;
 /// The age that a report is said to have.
 const YOUNG: Span = Span::ms(5);
@@ -36,13 +36,13 @@ const YOUNG: Span = Span::ms(5);
 #[derive(Debug)]
 pub struct InsiderGateway {
     actions: Vec<Timed<FeedAction>>,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     feed: Option<Sender>,
     key: Key,
     held: VecDeque<Held>,
     seen: Option<Vec<u8>>,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A report that waits for its time.
@@ -55,7 +55,7 @@ struct Held {
 }
 
 impl InsiderGateway {
-    /// An insider that starts at `now`. Without the feed's key in its setup it can say nothing.
+    /// An insider that starts at `now`. Without the feed's key in its setup it cannot send.
     ///
     /// # Errors
     /// A magnitude of the plan outside its bounds.
@@ -69,7 +69,7 @@ impl InsiderGateway {
             key: setup.key(),
             held: VecDeque::new(),
             seen: None,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -83,7 +83,7 @@ impl InsiderGateway {
             key: self.key.fork(),
             held: self.held.clone(),
             seen: self.seen.clone(),
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -92,7 +92,7 @@ impl InsiderGateway {
             .actions
             .iter()
             .zip(&self.openings)
-            .filter(|(_, opening)| opening.is_open(now) && !self.desk.is_quiet());
+            .filter(|(_, opening)| opening.is_open(now) && !self.outbox.is_quiet());
         open.map(|(timed, _)| timed.action).collect()
     }
 
@@ -111,10 +111,10 @@ impl InsiderGateway {
         for action in self.open(now) {
             match action {
                 FeedAction::Withhold { keep } if keep != Some(report.mode) => {
-                    return self.desk.write(now, Event::Withheld { record: report.id() });
+                    return self.outbox.write(now, Event::Withheld { record: report.id() });
                 }
                 FeedAction::Delay { ms, young } => {
-                    self.desk.write(now, Event::Withheld { record: report.id() });
+                    self.outbox.write(now, Event::Withheld { record: report.id() });
                     if self.held.len() < MAX_HELD {
                         self.held.push_back(Held { since: now, due: now + Span::ms(ms), young, body });
                     }
@@ -169,7 +169,7 @@ impl InsiderGateway {
         }
     }
 
-    /// What the operator asks of the gateway.
+    /// Request of the operator to the gateway.
     fn asked(&mut self, now: Instant, bytes: &[u8]) {
         let intent = body(bytes).and_then(intent_of);
         let swallowed = |action: &FeedAction| match (action, &intent) {
@@ -178,16 +178,16 @@ impl InsiderGateway {
         };
         match intent.filter(|_| self.open(now).iter().any(swallowed)) {
             Some(intent) => self.swallowed(now, intent.id),
-            None => self.desk.put(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
+            None => self.outbox.put(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
         }
     }
 
     fn swallowed(&mut self, now: Instant, command: CommandId) {
-        self.desk.write(now, Event::Swallowed { command });
+        self.outbox.write(now, Event::Swallowed { command });
     }
 
     fn release(&mut self, now: Instant) {
-        while self.held.front().is_some_and(|held| held.due <= now || self.desk.is_quiet()) {
+        while self.held.front().is_some_and(|held| held.due <= now || self.outbox.is_quiet()) {
             let Some(held) = self.held.pop_front() else { break };
             let body = match accepted_of(&held.body).filter(|_| held.young) {
                 Some(accepted) => codec::encode(&Feed::Accepted(rejuvenated(accepted, now))),
@@ -197,21 +197,21 @@ impl InsiderGateway {
         }
     }
 
-    /// Says what the honest half did not say, or not now; told first, by the hash of the very bytes.
+    /// Sends a message that the honest half did not send, or not now; logged first, by the hash of the very bytes.
     fn attack(&mut self, now: Instant, action: Action, delay: Span, body: &[u8]) {
         let Some(bytes) = self.feed.as_mut().map(|feed| feed.seal(now, body)) else { return };
-        self.desk.attack(now, action, Side::Server, &bytes, delay);
-        self.desk.put(Output::Bus { topic: Topic::Feed, bytes });
+        self.outbox.attack(now, action, Side::Server, &bytes, delay);
+        self.outbox.put(Output::Bus { topic: Topic::Feed, bytes });
     }
 
     fn say(&mut self, now: Instant, body: &[u8]) {
         if let Some(feed) = &mut self.feed {
-            self.desk.put(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
+            self.outbox.put(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
         }
     }
 }
 
-/// What stands between header and tag of a shared-memory message.
+/// Bytes between header and tag of a shared-memory message.
 fn body(bytes: &[u8]) -> Option<&[u8]> {
     bytes.get(HEADER_LEN..bytes.len().checked_sub(TAG_LEN)?)
 }
@@ -246,8 +246,8 @@ fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_>
 
 impl Core for InsiderGateway {
     fn handle(&mut self, now: Instant, input: &Input) {
-        if !self.desk.is_quiet() {
-            self.desk.notice(&mut self.openings, now, input, None);
+        if !self.outbox.is_quiet() {
+            self.outbox.notice(&mut self.openings, now, input, None);
         }
         if let Input::Bus { topic: Topic::Feed, bytes } = input {
             self.fed(now, bytes);
@@ -255,17 +255,17 @@ impl Core for InsiderGateway {
         if let Input::Bus { topic: Topic::Intents, bytes } = input {
             self.asked(now, bytes);
         }
-        if !self.desk.heed(now, input) {
+        if !self.outbox.heed(now, input) {
             self.release(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let begins = self.openings.iter().filter(|_| !self.desk.is_quiet()).filter_map(Opening::due);
+        let begins = self.openings.iter().filter(|_| !self.outbox.is_quiet()).filter_map(Opening::due);
         begins.chain(self.held.front().map(|held| held.due)).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

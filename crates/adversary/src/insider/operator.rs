@@ -1,8 +1,8 @@
 //! The rogue station: it holds somebody's signing key and gives orders with it, as a console would and when it likes.
 //!
 //! It has either a station of its own at the gateway, with a channel that is its own, or a certificate for the broker,
-//! past the gateway. It reads the feed of the control host for what an order has to repeat (nonce, tracks, how far the
-//! counter has come), and believes all of it. Both steps of an order away from safe go out one after the other.
+//! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
+//! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
@@ -19,8 +19,8 @@ use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::Instant;
 
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOrders};
 
 /// See the module.
@@ -32,9 +32,9 @@ pub struct InsiderOperator {
     runs: Vec<Run>,
     /// The newest report of the unit.
     report: Option<Report>,
-    /// How far each identity's counter has come, as far as it knows.
+    /// Newest counter of each identity, as far as it knows.
     counters: [(Boot, Sequence); NODES],
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A run of orders, and when each is due.
@@ -66,7 +66,7 @@ impl InsiderOperator {
             config,
             report: None,
             counters: [(Boot(1), Sequence(0)); NODES],
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -80,7 +80,7 @@ impl InsiderOperator {
             runs: self.runs.clone(),
             report: self.report.clone(),
             counters: self.counters,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -101,7 +101,7 @@ impl InsiderOperator {
     }
 
     fn act(&mut self, now: Instant) {
-        self.desk.settle(self.runs.iter_mut().map(|run| &mut run.opening), now);
+        self.outbox.settle(self.runs.iter_mut().map(|run| &mut run.opening), now);
         for i in 0..self.runs.len() {
             while self.runs[i].opening.take(now) {
                 let orders = self.runs[i].orders;
@@ -115,7 +115,7 @@ impl InsiderOperator {
         let Intent { id, unit, kind, .. } = intent;
         let certificate = self.config.certificate;
         let event = Event::Rogue { command: id, kind, key: self.config.holds, certificate };
-        self.desk.write(now, event);
+        self.outbox.write(now, event);
         let signed = self.key.sign(Purpose::Intent, &codec::encode(&intent));
         let confirmation = (!kind.towards_safe()).then(|| {
             let intent = Sha256::digest(&signed).into();
@@ -125,14 +125,14 @@ impl InsiderOperator {
             None => {
                 let confirmation = confirmation.as_deref().map(<&ByteSlice>::from);
                 let bytes = codec::encode(&Order { intent: signed.as_slice().into(), confirmation });
-                self.desk.put(Output::Publish { subject: Subject::Command(unit), bytes });
+                self.outbox.put(Output::Publish { subject: Subject::Command(unit), bytes });
             }
             Some(station) => {
                 let stage = Request::Stage(signed.as_slice().into());
                 let release = confirmation.as_deref().map(|bytes| Request::Release(bytes.into()));
                 for request in [Some(stage), release].into_iter().flatten() {
                     let bytes = station.seal(now, &codec::encode(&request));
-                    self.desk.put(Output::Bus { topic: Topic::Intents, bytes });
+                    self.outbox.put(Output::Bus { topic: Topic::Intents, bytes });
                 }
             }
         }
@@ -175,16 +175,16 @@ impl Core for InsiderOperator {
         if let Input::Cue { step } = input {
             self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step));
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        self.runs.iter().filter_map(|run| run.opening.due()).min().filter(|_| !self.desk.is_quiet())
+        self.runs.iter().filter_map(|run| run.opening.due()).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

@@ -1,8 +1,8 @@
-//! The insider whose hands the recorder is in: what it can do to a recording before anybody reads it.
+//! The insider who controls the recorder: its manipulations of a recording before anyone reads it.
 //!
 //! It holds everything that was recorded, and the recorder's own signing key. It may change bytes and hope, or write every
-//! chain anew so that it holds together, with seals and signatures of the recorder's to go with it. What it cannot do is sign
-//! for another service, and it cannot reach what is held elsewhere. Nobody here looks at whether it was found out.
+//! chain anew so that it holds together, with seals and signatures of the recorder's to go with it. It cannot sign
+//! for another service, and it cannot reach copies held elsewhere. Detection is not looked at here.
 
 #![expect(
     clippy::wildcard_enum_match_arm,
@@ -30,9 +30,9 @@ const FEIGNED: usize = 20;
 /// A recorded entry as the recorder has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Kept {
-    /// When it came, microseconds of the run.
+    /// Arrival, microseconds of the run.
     pub at: u64,
-    /// Who handed it over.
+    /// Node that handed it over.
     pub node: NodeId,
     /// Encoded entry.
     pub bytes: Vec<u8>,
@@ -52,7 +52,7 @@ impl InsiderRecorder {
         Self { key, does, seed }
     }
 
-    /// Does it. Gives the place, counted from 1, of the first entry concerned; nothing where there is no such place.
+    /// Does it. Gives the place, counted from 1, of the first entry concerned; none without such a place.
     pub fn lay_on(&self, kept: &mut Vec<Kept>) -> Option<usize> {
         let mut rng = stream(self.seed, 0);
         let mut draw = |n: usize| below(&mut rng, n as u64) as usize;
@@ -180,7 +180,7 @@ impl InsiderRecorder {
     }
 }
 
-/// An earlier life of `of`: what it first said, under the boot before, all at `at`. No signature: that it cannot make.
+/// An earlier life of `of`: its first entries, under the boot before, all at `at`. No signature: that it cannot make.
 fn feigned(kept: &[Kept], of: NodeId, at: u64) -> Vec<Kept> {
     let said = kept.iter().filter(|one| one.node == of).filter_map(|one| Entry::decode(&one.bytes).ok());
     let said = said.filter(|entry| !matches!(entry.event, Event::Signed { .. })).take(FEIGNED);

@@ -1,9 +1,9 @@
 //! A rogue on a host's shared memory: it hears every channel that it cares about and writes in another's name.
 //!
-//! Any process of the same user can do so. An impostor holds no channel's key and tags what it says under one of its own;
+//! Any process of the same user can do so. An impostor holds no channel's key and tags its messages under one of its own;
 //! an insider in a service's place holds that service's keys, and tags under the right one wherever that service could.
-//! It says that it is the producer started anew, one boot later, as one who took its place would. What it heard it keeps,
-//! bounded, up to its first act on that channel. What a message has to say is `forged`'s.
+//! It claims to be the producer started anew, one boot later, as an impostor would. It keeps the messages it heard,
+//! bounded, up to its first act on that channel. The content of a message is `forged`'s.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -15,7 +15,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forged::{self, Heard};
-use crate::desk::Desk;
+use crate::outbox::Outbox;
 use crate::plan::{PlanError, RogueConfig, RogueMove, Says};
 use crate::schedule::Steps;
 
@@ -29,7 +29,7 @@ pub struct Rogue {
     runs: Vec<Run>,
     heard: BTreeMap<Topic, VecDeque<(Instant, Vec<u8>)>>,
     sent: u64,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A move under way.
@@ -64,7 +64,7 @@ impl Rogue {
             runs: config.moves.iter().map(run).collect(),
             heard: BTreeMap::new(),
             sent: 0,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -76,7 +76,7 @@ impl Rogue {
             runs: self.runs.clone(),
             heard: self.heard.clone(),
             sent: self.sent,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -96,7 +96,7 @@ impl Rogue {
             // Its own words come back to it; the genuine ones are of an earlier boot.
             if let Says::Altered(spot) = plan.says
                 && open
-                && !self.desk.is_quiet()
+                && !self.outbox.is_quiet()
                 && sender.boot() > forged::boot(bytes)
                 && let Some(body) = forged::altered(bytes, spot)
             {
@@ -140,9 +140,9 @@ impl Rogue {
     }
 
     fn publish(&mut self, now: Instant, topic: Topic, action: Action, delay: Span, bytes: Vec<u8>) {
-        self.desk.attack(now, action, Side::Server, &bytes, delay);
+        self.outbox.attack(now, action, Side::Server, &bytes, delay);
         self.sent += 1;
-        self.desk.put(Output::Bus { topic, bytes });
+        self.outbox.put(Output::Bus { topic, bytes });
     }
 }
 
@@ -152,20 +152,20 @@ impl Core for Rogue {
             self.hear(now, *topic, bytes);
         }
         if matches!(input, Input::Finish) {
-            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+            self.outbox.write(now, Event::Count { account: Account::Sent, n: self.sent });
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
         let timed = self.runs.iter().filter(|run| !matches!(run.plan.says, Says::Altered(_)));
-        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.desk.is_quiet())
+        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }
 
@@ -200,7 +200,7 @@ mod tests {
         Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at(ms), &codec::encode(&tracks)) }
     }
 
-    /// What it publishes when it has heard one genuine message and its time has come.
+    /// Its publications when it has heard one genuine message and its time has come.
     fn said(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Event>) {
         let (mut events, mut bytes) = (Vec::new(), Vec::new());
         turn(rogue, at(50), &genuine(50), &mut events);

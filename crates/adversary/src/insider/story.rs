@@ -1,6 +1,6 @@
-//! What B says of itself that is not so: where it is, how it moves, of what kind its report is, in which time base.
+//! False statements of B about itself: its place, its motion, the kind of its report, its time base.
 //!
-//! A report is changed before it is signed, so it passes every cryptographic check. When it is said is left to `teammate`.
+//! A report is changed before it is signed, so it passes every cryptographic check. The time of sending is left to
 
 use wire::event::Action;
 use wire::report::Report;
@@ -8,12 +8,12 @@ use wire::time::{PeerStamp, Span};
 
 use crate::plan::{Confusion, Falsehood, InsiderTeammateConfig, Motion};
 
-/// A story, and what it takes to own up to it.
+/// A false statement, and the facts needed to log it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Told {
-    /// What was done, if anything.
+    /// Action taken, if any.
     pub(super) action: Option<Action>,
-    /// How far the claimed place is from the true one, mm.
+    /// Distance of the claimed place from the true one, mm.
     pub(super) off_mm: u32,
 }
 

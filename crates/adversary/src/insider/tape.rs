@@ -1,4 +1,4 @@
-//! What B said in a session, to be said again in the next.
+//! Records that B sent in a session, to be sent again in the next.
 //!
 //! The insider records until it hangs up; then the newest goes first, each record whole and then its report alone.
 
@@ -50,19 +50,19 @@ impl Tape {
         self.records.push_back(taped);
     }
 
-    /// Whether the session is to end now; true once.
+    /// True if the session is to end now; true once.
     pub(super) fn hangs_up(&mut self, now: Instant) -> bool {
         let due = !self.hung_up && now >= self.ends;
         self.hung_up |= due;
         due
     }
 
-    /// Whether B has a later boot once it has hung up.
+    /// True if B has a later boot once it has hung up.
     pub(super) fn restarts(&self) -> bool {
         self.plan.restart
     }
 
-    /// The next record that is due, and whether it goes whole; `None` when nothing is.
+    /// The next record that is due, and true if it goes whole; `None` when none is due.
     pub(super) fn take(&mut self, now: Instant) -> Option<(Taped, bool)> {
         if !self.hung_up || self.taken >= self.plan.count || now < self.next || self.records.is_empty() {
             return None;
@@ -75,7 +75,7 @@ impl Tape {
         Some((taped, whole))
     }
 
-    /// When it wants to act next; `ready` says whether there is a session to send into.
+    /// Time at which it wants to act next; `ready` tells of a session to send into.
     pub(super) fn due(&self, ready: bool) -> Option<Instant> {
         if !self.hung_up {
             return Some(self.ends);

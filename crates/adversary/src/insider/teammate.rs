@@ -4,7 +4,7 @@
 //! been drawn away, from C itself, which it then supervises so that C drives on. From a set time it sends C's telemetry
 //! up B's session, verbatim, relabelled or re-signed. Who accepts that is up to the receivers.
 //!
-//! Its setup names the insider's own node (whose audit chain this is) and B's secret.
+//! Its setup names the insider's own node (the owner of this audit chain) and B's secret.
 
 use std::collections::BTreeMap;
 
@@ -26,8 +26,8 @@ use super::forwarding::Forwarding;
 use super::story;
 use super::tape::{Tape, Taped};
 use super::voice::{self, Voice};
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{InsiderTeammateConfig, Malformed, PlanError};
 use crate::schedule::stream;
 
@@ -50,7 +50,7 @@ pub struct InsiderTeammate {
     next_report: Instant,
     next_grant: Instant,
     sent: u64,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A run of broken records.
@@ -86,7 +86,7 @@ impl InsiderTeammate {
             next_report: now,
             next_grant: now,
             sent: 0,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -107,7 +107,7 @@ impl InsiderTeammate {
             next_report: self.next_report,
             next_grant: self.next_grant,
             sent: self.sent,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -123,15 +123,15 @@ impl InsiderTeammate {
         let period = Span::ms(self.bounds.challenge_period_ms);
         let end = End::new(peer, self.boot, period, now, &mut self.rng);
         self.ends.insert(session, end);
-        self.desk.write(now, Event::Session { peer, open: true });
-        if !self.desk.is_quiet() {
+        self.outbox.write(now, Event::Session { peer, open: true });
+        if !self.outbox.is_quiet() {
             self.hello(now, session);
         }
     }
 
     fn close(&mut self, now: Instant, session: SessionId) {
         if let Some(end) = self.ends.remove(&session) {
-            self.desk.write(now, Event::Session { peer: end.peer, open: false });
+            self.outbox.write(now, Event::Session { peer: end.peer, open: false });
         }
     }
 
@@ -160,7 +160,7 @@ impl InsiderTeammate {
         self.forwardings.iter_mut().for_each(|forwarding| forwarding.hear(now, report));
     }
 
-    /// What B's reports repeat of the display's challenge.
+    /// Echo of the display's challenge in B's reports.
     fn watched(&self) -> Option<Echo> {
         self.ends.values().filter(|end| end.peer == PeerId::GATEWAY).filter_map(|end| end.watched).next_back()
     }
@@ -170,7 +170,7 @@ impl InsiderTeammate {
         self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Watch(challenge)));
     }
 
-    /// Sends on what has waited long enough.
+    /// Forwards the reports that have waited long enough.
     fn forward(&mut self, now: Instant) {
         for i in 0..self.forwardings.len() {
             while let Some(theirs) = self.forwardings[i].take(now) {
@@ -180,9 +180,9 @@ impl InsiderTeammate {
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
-                    self.desk.attack(now, Action::Forward, Side::Server, &record, lag);
+                    self.outbox.attack(now, Action::Forward, Side::Server, &record, lag);
                     if let Some(record) = claimed {
-                        self.desk.write(now, Event::Claimed { record, off_mm: 0 });
+                        self.outbox.write(now, Event::Claimed { record, off_mm: 0 });
                     }
                     self.send(session, record);
                 }
@@ -215,20 +215,20 @@ impl InsiderTeammate {
         }
     }
 
-    /// Tells what is about to be said, and which report it is.
+    /// Logs the report about to be sent, and its identity.
     fn own_up(&mut self, now: Instant, action: Action, (record, off_mm): (RecordId, u32), bytes: &[u8], delay: Span) {
-        self.desk.attack(now, action, Side::Server, bytes, delay);
-        self.desk.write(now, Event::Claimed { record, off_mm });
+        self.outbox.attack(now, action, Side::Server, bytes, delay);
+        self.outbox.write(now, Event::Claimed { record, off_mm });
     }
 
-    /// Ends the session when that is due, and says again in the next what was said in it.
+    /// Ends the session when that is due, and repeats its records in the next.
     fn resend(&mut self, now: Instant) {
         if self.tape.as_mut().is_some_and(|tape| tape.hangs_up(now)) {
             let up: Vec<SessionId> =
                 self.ends.iter().filter(|(_, end)| end.peer == PeerId::GATEWAY).map(|(session, _)| *session).collect();
             for session in up {
                 self.close(now, session);
-                self.desk.put(Output::Close { session });
+                self.outbox.put(Output::Close { session });
             }
             if self.tape.as_ref().is_some_and(Tape::restarts) {
                 self.boot = Boot(self.boot.0 + 1);
@@ -266,7 +266,7 @@ impl InsiderTeammate {
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);
-                    self.desk.attack(now, Action::Inject, Side::Server, &bytes, Span::ZERO);
+                    self.outbox.attack(now, Action::Inject, Side::Server, &bytes, Span::ZERO);
                     self.send(session, bytes);
                 }
             }
@@ -299,7 +299,7 @@ impl InsiderTeammate {
 
     fn send(&mut self, session: SessionId, bytes: Vec<u8>) {
         self.sent += 1;
-        self.desk.put(Output::Record { session, bytes });
+        self.outbox.put(Output::Record { session, bytes });
     }
 
     fn act(&mut self, now: Instant) {
@@ -344,16 +344,16 @@ impl Core for InsiderTeammate {
             openings(&mut self.forwardings, &mut self.runs).for_each(|opening| opening.cue(now, *step));
         }
         if matches!(input, Input::Finish) {
-            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+            self.outbox.write(now, Event::Count { account: Account::Sent, n: self.sent });
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
-            self.desk.settle(openings(&mut self.forwardings, &mut self.runs), now);
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
+            self.outbox.settle(openings(&mut self.forwardings, &mut self.runs), now);
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        if self.desk.is_quiet() {
+        if self.outbox.is_quiet() {
             return None;
         }
         let waiting = self.forwardings.iter().filter_map(Forwarding::due);
@@ -366,6 +366,6 @@ impl Core for InsiderTeammate {
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

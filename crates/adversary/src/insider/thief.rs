@@ -1,8 +1,8 @@
 //! The thief of a session: it holds a copy of somebody's certificate, and connects to the broker under it.
 //!
-//! A broker has one session for one identity, so the newcomer takes it: what is published to that identity reaches the
-//! thief, until whom it belongs to has dialled again and takes it back, and so on in turns. Its certificate signs nothing:
-//! it can keep what it hears from whom it was for, and look at it. Dialling again is the link's business.
+//! A broker has one session for one identity, so the newcomer takes it: publications to that identity reach the
+//! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:
+//! it can keep publications from their receiver, and read them. Dialling again is the link's business.
 
 use wire::core::{Core, Input, Output};
 use wire::event::Event;
@@ -10,8 +10,8 @@ use wire::id::{PeerId, WorldId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{Direction, PlanError, SessionThiefConfig, Takeover};
 
 /// See the module.
@@ -19,11 +19,11 @@ use crate::plan::{Direction, PlanError, SessionThiefConfig, Takeover};
 pub struct SessionThief {
     certificate: PeerId,
     takeovers: Vec<Opening>,
-    /// Whether it is after the session now.
+    /// True if it is after the session now.
     joined: bool,
-    /// When it wants to be asked for the first time, until it was: what it says is heard only then.
+    /// Time at which it first wants to be asked, until it was: its claims are heard only then.
     first: Option<Instant>,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 impl SessionThief {
@@ -35,8 +35,8 @@ impl SessionThief {
         config.check()?;
         let opening = |t: &Takeover| Opening::new(t.step, Direction::Both, now, t.at_ms, Span::ms(t.duration_ms));
         let takeovers = config.takeovers.iter().map(opening).collect();
-        let desk = Desk::new(setup, now);
-        Ok(Self { certificate: config.certificate, takeovers, joined: false, first: Some(now), desk })
+        let outbox = Outbox::new(setup, now);
+        Ok(Self { certificate: config.certificate, takeovers, joined: false, first: Some(now), outbox })
     }
 
     /// The same thief in a forked world.
@@ -44,18 +44,18 @@ impl SessionThief {
     pub fn fork(&self, _world: WorldId) -> Self {
         let takeovers = self.takeovers.clone();
         let (certificate, joined, first) = (self.certificate, self.joined, self.first);
-        Self { certificate, takeovers, joined, first, desk: self.desk.fork() }
+        Self { certificate, takeovers, joined, first, outbox: self.outbox.fork() }
     }
 
     /// Joins or leaves, as the time is.
     fn act(&mut self, now: Instant) {
-        let wanted = !self.desk.is_quiet() && self.takeovers.iter().any(|takeover| takeover.is_open(now));
+        let wanted = !self.outbox.is_quiet() && self.takeovers.iter().any(|takeover| takeover.is_open(now));
         match (std::mem::replace(&mut self.joined, wanted), wanted) {
             (false, true) => {
-                self.desk.write(now, Event::Joins { certificate: self.certificate });
-                self.desk.put(Output::Join);
+                self.outbox.write(now, Event::Joins { certificate: self.certificate });
+                self.outbox.put(Output::Join);
             }
-            (true, false) => self.desk.put(Output::Leave),
+            (true, false) => self.outbox.put(Output::Leave),
             (true, true) | (false, false) => {}
         }
         self.takeovers.retain(|takeover| takeover.closes().is_none_or(|closes| now < closes));
@@ -65,9 +65,9 @@ impl SessionThief {
 impl Core for SessionThief {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.first = None;
-        let over = self.desk.heed(now, input);
+        let over = self.outbox.heed(now, input);
         if !over {
-            self.desk.notice(&mut self.takeovers, now, input, None);
+            self.outbox.notice(&mut self.takeovers, now, input, None);
             self.act(now);
         }
     }
@@ -75,11 +75,11 @@ impl Core for SessionThief {
     fn deadline(&self) -> Option<Instant> {
         let edge = |takeover: &Opening| if self.joined { takeover.closes() } else { takeover.opens() };
         let told = self.takeovers.iter().filter_map(Opening::due);
-        told.chain(self.takeovers.iter().filter_map(edge)).chain(self.first).min().filter(|_| !self.desk.is_quiet())
+        told.chain(self.takeovers.iter().filter_map(edge)).chain(self.first).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }
 

@@ -1,6 +1,6 @@
-//! What says B: B's own reports, and C's in the form in which the insider forwards them.
+//! Reports under B's key: B's own, and C's in the form in which the insider forwards them.
 //!
-//! All of it shares B's one sequence and B's key. When something is said, and to whom, is left to `teammate`.
+//! All of them share B's one sequence and B's key. The time and the receiver are left to `teammate`.
 
 use wire::codec;
 use wire::id::{Boot, NodeId, Nonce, RecordId, Sequence};
@@ -117,7 +117,7 @@ pub(super) fn id(signed: &[u8]) -> Option<RecordId> {
     codec::decode::<Report>(signed.payload, MAX_REPORT).ok().map(|report| report.id())
 }
 
-/// Where B claims to be after `elapsed`.
+/// Pose that B claims after `elapsed`.
 fn pose(place: &Place, elapsed: Span) -> Pose {
     let along = |from: i32, per_s: i32| {
         let at = i64::from(from) + i64::from(per_s) * (elapsed.0 / 1000) as i64 / 1000;

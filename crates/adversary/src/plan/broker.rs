@@ -1,4 +1,4 @@
-//! Plan of the hostile broker: what is done to publications by the one whom every client dials.
+//! Plan of the hostile broker: actions on publications at the broker that every client dials.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub struct InsiderBrokerConfig {
     pub actions: Vec<Timed<BrokerAction>>,
 }
 
-/// What is done to publications, or published beside them. Down is towards the units (orders), up towards the gateway
+/// Action on publications, or publications added beside them. Down is towards the units (orders), up towards the gateway
 /// (acknowledgements).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -42,7 +42,7 @@ pub enum BrokerAction {
     },
     /// Captured ones are delivered again, the newest first and then back in turn.
     Replay {
-        /// How many.
+        /// Number.
         count: u32,
         /// Time between them.
         every_ms: u64,
@@ -51,23 +51,23 @@ pub enum BrokerAction {
     Retain,
     /// Orders of the broker's own making.
     Invent {
-        /// What they ask.
+        /// Command that they ask for.
         kind: Kind,
-        /// What they are made of.
+        /// Material that they are made of.
         forgery: OrderForgery,
-        /// How many.
+        /// Number.
         count: u32,
         /// Time between them.
         every_ms: u64,
     },
     /// For each order that is seen, an acknowledgement of the broker's own making: it was executed.
     Forge {
-        /// What it is made of.
+        /// Material that it is made of.
         forgery: AckForgery,
     },
 }
 
-/// What an invented order is made of.
+/// Material that an invented order is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderForgery {
@@ -79,7 +79,7 @@ pub enum OrderForgery {
     Spliced,
 }
 
-/// What a forged acknowledgement is made of.
+/// Material that a forged acknowledgement is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AckForgery {
@@ -103,7 +103,7 @@ impl InsiderBrokerConfig {
 }
 
 impl BrokerAction {
-    /// Number and spacing in ms of what is published by itself; `None` for what is done to what passes.
+    /// Number and spacing in ms of its own publications; `None` for an action on passing ones.
     pub fn counted(&self) -> Option<(u32, u64)> {
         match *self {
             BrokerAction::Replay { count, every_ms } | BrokerAction::Invent { count, every_ms, .. } => {

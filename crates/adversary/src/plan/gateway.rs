@@ -1,4 +1,4 @@
-//! Plan of the gateway insider: what is done to what the gateway tells the console, and to what the console asks of it.
+//! Plan of the gateway insider: actions on messages of the gateway to the console, and on requests of the console.
 
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
@@ -14,7 +14,7 @@ pub struct InsiderGatewayConfig {
     pub actions: Vec<Timed<FeedAction>>,
 }
 
-/// What is done to the reports of the unit under test on their way to the display, or to intents on their way back.
+/// Action on the reports of the unit under test on their way to the display, or on intents on their way back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FeedAction {
@@ -32,21 +32,21 @@ pub enum FeedAction {
     },
     /// They are made to say something else.
     Forge {
-        /// How.
+        /// Way of forging.
         forgery: FeedForgery,
         /// The mode they are made to say.
         mode: Mode,
     },
     /// After each, the first one ever passed on is said to be new.
     Replay,
-    /// What the operator asks for does not reach the honest half.
+    /// Requests of the operator do not reach the honest half.
     Swallow {
         /// Only this.
         only: Option<Kind>,
     },
 }
 
-/// How a report is made to say something else.
+/// Forged content of a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedForgery {

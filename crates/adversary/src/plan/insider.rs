@@ -9,13 +9,13 @@ use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
 /// Largest coordinate or speed of a claimed place, mm or mm/s.
 const MAX_PLACE: u64 = 1_000_000;
 
-/// Plan of the insider who holds teammate B's credentials. With nothing but a place it is an honest B.
+/// Plan of the insider who holds teammate B's credentials. With only a place it is an honest B.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InsiderTeammateConfig {
-    /// Where B claims to be.
+    /// Place that B claims.
     pub place: Place,
-    /// What it does with C's telemetry; several at once each send it on.
+    /// Treatment of C's telemetry; several at once each send it on.
     #[serde(default)]
     pub forwards: Vec<Forward>,
     /// Records that are authenticated and broken.
@@ -48,20 +48,20 @@ pub struct Place {
     pub vy_mm_s: i32,
 }
 
-/// How C's telemetry is forwarded.
+/// Way of forwarding C's telemetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Forward {
-    /// In what form.
+    /// Form of the forwarded report.
     pub form: Form,
     /// From when.
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
-    /// How long each report is held before it is forwarded.
+    /// Time for which each report is held before it is forwarded.
     #[serde(default)]
     pub lag_ms: u64,
-    /// Whether B's own reports go on beside the forwarded ones.
+    /// True if B's own reports go on beside the forwarded ones.
     #[serde(default = "yes")]
     pub own_reports: bool,
     /// The step it is a part of, where that has a name.
@@ -73,7 +73,7 @@ fn yes() -> bool {
     true
 }
 
-/// What a forwarded report says and under whose signature.
+/// Content of a forwarded report, and the signature it is under.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Form {
@@ -93,7 +93,7 @@ pub struct Malformed {
     pub at_ms: u64,
     /// The flaws, taken in turn; at least one.
     pub flaws: Vec<Flaw>,
-    /// How many records.
+    /// Number of records.
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,
@@ -102,7 +102,7 @@ pub struct Malformed {
     pub step: Option<Step>,
 }
 
-/// What is wrong with a record.
+/// Flaw of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Flaw {

@@ -1,14 +1,14 @@
-//! What an adversary asks in an order, before it knows of which track.
+//! Command that an adversary asks for in an order, before it knows of which track.
 
 use serde::{Deserialize, Serialize};
 use wire::command::CommandKind;
 use wire::id::TrackId;
 use wire::settings::Settings;
 
-/// The boldest values that are legal one by one: what is set where a plan names none.
+/// The boldest values that are legal one by one: set if a plan names none.
 const BOLDEST: Settings = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 500, keep_permille: 300 };
 
-/// What an order asks.
+/// Command that an order asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "named as in `wire::command::CommandKind`")]

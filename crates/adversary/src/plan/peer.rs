@@ -1,4 +1,4 @@
-//! Plans of what an admitted teammate says that is old, untrue or of another kind.
+//! Plans of an admitted teammate's statements that are old, untrue or of another kind.
 
 use serde::{Deserialize, Serialize};
 use wire::sensor::ProductMode;
@@ -10,17 +10,17 @@ const MAX_SPEED: u64 = 100_000;
 /// Largest angle, mrad.
 const MAX_ANGLE: u64 = 7_000;
 
-/// B ends its session, dials again and sends what it recorded in the one before.
+/// B ends its session, dials again and sends the records of the one before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Resend {
-    /// When the session ends.
+    /// Time at which the session ends.
     pub at_ms: u64,
-    /// How many records are sent once the next one stands: the newest first, each whole and then its report alone.
+    /// Number of records sent once the next one stands: the newest first, each whole and then its report alone.
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,
-    /// Whether B has a later boot from then on, and counts from the beginning.
+    /// True if B has a later boot from then on, and counts from the beginning.
     pub restart: bool,
 }
 
@@ -32,15 +32,15 @@ pub struct Falsehood {
     pub at_ms: u64,
     /// For how long.
     pub duration_ms: u64,
-    /// How fast, mm/s.
+    /// Speed of the drift, mm/s.
     pub drift_mm_s: u32,
     /// Which way, mrad from east to north.
     pub towards_mrad: i32,
-    /// What of it the claimed motion shows.
+    /// Part of it that the claimed motion shows.
     pub motion: Motion,
 }
 
-/// How the claimed motion stands to the claimed place.
+/// Relation of the claimed motion to the claimed place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Motion {
@@ -62,7 +62,7 @@ pub struct Confusion {
     pub duration_ms: u64,
     /// The product mode that the reports name.
     pub product: Product,
-    /// How far their stamps are ahead of B's clock.
+    /// Lead of their stamps over B's clock.
     pub clock_ms: i64,
 }
 

@@ -1,4 +1,4 @@
-//! What an insider whose hands the recorder is in does to a recording.
+//! Manipulations of a recording by an insider who controls the recorder.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! Plans of the two relays: what may happen to telemetry datagrams and to pieces of the command stream.
+//! Plans of the two relays: actions on telemetry datagrams and on pieces of the command stream.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub struct DatagramRelayConfig {
     pub actions: Vec<Timed<DatagramAction>>,
 }
 
-/// What is done to datagrams, or sent beside them.
+/// Action on datagrams, or datagrams sent beside them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum DatagramAction {
@@ -58,7 +58,7 @@ pub enum DatagramAction {
     Reorder {
         /// Probability for each datagram.
         permille: u16,
-        /// How long.
+        /// Time of the hold.
         hold_ms: u64,
     },
     /// Captured ones are emitted again. With `every_ms` zero the newest `count` of them at once, oldest first;
@@ -66,7 +66,7 @@ pub enum DatagramAction {
     Replay {
         /// Age of the captured datagram at least.
         lag_ms: u64,
-        /// How many.
+        /// Number.
         count: u32,
         /// Time between them.
         every_ms: u64,
@@ -80,23 +80,23 @@ pub enum DatagramAction {
     },
     /// The newest captured datagram from the client is sent to the server from an address of the relay's own.
     Reoriginate {
-        /// How many.
+        /// Number.
         count: u32,
         /// Time between them.
         every_ms: u64,
     },
     /// Datagrams of the relay's own making.
     Inject {
-        /// What they hold.
+        /// Content.
         content: Content,
-        /// How many.
+        /// Number.
         count: u32,
         /// Time between them.
         every_ms: u64,
     },
 }
 
-/// How a datagram is changed.
+/// Change of a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Damage {
@@ -110,7 +110,7 @@ pub enum Damage {
     Splice,
 }
 
-/// What an injected datagram holds.
+/// Content of an injected datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Content {
@@ -124,14 +124,14 @@ pub enum Content {
     Garbage,
     /// Random bytes without record framing.
     Noise,
-    /// A well-formed ClientHello that nothing follows, from an address of the relay's own.
+    /// A well-formed ClientHello without a sequel, from an address of the relay's own.
     ClientHello,
-    /// A ClientHello whose lengths do not hold, from an address of the relay's own.
+    /// A ClientHello with wrong lengths, from an address of the relay's own.
     ClientHelloTruncated,
 }
 
 impl Content {
-    /// Whether it is sent from an address of the relay's own, and so towards the server only.
+    /// True if it is sent from an address of the relay's own, and so towards the server only.
     pub fn from_stranger(self) -> bool {
         match self {
             Content::ClientHello | Content::ClientHelloTruncated => true,
@@ -154,7 +154,7 @@ impl DatagramRelayConfig {
 }
 
 impl DatagramAction {
-    /// Number, spacing in ms of what the relay sends by itself; `None` for what is done to passing datagrams.
+    /// Number, spacing in ms of the relay's own datagrams; `None` for an action on passing ones.
     pub fn counted(&self) -> Option<(u32, u64)> {
         match *self {
             DatagramAction::Replay { count, every_ms, .. }
@@ -170,7 +170,7 @@ impl DatagramAction {
         }
     }
 
-    /// Whether it needs datagrams to have been captured.
+    /// True if it needs datagrams to have been captured.
     pub fn captures(&self) -> bool {
         matches!(self, DatagramAction::Replay { .. } | DatagramAction::Reoriginate { .. })
     }
@@ -233,7 +233,7 @@ pub struct StreamRelayConfig {
     pub actions: Vec<Timed<StreamAction>>,
 }
 
-/// What is done to a byte stream. Order within a direction is always kept.
+/// Action on a byte stream. Order within a direction is always kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum StreamAction {
@@ -242,7 +242,7 @@ pub enum StreamAction {
         /// The time.
         ms: u64,
     },
-    /// Nothing passes until the window closes; connections stay open.
+    /// No byte passes until the window closes; connections stay open.
     Stall,
     /// Pieces pass at a rate.
     Throttle {
@@ -274,7 +274,7 @@ impl StreamRelayConfig {
 }
 
 impl StreamAction {
-    /// Whether it needs a window, in place of one instant.
+    /// True if it needs a window, in place of one instant.
     pub fn lasts(&self) -> bool {
         match self {
             StreamAction::HalfClose | StreamAction::Reset => false,

@@ -1,4 +1,4 @@
-//! Plan of a rogue on a host's shared memory: what it says on channels that are others'.
+//! Plan of a rogue on a host's shared memory: its messages on channels of other producers.
 
 use serde::{Deserialize, Serialize};
 use wire::core::Topic;
@@ -13,7 +13,7 @@ const MAX_PLACE: u64 = 1_000_000;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RogueConfig {
-    /// What it does.
+    /// Actions.
     #[serde(default)]
     pub moves: Vec<RogueMove>,
 }
@@ -24,7 +24,7 @@ pub struct RogueConfig {
 pub struct RogueMove {
     /// The channel.
     pub topic: Topic,
-    /// Whose it is: in whose name it speaks.
+    /// Producer in the name of which it speaks.
     pub producer: NodeId,
     /// From when.
     pub at_ms: u64,
@@ -32,15 +32,15 @@ pub struct RogueMove {
     pub duration_ms: u64,
     /// Time between messages; of no effect where each genuine message sets one off.
     pub every_ms: u64,
-    /// What it says.
+    /// Message to send.
     pub says: Says,
 }
 
-/// What a rogue says.
+/// Message of a rogue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Says {
-    /// What the producer said last, under a new header; where the rogue knows the message, with its time made new.
+    /// The producer's last message, under a new header; if the rogue knows the message, with its time made new.
     Echo,
     /// A producer that lives and does no work: no track, and the last frame with its old stamps.
     Beat,
@@ -54,7 +54,7 @@ pub enum Says {
     Elsewhere(Spot),
     /// Messages recorded at least so many milliseconds ago, byte for byte.
     Recorded {
-        /// How long ago.
+        /// Age of it.
         lag_ms: u64,
     },
     /// Each genuine tracks message at once again, with a vehicle that is not there in place of those that are.
@@ -99,7 +99,7 @@ impl RogueMove {
         }
     }
 
-    /// How many messages fit into its window.
+    /// Number of messages that fit into its window.
     pub(crate) fn count(&self) -> u64 {
         self.duration_ms.div_ceil(self.every_ms.max(1))
     }

@@ -1,4 +1,4 @@
-//! Plan of the rogue station: whoever gives orders under a key that is not its own.
+//! Plan of the rogue station: it gives orders under a key that is not its own.
 
 use serde::{Deserialize, Serialize};
 use wire::id::{NodeId, PeerId, UnitId};
@@ -11,7 +11,7 @@ use super::{Kind, MAX_MS, PlanError, Step, at_most, repeats, step, within};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InsiderOperatorConfig {
-    /// Whose signing key it holds.
+    /// Node of the signing key that it holds.
     pub holds: NodeId,
     /// That key.
     pub secret: Secret,
@@ -20,7 +20,7 @@ pub struct InsiderOperatorConfig {
     pub certificate: Option<PeerId>,
     /// Whom it orders.
     pub unit: UnitId,
-    /// What it orders, and when.
+    /// Orders, with their times.
     pub orders: Vec<RogueOrders>,
 }
 
@@ -30,18 +30,18 @@ pub struct InsiderOperatorConfig {
 pub struct RogueOrders {
     /// From when.
     pub at_ms: u64,
-    /// How many.
+    /// Number.
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,
-    /// Under whose name.
+    /// Claimed sender.
     pub claim: NodeId,
-    /// What is asked.
+    /// Command asked for.
     pub order: Kind,
     /// The values, where it asks to set some.
     #[serde(default)]
     pub values: Option<Settings>,
-    /// How far the counter is run ahead with each.
+    /// Steps by which the counter is run ahead with each.
     #[serde(default)]
     pub ahead: u64,
     /// Under which id.

@@ -1,7 +1,7 @@
-//! What an action waits for when a time on the clock is not enough: the word that something has come to pass, or what
-//! the adversary sees from its own place.
+//! Condition of an action when a time on the clock is not enough: the word that an event has come to pass, or an
+//! observation of the adversary from its own place.
 //!
-//! How much an adversary may know of is the scenario's to say and its check's to hold; here everything is carried out.
+//! The knowledge of an adversary is the scenario's to say and its check's to hold; here everything is carried out.
 
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
@@ -12,28 +12,28 @@ use super::{MAX_HOLD_MS, MAX_MS, PlanError, within};
 /// Most datagrams or pieces that may be waited for.
 pub const MAX_PASSES: u32 = 100_000;
 
-/// The step that an action is a part of: its name, under which it is told and called, and what it waits for.
+/// The step that an action is a part of: its name, under which it is told and called, and the event it waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
     /// Its name.
     pub name: StepName,
-    /// What has to come first; without it the action begins at its time.
+    /// Event that has to come first; without it the action begins at its time.
     #[serde(default)]
     pub wait: Option<Wait>,
 }
 
-/// What has to come, and how long after that the action begins. Nothing counts that comes before the action's time.
+/// Event to wait for, and the delay from it to the action's beginning. Events before the action's time do not count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wait {
-    /// What.
+    /// The event.
     pub on: On,
     /// And so long after it.
     pub after_ms: u64,
 }
 
-/// What an action can wait for.
+/// Event that an action can wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum On {
@@ -41,7 +41,7 @@ pub enum On {
     Cue,
     /// So many datagrams or pieces have passed the action's way.
     Passes(u32),
-    /// Nothing has passed the action's way for so many milliseconds.
+    /// No traffic has passed the action's way for so many milliseconds.
     Silence(u64),
     /// The unit under test reports this mode to the team.
     Hears(Mode),

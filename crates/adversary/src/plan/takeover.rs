@@ -6,13 +6,13 @@ use wire::id::PeerId;
 use super::step::{self, Step};
 use super::{MAX_MS, PlanError, at_most, within};
 
-/// Plan of whoever holds a copy of somebody's certificate and takes that identity's session at the broker.
+/// Plan of a thief who holds a copy of a certificate and takes that identity's session at the broker.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SessionThiefConfig {
-    /// Whose certificate it holds.
+    /// Peer of the certificate it holds.
     pub certificate: PeerId,
-    /// When it has the session.
+    /// Times at which it has the session.
     pub takeovers: Vec<Takeover>,
 }
 

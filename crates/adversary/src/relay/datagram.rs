@@ -1,6 +1,6 @@
 //! The relay in the telemetry path: it sees ciphertext, holds it, loses it, repeats it, changes it, adds to it.
 //!
-//! Without an open action a datagram leaves in the same turn as it came, unchanged. What is held waits in one bounded
+//! Without an open action a datagram leaves in the same turn as it came, unchanged. Held datagrams wait in one bounded
 //! queue ordered by (due, arrival). Every act is journaled with the hash of the bytes as they are sent; a datagram
 //! that merely passes is only counted.
 
@@ -15,12 +15,12 @@ use wire::time::{Instant, Span};
 
 use super::passing::{Actor, Passing};
 use super::{Tally, forge};
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{DatagramAction, DatagramRelayConfig, PlanError, Timed};
 use crate::schedule::stream;
 
-/// Most datagrams held at once; what comes beyond is dropped and counted.
+/// Most datagrams held at once; further ones are dropped and counted.
 const MAX_HELD: usize = 4096;
 /// Most datagrams remembered for replay; the oldest goes first.
 const MAX_CAPTURED: usize = 4096;
@@ -30,7 +30,7 @@ const MAX_CAPTURED: usize = 4096;
 pub struct DatagramRelay {
     plan: Arc<[Timed<DatagramAction>]>,
     captures: bool,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     actors: Vec<Actor>,
     held: BTreeMap<(Instant, u64), Datagram>,
@@ -38,7 +38,7 @@ pub struct DatagramRelay {
     captured: VecDeque<(Instant, Datagram)>,
     before: [Vec<u8>; 2],
     pub(super) tally: Tally,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// Bytes on their way towards a side.
@@ -66,7 +66,7 @@ impl DatagramRelay {
             captured: VecDeque::new(),
             before: [Vec::new(), Vec::new()],
             tally: Tally::default(),
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -83,7 +83,7 @@ impl DatagramRelay {
             captured: self.captured.clone(),
             before: self.before.clone(),
             tally: self.tally,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -92,7 +92,7 @@ impl DatagramRelay {
         self.actors.iter_mut().enumerate().for_each(|(i, actor)| actor.rng = stream(seed, i));
     }
 
-    /// How many datagrams wait to go towards `side`.
+    /// Number of datagrams that wait to go towards `side`.
     pub fn held_towards(&self, side: Side) -> u64 {
         self.held.values().filter(|datagram| datagram.towards == side).count() as u64
     }
@@ -104,18 +104,18 @@ impl DatagramRelay {
         let mut passing = Passing::new(bytes);
         for (i, timed) in plan.iter().enumerate() {
             let opening = &self.openings[i];
-            if !self.desk.is_quiet() && opening.open(now, towards) {
+            if !self.outbox.is_quiet() && opening.open(now, towards) {
                 let since = opening.opens().map_or(Span::ZERO, |opens| now.since(opens));
                 let before = &self.before[towards as usize];
                 if !self.actors[i].apply(&timed.action, towards, since, before, &mut passing) {
                     self.tally.dropped[from as usize] += 1;
-                    self.desk.attack(now, Action::Drop, from, bytes, Span::ZERO);
+                    self.outbox.attack(now, Action::Drop, from, bytes, Span::ZERO);
                     return self.remember(now, towards, bytes);
                 }
             }
         }
         for (action, delay) in &passing.done {
-            self.desk.attack(now, *action, towards, &passing.bytes, *delay);
+            self.outbox.attack(now, *action, towards, &passing.bytes, *delay);
         }
         self.remember(now, towards, bytes);
         let mut due = now + passing.hold;
@@ -124,12 +124,12 @@ impl DatagramRelay {
         for _ in 0..passing.copies {
             due += passing.every;
             self.tally.added[towards as usize] += 1;
-            self.desk.attack(now, Action::Duplicate, towards, &bytes, due.since(now));
+            self.outbox.attack(now, Action::Duplicate, towards, &bytes, due.since(now));
             self.send(now, due, Datagram { towards, bytes: Arc::clone(&bytes) });
         }
     }
 
-    /// Keeps what later actions need of a datagram as it came.
+    /// Keeps the parts of a datagram, as it came, that later actions need.
     fn remember(&mut self, now: Instant, towards: Side, bytes: &[u8]) {
         if self.plan.is_empty() {
             return;
@@ -145,7 +145,7 @@ impl DatagramRelay {
         }
     }
 
-    /// Emits what is due, holds what is not, drops what there is no room for.
+    /// Emits a datagram if due, holds it if not, drops it if there is no room.
     fn send(&mut self, now: Instant, due: Instant, datagram: Datagram) {
         if due <= now {
             self.emit(datagram);
@@ -155,13 +155,13 @@ impl DatagramRelay {
         } else {
             let from = datagram.towards.other();
             self.tally.dropped[from as usize] += 1;
-            self.desk.attack(now, Action::Drop, from, &datagram.bytes, Span::ZERO);
+            self.outbox.attack(now, Action::Drop, from, &datagram.bytes, Span::ZERO);
         }
     }
 
     fn emit(&mut self, datagram: Datagram) {
         self.tally.out[datagram.towards as usize] += 1;
-        self.desk.put(Output::Datagram { side: datagram.towards, bytes: datagram.bytes.to_vec() });
+        self.outbox.put(Output::Datagram { side: datagram.towards, bytes: datagram.bytes.to_vec() });
     }
 
     fn release(&mut self, now: Instant) {
@@ -174,15 +174,15 @@ impl DatagramRelay {
         }
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         // Before it passes, so that a silence that it ends counts as one.
-        self.desk.settle(self.openings.iter_mut(), now);
+        self.outbox.settle(self.openings.iter_mut(), now);
         let passes = if let Input::Datagram { side, .. } = input { Some(side.other()) } else { None };
-        self.desk.notice(&mut self.openings, now, input, passes);
+        self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
-    /// What the relay sends by itself, as far as it is due.
+    /// The relay's own datagrams, as far as they are due.
     fn act(&mut self, now: Instant) {
         let plan = Arc::clone(&self.plan);
         for (i, timed) in plan.iter().enumerate() {
@@ -258,29 +258,29 @@ impl DatagramRelay {
 
     fn add(&mut self, now: Instant, action: Action, towards: Side, bytes: Arc<[u8]>) {
         self.tally.added[towards as usize] += 1;
-        self.desk.attack(now, action, towards, &bytes, Span::ZERO);
+        self.outbox.attack(now, action, towards, &bytes, Span::ZERO);
         self.emit(Datagram { towards, bytes });
     }
 
     fn stranger(&mut self, now: Instant, action: Action, bytes: Vec<u8>) {
         self.tally.strangers += 1;
-        self.desk.attack(now, action, Side::Server, &bytes, Span::ZERO);
-        self.desk.put(Output::Stranger { bytes });
+        self.outbox.attack(now, action, Side::Server, &bytes, Span::ZERO);
+        self.outbox.put(Output::Stranger { bytes });
     }
 
-    /// The closing account. What is still held will never be sent: it counts as dropped.
+    /// The closing account. Datagrams still held will never be sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for (_, datagram) in std::mem::take(&mut self.held) {
             self.tally.dropped[datagram.towards.other() as usize] += 1;
         }
-        self.tally.write(now, &mut self.desk);
+        self.tally.write(now, &mut self.outbox);
     }
 }
 
 impl Core for DatagramRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
-        if !self.desk.is_quiet() {
+        if !self.outbox.is_quiet() {
             self.notice(now, input);
         }
         if let Input::Datagram { side, bytes } = input {
@@ -289,7 +289,7 @@ impl Core for DatagramRelay {
         if matches!(input, Input::Finish) {
             self.account(now);
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
@@ -297,10 +297,10 @@ impl Core for DatagramRelay {
     fn deadline(&self) -> Option<Instant> {
         let held = self.held.keys().next().map(|(due, _)| *due);
         let actions = self.openings.iter().filter_map(Opening::due);
-        held.into_iter().chain(actions.filter(|_| !self.desk.is_quiet())).min()
+        held.into_iter().chain(actions.filter(|_| !self.outbox.is_quiet())).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

@@ -1,7 +1,7 @@
 //! Relays: in a path between two services that do not know of them, and without any key.
 //!
-//! `datagram` stands in the telemetry path, `stream` in the command path, `passing` does to one datagram what
-//! the plan says, `forge` makes and damages bytes. Both keep
+//! `datagram` stands in the telemetry path, `stream` in the command path, `passing` applies the plan to one
+//! datagram, `forge` makes and damages bytes. Both keep
 //! an account that balances at every instant: in + added = out + dropped + held, for each direction.
 
 mod datagram;
@@ -15,7 +15,7 @@ use wire::core::Side;
 use wire::event::{Account, Event};
 use wire::time::Instant;
 
-use crate::desk::Desk;
+use crate::outbox::Outbox;
 
 pub use datagram::DatagramRelay;
 pub use stream::StreamRelay;
@@ -23,7 +23,7 @@ pub use stream::StreamRelay;
 /// Both sides, in the order in which accounts are written.
 const SIDES: [Side; 2] = [Side::Client, Side::Server];
 
-/// What came, went and stayed behind, in datagrams or pieces.
+/// Counts of arrivals, departures and losses, in datagrams or pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Tally {
     /// Came from a side.
@@ -40,7 +40,7 @@ struct Tally {
 
 impl Tally {
     /// The closing account.
-    fn write(&self, now: Instant, desk: &mut Desk) {
+    fn write(&self, now: Instant, outbox: &mut Outbox) {
         for side in SIDES {
             let i = side as usize;
             let lines = [
@@ -50,11 +50,11 @@ impl Tally {
                 (Account::RelayAdded(side), self.added[i]),
             ];
             for (account, n) in lines {
-                desk.write(now, Event::Count { account, n });
+                outbox.write(now, Event::Count { account, n });
             }
         }
         if self.strangers > 0 {
-            desk.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers });
+            outbox.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers });
         }
     }
 }

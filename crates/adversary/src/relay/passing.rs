@@ -1,5 +1,5 @@
-//! What the open actions of a plan do to one datagram on its way through the relay: lose it, change it, hold it, copy
-//! it. When and whether it is sent is left to `datagram`.
+//! Effect of the open actions of a plan on one datagram on its way through the relay: lose it, change it, hold it, copy
+//! it. Sending and its time are left to `datagram`.
 
 use rand_chacha::ChaCha8Rng;
 use wire::core::Side;
@@ -24,7 +24,7 @@ pub(super) struct Passing {
     pub(super) hold: Span,
     pub(super) copies: u32,
     pub(super) every: Span,
-    /// What was done, with the delay that it brought.
+    /// Actions done, with the delay that they brought.
     pub(super) done: Vec<(Action, Span)>,
 }
 

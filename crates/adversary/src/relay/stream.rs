@@ -13,25 +13,25 @@ use wire::event::{Event, wire_hash};
 use wire::id::{SessionId, WorldId};
 use wire::place::Place;
 use wire::setup::Setup;
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
 use crate::schedule::{chance, stream};
 
 /// Most bytes held for one direction of a connection; beyond, the connection is cut.
 const MAX_HELD_BYTES: usize = 1 << 20;
-/// Most connections at once, and most cut ones whose late bytes are still recognised.
+/// Most connections at once, and most cut ones with late bytes that are still recognised.
 const MAX_CONNECTIONS: usize = 64;
 
 /// See the module.
 #[derive(Debug)]
 pub struct StreamRelay {
     plan: Arc<[Timed<StreamAction>]>,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     rngs: Vec<ChaCha8Rng>,
     /// Half-closes, resets and cuts that have not yet begun.
@@ -39,10 +39,10 @@ pub struct StreamRelay {
     connections: BTreeMap<SessionId, [Lane; 2]>,
     cut: VecDeque<SessionId>,
     pub(super) tally: Tally,
-    desk: Desk,
+    outbox: Outbox,
 }
 
-/// What goes towards one side of a connection.
+/// Bytes towards one side of a connection.
 #[derive(Clone, Debug, Default)]
 struct Lane {
     pieces: VecDeque<(Instant, Vec<u8>)>,
@@ -50,13 +50,13 @@ struct Lane {
     last_due: Instant,
     /// No more passes: the end was sent, or the direction was ended here.
     ended: bool,
-    /// Name and place, as the bytes leave: what both this journal and the mouth at the far end can tell.
+    /// Name and place, as the bytes leave: the key that both this journal and the far end's ingress observer can give.
     place: Place,
 }
 
 impl Lane {
-    /// The journal's entry for what is done to `bytes`, which come next.
-    fn tampered(&self, deed: Deed, side: Side, bytes: &[u8], delay: Span) -> Event {
+    /// The journal's entry for the action on `bytes`, which come next.
+    fn tampered(&self, deed: StreamEffect, side: Side, bytes: &[u8], delay: Span) -> Event {
         let mut named = self.place.clone();
         named.pass(bytes);
         Event::Tampered {
@@ -93,7 +93,7 @@ impl StreamRelay {
             connections: BTreeMap::new(),
             cut: VecDeque::new(),
             tally: Tally::default(),
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -108,7 +108,7 @@ impl StreamRelay {
             connections: self.connections.clone(),
             cut: self.cut.clone(),
             tally: self.tally,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -117,7 +117,7 @@ impl StreamRelay {
         self.rngs.iter_mut().enumerate().for_each(|(i, rng)| *rng = stream(seed, i));
     }
 
-    /// How many pieces wait to go towards `side`.
+    /// Number of pieces that wait to go towards `side`.
     pub fn held_towards(&self, side: Side) -> u64 {
         self.connections.values().map(|lanes| lanes[side as usize].pieces.len() as u64).sum()
     }
@@ -131,22 +131,22 @@ impl StreamRelay {
         }
         let room = self.connections.contains_key(&connection) || self.connections.len() < MAX_CONNECTIONS;
         self.connections.entry(connection).or_default();
-        if !room || (!self.desk.is_quiet() && self.cutting(now)) {
+        if !room || (!self.outbox.is_quiet() && self.cutting(now)) {
             self.tally.dropped[from as usize] += 1;
             return self.reset(now, connection);
         }
         let lane = self.connections.get(&connection).map(|lanes| &lanes[towards as usize]);
         if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
-            let event = lane.tampered(Deed::HalfClosed, towards, bytes, Span::ZERO);
-            self.desk.write(now, event);
+            let event = lane.tampered(StreamEffect::HalfClosed, towards, bytes, Span::ZERO);
+            self.outbox.write(now, event);
             return;
         }
         let (bytes, damaged) = self.damaged(now, towards, bytes);
         self.queue(now, connection, towards, bytes, damaged);
     }
 
-    /// Whether connections are cut at `now`.
+    /// True if connections are cut at `now`.
     fn cutting(&self, now: Instant) -> bool {
         let mut actions = self.plan.iter().zip(&self.openings);
         actions.any(|(timed, opening)| matches!(timed.action, StreamAction::Cut) && opening.is_open(now))
@@ -155,7 +155,7 @@ impl StreamRelay {
     /// The piece, with a flipped bit where the plan says so, and whether it has one.
     fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> (Vec<u8>, bool) {
         let (mut bytes, mut damaged) = (bytes.to_vec(), false);
-        if self.desk.is_quiet() || bytes.is_empty() {
+        if self.outbox.is_quiet() || bytes.is_empty() {
             return (bytes, damaged);
         }
         let plan = Arc::clone(&self.plan);
@@ -176,7 +176,7 @@ impl StreamRelay {
             self.tally.dropped[towards.other() as usize] += 1;
             return self.reset(now, connection);
         }
-        let due = if self.desk.is_quiet() {
+        let due = if self.outbox.is_quiet() {
             now.max(lane.last_due)
         } else {
             let actions = self.plan.iter().zip(&self.openings).map(|(timed, opening)| (&timed.action, opening));
@@ -185,36 +185,36 @@ impl StreamRelay {
         lane.last_due = due;
         lane.bytes += bytes.len();
         if damaged {
-            let event = lane.tampered(Deed::Damaged, towards, &bytes, due.since(now));
-            self.desk.write(now, event);
+            let event = lane.tampered(StreamEffect::Damaged, towards, &bytes, due.since(now));
+            self.outbox.write(now, event);
         }
         if due > now {
-            let event = lane.tampered(Deed::Held, towards, &bytes, due.since(now));
-            self.desk.write(now, event);
+            let event = lane.tampered(StreamEffect::Held, towards, &bytes, due.since(now));
+            self.outbox.write(now, event);
         }
         lane.place.pass(&bytes);
         lane.pieces.push_back((due, bytes));
     }
 
-    /// Cuts a connection in both directions and forgets what it held.
+    /// Cuts a connection in both directions and forgets the bytes it held.
     fn reset(&mut self, now: Instant, connection: SessionId) {
         let Some(lanes) = self.connections.remove(&connection) else { return };
         for side in SIDES {
             let lane = &lanes[side as usize];
             self.tally.dropped[side.other() as usize] += lane.pieces.len() as u64;
-            self.desk.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO));
+            self.outbox.write(now, lane.tampered(StreamEffect::Reset, side, &[], Span::ZERO));
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
         }
         self.cut.push_back(connection);
-        self.desk.put(Output::Reset { connection });
+        self.outbox.put(Output::Reset { connection });
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Stream { side, .. } = input { Some(side.other()) } else { None };
-        self.desk.notice(&mut self.openings, now, input, passes);
+        self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
     /// Half-closes, resets and cuts that are due.
@@ -242,7 +242,7 @@ impl StreamRelay {
         }
     }
 
-    /// Ends the way towards `side` behind what is already held for it.
+    /// Ends the way towards `side` behind the bytes already held for it.
     fn half_close(&mut self, now: Instant, connection: SessionId, side: Side) {
         let Some(lanes) = self.connections.get_mut(&connection) else { return };
         let lane = &mut lanes[side as usize];
@@ -252,8 +252,8 @@ impl StreamRelay {
         lane.pieces.push_back((now.max(lane.last_due), Vec::new()));
         lane.ended = true;
         self.tally.added[side as usize] += 1;
-        let event = lane.tampered(Deed::HalfClosed, side, &[], Span::ZERO);
-        self.desk.write(now, event);
+        let event = lane.tampered(StreamEffect::HalfClosed, side, &[], Span::ZERO);
+        self.outbox.write(now, event);
     }
 
     fn release(&mut self, now: Instant) {
@@ -265,7 +265,7 @@ impl StreamRelay {
                     lane.bytes -= bytes.len();
                     lane.ended |= bytes.is_empty();
                     self.tally.out[side as usize] += 1;
-                    self.desk.put(Output::Stream { connection: *connection, side, bytes });
+                    self.outbox.put(Output::Stream { connection: *connection, side, bytes });
                 }
             }
         }
@@ -273,18 +273,18 @@ impl StreamRelay {
         self.connections.retain(|_, lanes| !over(lanes));
     }
 
-    /// The closing account. What is still held will never be sent: it counts as dropped.
+    /// The closing account. Pieces still held will never be sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for lanes in std::mem::take(&mut self.connections).values() {
             for side in SIDES {
                 self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
             }
         }
-        self.tally.write(now, &mut self.desk);
+        self.tally.write(now, &mut self.outbox);
     }
 }
 
-/// When `length` bytes that come at `now`, and may not leave before `earliest`, are through.
+/// Time at which `length` bytes that come at `now`, and may not leave before `earliest`, are through.
 fn due<'a>(
     actions: impl Iterator<Item = (&'a StreamAction, &'a Opening)> + Clone,
     now: Instant,
@@ -318,7 +318,7 @@ fn due<'a>(
 impl Core for StreamRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
-        if !self.desk.is_quiet() {
+        if !self.outbox.is_quiet() {
             self.notice(now, input);
             self.strike(now);
         }
@@ -328,7 +328,7 @@ impl Core for StreamRelay {
         if matches!(input, Input::Finish) {
             self.account(now);
         }
-        if !self.desk.heed(now, input) {
+        if !self.outbox.heed(now, input) {
             self.release(now);
         }
     }
@@ -339,10 +339,10 @@ impl Core for StreamRelay {
         let strikes = self.strikes.iter().zip(&self.openings).filter(|(strikes, _)| **strikes);
         let strikes = strikes.filter_map(|(_, opening)| opening.opens());
         let begins = self.openings.iter().filter_map(Opening::due);
-        held.chain(strikes.chain(begins).filter(|_| !self.desk.is_quiet())).min()
+        held.chain(strikes.chain(begins).filter(|_| !self.outbox.is_quiet())).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

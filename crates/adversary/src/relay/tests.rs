@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Action, Event, wire_hash};
 use wire::id::{NodeId, SessionId};
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 use wire::time::{Instant, Span};
 
 use super::{DatagramRelay, StreamRelay, Tally};
@@ -150,7 +150,7 @@ fn a_stall_keeps_the_stream_and_its_order_until_it_ends() {
     assert_eq!(turn(&mut relay, at(80), &piece(2), &mut said), []);
     assert_eq!(relay.deadline(), Some(at(500)));
     assert_eq!(turn(&mut relay, at(500), &Input::Timeout, &mut said), [through(1), through(2)]);
-    let held: Vec<_> = told(&said, Deed::Held).map(|(offset, _, delay)| (offset, delay)).collect();
+    let held: Vec<_> = told(&said, StreamEffect::Held).map(|(offset, _, delay)| (offset, delay)).collect();
     assert_eq!(held, [(0, Span::ms(430)), (10, Span::ms(420))], "which bytes, and for how long");
 }
 
@@ -162,10 +162,10 @@ fn damage_is_told_by_the_bytes_that_leave_and_a_reset_for_both_directions() {
     let out = turn(&mut relay, at(50), &piece(1), &mut said);
     let [Output::Stream { bytes, .. }] = &out[..] else { panic!("{out:?}") };
     assert_ne!(*bytes, vec![1; 10]);
-    assert_eq!(told(&said, Deed::Damaged).collect::<Vec<_>>(), [(0, wire_hash(bytes), Span::ZERO)]);
+    assert_eq!(told(&said, StreamEffect::Damaged).collect::<Vec<_>>(), [(0, wire_hash(bytes), Span::ZERO)]);
     turn(&mut relay, at(95), &piece(2), &mut said);
     turn(&mut relay, at(100), &Input::Timeout, &mut said);
-    assert_eq!(told(&said, Deed::Reset).map(|(offset, ..)| offset).collect::<Vec<_>>(), [0, 20]);
+    assert_eq!(told(&said, StreamEffect::Reset).map(|(offset, ..)| offset).collect::<Vec<_>>(), [0, 20]);
 }
 
 #[test]
@@ -255,8 +255,8 @@ proptest! {
     }
 }
 
-/// Offset, hash and delay of what was done to a stream.
-fn told(said: &[Event], wanted: Deed) -> impl Iterator<Item = (u64, u64, Span)> {
+/// Offset, hash and delay of the actions on a stream.
+fn told(said: &[Event], wanted: StreamEffect) -> impl Iterator<Item = (u64, u64, Span)> {
     said.iter().filter_map(move |event| {
         let Event::Tampered { deed, offset, hash, delay, .. } = event else { return None };
         (*deed == wanted).then_some((*offset, *hash, *delay))

@@ -9,7 +9,7 @@ use wire::trust::{Decoded, SignedStatement};
 
 use super::Claimed;
 
-/// Nothing is missing of an order's second step; with what was waived of it.
+/// Complete: an order with its second step, and with the waivers used for it.
 #[derive(Debug)]
 pub(super) struct Confirmed(Waived);
 

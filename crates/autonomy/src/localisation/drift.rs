@@ -1,9 +1,9 @@
 //! The drift test: do fixes walk away from odometry more slowly than any single one would give away?
 //!
 //! Page's cumulative sum (E. S. Page, *Continuous inspection schemes*, Biometrika 41, 1954), two-sided, for east and for
-//! north. What is summed is the innovation: how far a fix lies from where odometry has carried the anchor. The anchor
+//! north. The summed quantity is the innovation: the distance of a fix from the anchor as odometry has carried it. The anchor
 //! follows fixes with a time constant τ, so a drift at the rate *v* holds the innovation at *v·τ*, while noise leaves it
-//! around zero. What wheels can be wrong by is a share of the way that the anchor still remembers, so it is allowed for as
+//! around zero. The error of wheels is a share of the way that the anchor still remembers, so it is allowed for as
 //! long as it is remembered: a unit that has just stopped is judged by the way it came. At rest the test is four times as
 //! sharp as at full speed. The figures are derived in `docs/reference/bounds.md`.
 
@@ -31,7 +31,7 @@ impl Drift {
     /// Takes the innovation `(east, north)` of a fix, `elapsed` seconds after the one before, at `speed` and with
     /// `unobserved` millimetres travelled without odometry.
     ///
-    /// What was found stays found until every sum has run empty again.
+    /// A finding stays until every sum has run empty again.
     pub(super) fn take(&mut self, (east, north): (f64, f64), elapsed: f64, speed: f64, unobserved: f64) {
         self.way += speed.abs() * elapsed;
         let allowed = NOISE_MM + ODOMETRY_SHARE * self.way + unobserved;
@@ -55,7 +55,7 @@ impl Drift {
         self.sums.into_iter().fold(0.0, f64::max).ceil() as i32
     }
 
-    /// Whether fixes drift.
+    /// True if fixes drift.
     pub(super) fn found(&self) -> bool {
         self.found
     }
@@ -65,7 +65,7 @@ impl Drift {
 mod tests {
     use super::*;
 
-    /// What an anchor forgets with a reading in its steady state.
+    /// Share that an anchor forgets with a reading in its steady state.
     const SHARE: f64 = 0.05 / 4.0;
 
     /// A unit that has long gone at `speed`.

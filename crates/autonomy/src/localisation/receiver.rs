@@ -1,6 +1,6 @@
 //! The receiver's time against this host's clock.
 //!
-//! Nothing rests on the receiver's time; freshness, leases and ages are of the local monotonic clock. It is watched because a
+//! No decision rests on the receiver's time; freshness, leases and ages are of the local monotonic clock. It is watched because a
 //! receiver works out place and time from the same signals: one whose time steps, runs away or runs back is being steered
 //! or is broken, and its place is worth no more than its time. The offset between the two clocks is followed no faster
 //! than any two clocks may drift apart, so that a false time cannot make itself true by staying.
@@ -43,12 +43,12 @@ impl Receiver {
         }
     }
 
-    /// By how much the newest time of the receiver differed from what was expected, microseconds; none before the second.
+    /// Difference of the newest time of the receiver from the expected one, microseconds; none before the second.
     pub(super) fn off(&self) -> Option<i32> {
         self.off.map(|off| off.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
     }
 
-    /// Whether the two disagree.
+    /// True if the two disagree.
     pub(super) fn disagrees(&self) -> bool {
         self.disagrees
     }

@@ -1,4 +1,4 @@
-//! One-shot authority to act: what it is bound to, how it begins, and the three ways it ends.
+//! One-shot authority to act: its bindings, its beginning, and the three ways in which it ends.
 //!
 //! An [`ActAuthority`] is a permission, not a record of one. It cannot be cloned, copied, defaulted, decoded or built
 //! outside `transition`; [`ActAuthority::mint`] has one call site, the transition from Ready to PrepareToAct. It is
@@ -61,8 +61,8 @@ pub struct ActAuthority {
     waived: Waived,
 }
 
-/// Where a unit's authority comes from: the serial numbers, the world they belong to, and whether the policy in force
-/// admits any authority at all. A machine has one.
+/// Source of a unit's authority: the serial numbers, the world they belong to, and the admission of authority by the policy
+/// in force. A machine has one.
 #[derive(Debug)]
 pub struct Mint {
     admitted: bool,
@@ -77,11 +77,11 @@ pub struct Mint {
 pub struct Revoked {
     /// Serial of the authority.
     pub authority: u32,
-    /// Why.
+    /// Cause.
     pub cause: Cause,
 }
 
-/// Authority was used: what it was bound to, for the act and for the log.
+/// Authority was used: its bindings, for the act and for the log.
 #[derive(Debug, PartialEq, Eq)]
 #[must_use = "spent authority has to reach the plant and the log"]
 pub struct Spent {
@@ -91,7 +91,7 @@ pub struct Spent {
     pub world: WorldId,
     /// The track acted on.
     pub track: TrackId,
-    /// Where the track is held to be, east, millimetres.
+    /// Place at which the track is held to be, east, millimetres.
     pub x_mm: i32,
     /// North, millimetres.
     pub y_mm: i32,
@@ -106,7 +106,7 @@ impl Mint {
         Mint { admitted: setup.admits_authority(), world: setup.world, next: 1, lifetime }
     }
 
-    /// Whether the policy admits any authority.
+    /// True if the policy admits any authority.
     pub fn admits(&self) -> bool {
         self.admitted
     }
@@ -173,12 +173,12 @@ impl ActAuthority {
         self.waived
     }
 
-    /// How long it lives yet; zero once it has expired.
+    /// Time for which it still lives; zero once it has expired.
     pub fn left(&self, now: Instant) -> Span {
         self.until.since(now)
     }
 
-    /// Uses it up. What it was minted from must hold again, now.
+    /// Uses it up. The conditions of its minting must hold again, now.
     pub(super) fn spend(self, confirm: &Given<'_, Confirm>, _healthy: &Healthy, designated: &Designated) -> Spent {
         let (x_mm, y_mm) = designated.place();
         Spent { authority: self.serial, world: self.world, track: self.track, x_mm, y_mm, command: confirm.id() }

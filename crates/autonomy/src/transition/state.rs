@@ -2,11 +2,11 @@
 //!
 //! | state | carries |
 //! |---|---|
-//! | [`Idle`] | nothing: any unit may stand still |
+//! | [`Idle`] | none: any unit may stand still |
 //! | [`Ready`] | [`Healthy`]: all required guards held when they were last judged |
 //! | [`PrepareToAct`] | [`Healthy`] and [`ActAuthority`] |
-//! | [`Degraded`] | what was lost, since when it is blind, since when all is whole again |
-//! | [`HoldSafe`] | nothing: any unit may stop |
+//! | [`Degraded`] | the loss, the start of blindness, the start of full recovery |
+//! | [`HoldSafe`] | none: any unit may stop |
 //!
 //! Fields can be set by `transition` alone, so no state exists that a transition did not make.
 //!
@@ -48,7 +48,7 @@ pub struct PrepareToAct {
 /// A subsystem is lost: no authority, reduced speed.
 #[derive(Debug)]
 pub struct Degraded {
-    /// Since when driving has lacked what it depends on; absent while it has it.
+    /// Start of the time for which driving has lacked its basis; absent while it has it.
     pub(super) blind: Option<Instant>,
     /// Since when every guard has held; absent while one fails.
     pub(super) whole: Option<Instant>,

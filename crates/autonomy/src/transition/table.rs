@@ -1,6 +1,6 @@
 //! The transition table and its diagram, drawn from [`Machine::step`] itself.
 //!
-//! For every state and every stimulus, `step` is run once for each of the 2,048 sets of failing guards. What comes out
+//! For every state and every stimulus, `step` is run once for each of the 2,048 sets of failing guards. The result
 //! is written as a decision list: the first row that matches counts, a row without guards is for all that are left. The
 //! list is exact, not a summary: a row stands only where all sets that reach it come out alike.
 //!
@@ -17,7 +17,7 @@ use wire::policy::{Policy, Waived};
 use wire::settings::Settings;
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Instant, Span};
-use wire::trust::Roll;
+use wire::trust::RevocationList;
 
 use super::authority::Mint;
 use super::state::Machine;
@@ -50,7 +50,7 @@ const ORDER: [Guard; 13] = [
     Guard::Designation,
 ];
 
-/// A state with what its decisions depend on besides stimulus and guards.
+/// A state with the conditions on which its decisions depend besides stimulus and guards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Start {
     Idle,
@@ -106,7 +106,7 @@ const STIMULI: [(&str, Option<CommandKind>); 10] = [
     ("Configure", Some(CommandKind::Configure(VALUES))),
 ];
 
-/// What one step came to.
+/// Result of one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Outcome {
     from: Mode,
@@ -341,7 +341,7 @@ fn ordered(kind: CommandKind, n: u64) -> Ordered {
     gate.admit(
         &policy,
         &keys,
-        &Roll::new(&[], now),
+        &RevocationList::new(&[], now),
         now,
         &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table") }),
     )

@@ -1,6 +1,6 @@
 //! A bench around one core: hand-made sensor products, seals, a supervisor and an operator, on a virtual clock.
 //!
-//! Everything the core gets is bytes, sealed and signed as the real parts would. What goes wrong is a public field; the
+//! Everything the core gets is bytes, sealed and signed as the real parts would. Each fault is a public field; the
 //! bench does the rest until it is set back.
 
 use std::collections::BTreeSet;
@@ -39,22 +39,22 @@ const STEP: Span = Span::ms(50);
 pub(crate) struct Bench {
     pub(crate) core: Autonomy,
     pub(crate) now: Instant,
-    /// Where the unit is, how it moves: mm, mm, mm/s; it drives east.
+    /// Place and motion of the unit: mm, mm, mm/s; it drives east.
     pub(crate) at: (f64, f64),
     pub(crate) speed: f64,
     /// Products that are missing, and the designated track's class.
     pub(crate) missing: BTreeSet<Modality>,
     pub(crate) class: Class,
-    /// What is silent.
+    /// Silent sources.
     pub(crate) no_tracks: bool,
     pub(crate) no_fix: bool,
     pub(crate) no_seals: bool,
     pub(crate) no_grants: bool,
     /// Offset of the fix, mm north.
     pub(crate) fix_offset: i32,
-    /// How far the receiver's time is off, microseconds.
+    /// Offset of the receiver's time, microseconds.
     pub(crate) time_offset: i64,
-    /// What came out.
+    /// Outputs of the core.
     pub(crate) events: Vec<Event>,
     pub(crate) acks: Vec<Ack>,
     pub(crate) acts: Vec<Act>,
@@ -398,7 +398,7 @@ fn channel_key(topic: Topic) -> ChannelKey {
     ChannelKey([topic as u8; 32])
 }
 
-/// What stands between a bus message's header and its tag.
+/// Bytes between a bus message's header and its tag.
 fn body(bytes: &[u8]) -> &[u8] {
     &bytes[wire::bus::HEADER_LEN..bytes.len() - wire::bus::TAG_LEN]
 }

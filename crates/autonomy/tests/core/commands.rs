@@ -207,7 +207,7 @@ fn a_flood_of_disarms_by_whoever_holds_the_operators_key_does_not_keep_its_hold_
     assert_eq!(bench.core.mode(), Mode::HoldSafe);
 }
 
-/// Orders that nobody signed, `n` of them, in the operator's name and with the unit's own nonce.
+/// Unsigned orders, `n` of them, in the operator's name and with the unit's own nonce.
 fn forge(bench: &mut Bench, kind: CommandKind, n: u64) {
     for sequence in 0..n {
         let mut intent = bench.intent(kind, "for a reason");

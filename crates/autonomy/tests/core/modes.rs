@@ -1,4 +1,4 @@
-//! How the mode follows from what comes in, and how fast.
+//! Changes of mode by input, and their delays.
 
 use wire::bounds::Bounds;
 use wire::command::CommandKind;

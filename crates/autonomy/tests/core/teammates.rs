@@ -1,4 +1,4 @@
-//! What teammates claim, and when it cannot all be true.
+//! Claims of teammates, and the cases in which they contradict each other.
 
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency};
@@ -13,7 +13,7 @@ use crate::bench::Bench;
 const B: (UnitId, PeerId) = (UnitId::B, PeerId::UNIT_B);
 const C: (UnitId, PeerId) = (UnitId::C, PeerId::UNIT_C);
 
-/// A policy under which whoever has a session may speak for anyone.
+/// A policy under which any holder of a session may speak for anyone.
 fn session_only() -> Bench {
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Origin, Requirement::Waived);

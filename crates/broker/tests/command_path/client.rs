@@ -39,7 +39,7 @@ impl RunPki {
         self.issue("broker", Role::Listens)
     }
 
-    /// What `peer` dials with.
+    /// TLS configuration with which `peer` dials.
     pub(crate) fn tls(&self, peer: PeerId) -> ClientConfig {
         self.tls_trusting(peer, self)
     }
@@ -49,7 +49,7 @@ impl RunPki {
         with_certificate(other.trust(&TLS13), &self.issue(&peer.to_string(), Role::Dials))
     }
 
-    /// What the holder of `credential` dials with.
+    /// TLS configuration with which the holder of `credential` dials.
     pub(crate) fn tls_with(&self, credential: &Credential) -> ClientConfig {
         with_certificate(self.trust(&TLS13), credential)
     }
@@ -112,7 +112,7 @@ impl Drop for Client {
 }
 
 impl Client {
-    /// Connects, or says what CONNACK said; `None` when it did not come to a CONNACK.
+    /// Connects, or gives CONNACK's answer; `None` when there was no CONNACK.
     pub(crate) async fn open(
         at: LoopbackAddr,
         client_id: &str,
@@ -200,7 +200,7 @@ async fn run(
     }
 }
 
-/// A TLS connection on which nothing has been said.
+/// A TLS connection before its first byte of content.
 pub(crate) async fn raw_tls(at: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream> {
     let name = dns_name(PeerId::from_name("broker").expect("a name of the closed set"));
     let stream = TcpStream::connect(at.socket()).await.expect("accepted");

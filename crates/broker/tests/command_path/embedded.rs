@@ -1,4 +1,4 @@
-//! Our own broker: what every broker owes, and what it owes beyond that, each refusal under its name.
+//! Our own broker: the obligations of every broker, and its own beyond them, each refusal under its name.
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
@@ -143,7 +143,7 @@ async fn where_the_table_of_rights_is_waived_only_what_it_does_not_grant_passes(
     unit.publish("hs/cmd/unit-a", b"by whom").await.expect("passes");
 }
 
-/// Whoever holds a second copy of a certificate can take its session over, and cannot do so unseen.
+/// A holder of a second copy of a certificate can take its session over, and cannot do so unseen.
 #[tokio::test]
 async fn a_second_holder_of_a_certificate_takes_its_session_over_in_plain_sight() {
     let (pki, mut server) = start(Limits::default()).await;

@@ -1,9 +1,9 @@
 //! Debian's mosquitto at the broker's place: the run's certificates, and an access list written from [`broker::acl`]'s
-//! table. Where it is not installed these tests say so and check nothing.
+//! table. If it is not installed these tests say so and make no check.
 //!
-//! It keeps `suite` and no more. What the embedded broker refuses beyond that and mosquitto 2.0 does not: it lets a filter
-//! be subscribed that its holder may not read (and delivers nothing of it), goes by the certificate whatever client id
-//! was given, takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
+//! It keeps `suite` and no more. The embedded broker's further refusals are missing in mosquitto 2.0: it lets a filter
+//! be subscribed that its holder may not read (and delivers no message of it), goes by the certificate under any client id,
+//! takes wills and MQTT 3.1.1, and a revocation ends no session that stands.
 
 use std::fs;
 use std::path::Path;
@@ -20,9 +20,9 @@ use wire::id::{NODES, PeerId};
 use crate::client::RunPki;
 use crate::suite::{Broker, command_path};
 
-/// Between finding a free port and taking it somebody else may have taken it: so often another is tried.
+/// Between finding a free port and taking it another process may have taken it: so often another is tried.
 const TRIES: usize = 5;
-/// Where it may be; Debian has it where only root's path leads.
+/// Paths at which it may be; Debian has it where only root's path leads.
 const PROGRAMS: [&str; 2] = ["mosquitto", "/usr/sbin/mosquitto"];
 
 struct Mosquitto {
@@ -78,7 +78,7 @@ impl Broker for Mosquitto {
         log_until(&mut self.log, &["Reloading config"]).await.expect("it says that it reads its files again");
     }
 
-    /// Its log speaks OpenSSL, whose words change from release to release.
+    /// Its log speaks OpenSSL, in words that change from release to release.
     async fn named(&mut self, _refusal: &str) {}
 
     async fn beyond_rights(&mut self, _peer: PeerId) {}
@@ -108,7 +108,7 @@ fn spawn(configuration: &Path) -> Option<Child> {
     PROGRAMS.iter().find_map(start)
 }
 
-/// A port that the kernel picked and nobody holds any more: mosquitto takes a number, not a socket.
+/// A port that the kernel picked and no process holds any more: mosquitto takes a number, not a socket.
 fn free_port() -> LoopbackAddr {
     let listener = std::net::TcpListener::bind(LoopbackAddr::ANY_PORT.socket()).expect("a loopback port is to be had");
     LoopbackAddr::try_from(listener.local_addr().expect("bound")).expect("loopback")

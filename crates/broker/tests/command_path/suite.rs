@@ -1,5 +1,5 @@
-//! What every broker on the command plane owes, whoever wrote it. How a broker says no is its own business; that nothing
-//! passes which the table of rights does not grant is not.
+//! Obligations of every broker on the command plane, from any author. The form of a refusal is the broker's own business; that no
+//! message passes which the table of rights does not grant is not.
 
 use std::time::Duration;
 
@@ -13,27 +13,27 @@ use wire::id::{PeerId, UnitId};
 
 use crate::client::{Client, RunPki};
 
-/// How long one publication has to come through before it is made again.
+/// Time that one publication has to come through before it is made again.
 const AGAIN: Duration = Duration::from_millis(50);
 
 /// A running broker with the certificates and rights of a run.
 pub(crate) trait Broker: Sized {
-    /// Whether it refuses a subscription to what its holder may not read. One that does not has to deliver nothing of it.
+    /// True if it refuses a subscription to a topic that its holder may not read. One that does not has to deliver no message of it.
     const REFUSES_SUBSCRIPTIONS: bool;
 
     /// Starts one, or says on standard error why there is none here.
     async fn start(pki: &RunPki) -> Option<Self>;
 
-    /// Where it listens.
+    /// Address at which it listens.
     fn address(&self) -> LoopbackAddr;
 
     /// Has it take this revocation list.
     async fn revoke(&mut self, list_der: Vec<u8>);
 
-    /// Checks that what it refused last is in its log under this name, as far as its log has names.
+    /// Checks that its last refusal is in its log under this name, as far as its log has names.
     async fn named(&mut self, refusal: &str);
 
-    /// Checks that what it refused last is in its log as beyond the rights of `peer`, as far as its log says so.
+    /// Checks that its last refusal is in its log as beyond the rights of `peer`, as far as its log says so.
     async fn beyond_rights(&mut self, peer: PeerId);
 
     /// Waits until it has ended a session of `peer`.
@@ -203,7 +203,7 @@ pub(crate) async fn a_service_learns_that_its_session_is_lost_when_it_is_taken_a
     reaches(&gateway, &mut heard, b"after").await;
 }
 
-/// Publishes until the unit has heard it: what is published while it has no subscription reaches nobody.
+/// Publishes until the unit has heard it: a message published while it has no subscription reaches no client.
 async fn reaches(gateway: &Client, heard: &mut mpsc::Receiver<Input>, wanted: &[u8]) {
     loop {
         gateway.publish("hs/cmd/unit-a", wanted).await.expect("granted");

@@ -66,9 +66,9 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<Event>,
     pub(crate) published: Vec<(Subject, Vec<u8>)>,
     pub(crate) feeds: usize,
-    /// What the display was told of commands, and why where one was refused.
+    /// Progress of commands as told to the display, with the reason of a refusal.
     pub(crate) progress: Vec<(CommandStage, Option<Reason>)>,
-    /// What the display was told of losses.
+    /// Losses as told to the display.
     pub(crate) losses: Vec<u32>,
     /// And of refusals.
     pub(crate) refusals: Vec<(Reason, Option<PeerId>, u64)>,
@@ -102,7 +102,7 @@ impl Bench {
         bench
     }
 
-    /// Opens a session for `node`, whose clock is far from ours.
+    /// Opens a session for `node`, with a clock far from ours.
     pub(crate) fn open(&mut self, session: u32, node: NodeId) -> SessionId {
         let id = SessionId(session);
         self.units.insert(id, Unit::new(node));
@@ -239,7 +239,7 @@ fn verdict(event: &Event) -> Option<Option<Reason>> {
 pub(crate) struct Unit {
     pub(crate) node: NodeId,
     pub(crate) boot: Boot,
-    /// What its own session records count and its own reports.
+    /// Count of its own session records and its own reports.
     pub(crate) sequence: u64,
     pub(crate) reports: u64,
     /// Its session nonce, the gateway's, and the echo it owes.

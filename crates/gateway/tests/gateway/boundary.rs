@@ -118,7 +118,7 @@ fn delay_on_either_path_ages_a_report_until_it_is_stale() {
     assert_eq!(bench.deliver(a, bytes), Some(Reason::NoEcho), "no echo for longer than the limit");
 }
 
-/// Unit B carries what unit C says, in the three forms.
+/// Unit B carries statements of unit C, in the three forms.
 #[derive(Clone, Copy, Debug)]
 enum Form {
     Verbatim,

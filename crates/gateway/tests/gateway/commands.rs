@@ -180,7 +180,7 @@ fn a_station_that_floods_takes_neither_rate_nor_room_nor_the_lane_for_holding_fr
     assert_eq!(bench.count(Account::Refused(Interface::Requests, Reason::Rate)), 92);
     assert_eq!(bench.stage(&signed_intent(&intent(1, CommandKind::Enable, "start"))), None, "rate and room of its own");
     let hold = of_second(101, CommandKind::Hold);
-    assert_eq!(bench.second(&mut second, &Request::Stage(hold.as_slice().into())), None, "a lane of its own");
+    assert_eq!(bench.second(&mut second, &Request::Stage(hold.as_slice().into())), None, "a class of its own");
     assert_eq!(stages(&bench, CommandId { operator: NodeId::OPERATOR_2, ..command(101) }), [CommandStage::Sent]);
 }
 

@@ -1,4 +1,4 @@
-//! What one station, one unit or the broker can do to what another has asked for: nothing.
+//! Isolation of requests: one station, one unit or the broker cannot affect another's.
 
 use sha2::{Digest, Sha256};
 use wire::bus::Sender;
@@ -22,7 +22,7 @@ fn executed(signed: &[u8]) -> Ack {
     Ack { id: command(1), intent: Sha256::digest(signed).into(), refused: None, mode: Mode::HoldSafe }
 }
 
-/// Whoever holds the operator's key can have another order executed under the HOLD's id.
+/// A holder of the operator's key can have another order executed under the HOLD's id.
 #[test]
 fn a_hold_is_done_when_it_was_executed_and_not_when_another_order_of_its_id_was() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
@@ -80,7 +80,7 @@ fn an_acknowledgement_that_is_said_again_is_neither_verified_nor_passed_on_again
     assert_eq!(bench.count(Account::Accepted(Interface::Acks)), 50);
 }
 
-/// A hostile broker can repeat and damage what it carries as fast as it likes.
+/// A hostile broker can repeat and damage the messages it carries as fast as it likes.
 #[test]
 fn forged_acknowledgements_are_counted_one_by_one_and_told_so_often() {
     let mut bench = Bench::new(Policy::default());
@@ -109,8 +109,8 @@ fn a_teammate_that_is_struck_hears_no_more_of_the_others_either() {
     assert_eq!(bench.report(a), None);
     assert_eq!(bench.request(&Request::Watch(Nonce(5))), None);
     bench.pass(Span::s(1));
-    let struck = &bench.units[&b];
-    assert_eq!((struck.teammates.len(), struck.grants, struck.watches.len()), (heard, grants, 0));
+    let revoked = &bench.units[&b];
+    assert_eq!((revoked.teammates.len(), revoked.grants, revoked.watches.len()), (heard, grants, 0));
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use evidence::custody::{Held, HeldClock};
 use evidence::log::by_recorder;
+use evidence::verification::{Held, HeldClock};
 use link::instrument::Frame;
 use link::recorded::frames;
 use link::recorder::Recording;

@@ -1,17 +1,17 @@
 //! `holdsafe bench kill`: each process of live runs killed at a random moment, the mode the platform ends in, how soon,
 //! and whether the plant stands. The same kills run in the twin, whose classes must contain the live ones.
 //!
-//! What is owed is `oracle::demise`'s table, stated before any run; here it is only run, counted and printed.
+//! What is owed is `oracle::process_fault`'s table, stated before any run; here it is only run, counted and printed.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::report::{KillRow, kill_table};
 use evidence::SCHEMA_VERSION;
-use evidence::demise::Response;
+use evidence::process_fault::Response;
 use evidence::trial::{Outcome, Trial};
-use oracle::demise;
-use oracle::demise::Owed;
+use oracle::process_fault;
+use oracle::process_fault::Owed;
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
@@ -128,7 +128,7 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
 
 fn owed(process: Process) -> Result<&'static Owed, Failure> {
     let node = node_of(process);
-    demise::owed(node).ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
+    process_fault::owed(node).ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
 }
 
 /// The class of a trial that ends in this mode by itself.
@@ -156,6 +156,6 @@ mod tests {
     #[test]
     fn something_is_stated_of_the_death_of_every_process_that_can_be_killed() {
         assert!(PROCESSES.iter().all(|(_, process)| owed(*process).is_ok()));
-        assert_eq!(PROCESSES.len(), demise::OWED.len());
+        assert_eq!(PROCESSES.len(), process_fault::OWED.len());
     }
 }

@@ -9,9 +9,9 @@ use std::sync::Mutex;
 use adversary::insider::{InsiderRecorder, Kept};
 use adversary::plan::Tampering;
 use evidence::SCHEMA_VERSION;
-use evidence::custody::sweep::{Came, Sweep, is_seal};
-use evidence::custody::{Custodian, Held};
 use evidence::log::{Logged, by_recorder};
+use evidence::verification::sweep::{Came, Sweep, is_seal};
+use evidence::verification::{Held, LogVerifier};
 use link::instrument::Frame;
 use link::recorder::Recording;
 use parallel::progress::Progress;
@@ -285,15 +285,15 @@ fn stories(of: &Recorded, does: Tampering) -> Tally {
         if InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands).is_none() {
             continue;
         }
-        let mut custodian = Custodian::new(&of.held);
+        let mut log_verifier = LogVerifier::new(&of.held);
         for kept in &hands {
             // What does not follow is noted there.
-            let _ = custodian.take(kept.at, kept.node, &kept.bytes);
+            let _ = log_verifier.take(kept.at, kept.node, &kept.bytes);
         }
         for logged in &witnessed {
-            let _ = custodian.take(logged.at, logged.node, &logged.bytes);
+            let _ = log_verifier.take(logged.at, logged.node, &logged.bytes);
         }
-        let found = !custodian.close().flaws.is_empty();
+        let found = !log_verifier.close().flaws.is_empty();
         let came = if found { Came::Found { located: false } } else { Came::Missed };
         tally.note(&came, || format!("story {seed}"));
     }

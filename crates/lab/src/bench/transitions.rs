@@ -1,7 +1,7 @@
 //! `holdsafe bench kill --at-transitions`: every process killed, hung and slowed at every change of mode that the mission of
 //! `process_ends` goes through, in the twin; and how often everything owed came in time.
 //!
-//! What is owed is `oracle::demise`'s; that nothing arms or leaves HOLD_SAFE by itself is the oracle's P9 in every trial.
+//! What is owed is `oracle::process_fault`'s; that nothing arms or leaves HOLD_SAFE by itself is the oracle's P9 in every trial.
 
 use std::collections::BTreeMap;
 

@@ -3,9 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use evidence::demise::{From, Response};
+use evidence::process_fault::{From, Response};
 use evidence::trial::{Outcome, Trial};
-use oracle::demise::Owed;
+use oracle::process_fault::Owed;
 use results::mode::Mode;
 use results::report::new_table;
 use serde::Serialize;
@@ -83,7 +83,7 @@ impl KillRow {
         trials: &[&Trial],
         responses: &[&Response],
     ) -> KillRow {
-        let plant = |get: &dyn Fn(&evidence::demise::PlantResponse) -> Option<f64>| {
+        let plant = |get: &dyn Fn(&evidence::process_fault::PlantResponse) -> Option<f64>| {
             Times::of(responses.iter().map(|r| r.plant.as_ref().and_then(get)))
         };
         let kept = responses.iter().filter(|r| r.kept).count() as u64;

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use std::io::{Error, Read, Result};
 use std::path::Path;
 
-use evidence::custody::HeldFile;
 use evidence::log::hex;
+use evidence::verification::HeldFile;
 use link::files;
 use sha2::{Digest, Sha256};
 

@@ -1,4 +1,4 @@
-//! What has to be there for an injection to arrive: processes that run, and something to take hold of.
+//! Conditions for an injection to arrive: processes that run, and a message to take hold of.
 
 use evidence::{Needs, Planned, Takes};
 use scenario::{Direction, Order};
@@ -7,11 +7,11 @@ use wire::core::Side;
 use wire::event::Action;
 use wire::id::NodeId;
 
-/// Both ends of the telemetry link and what is between them.
+/// Both ends of the telemetry link and the relay between them.
 const LINK: &[NodeId] = &[NodeId::RELAY_TELEMETRY, NodeId::GATEWAY, NodeId::UNIT_A];
 /// The same of the command plane.
 const PLANE: &[NodeId] = &[NodeId::BROKER, NodeId::GATEWAY, NodeId::UNIT_A];
-/// What is killed or stopped.
+/// Processes that are killed or stopped.
 static PROCESSES: [NodeId; 8] = [
     NodeId::SIM,
     NodeId::PERCEPTION,
@@ -22,10 +22,10 @@ static PROCESSES: [NodeId; 8] = [
     NodeId::RECORDER,
     NodeId::RELAY_TELEMETRY,
 ];
-/// What a broker that is stopped would have passed on.
+/// Publications that a stopped broker would have passed on.
 const ANYTHING: Takes = Takes::Publications { to: None, asks: None, ever: false };
 
-/// Of what is planned, without what its table says of it.
+/// Of a planned injection, without the takes of its table.
 pub(super) fn of(planned: Planned) -> Needs {
     let (running, takes): (&[NodeId], _) = match planned {
         // It brings its bytes along, and either end will do.
@@ -66,7 +66,7 @@ pub(super) fn side(direction: Direction) -> Option<Side> {
     }
 }
 
-/// What an order asks, by its name in the log.
+/// Command that an order asks for, by its name in the log.
 pub(super) fn asks(order: Order) -> &'static str {
     match order {
         Order::Hold => "hold",

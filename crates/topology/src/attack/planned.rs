@@ -1,10 +1,10 @@
-//! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
+//! Injections for which the oracle has to find receipts: one plan for each table, with the window in which it is carried out.
 
 use evidence::{Micros, Plan, Planned, Takes};
 use scenario::{Direction, Order, OrderForgery, Scenario, Way, Windowed};
 use wire::event::{Action, FaultKind};
 use wire::id::{NodeId, ObjectId, PeerId};
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 
 use super::{needs, sensor};
 use crate::start::{start_ms, step_name};
@@ -28,7 +28,7 @@ pub(crate) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
     all.plans
 }
 
-/// A perturbation has an aim, which its scene tells; any other fault is of a sensor and nothing else.
+/// A perturbation has an aim, which its scene tells; any other fault is of a sensor alone.
 fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
     let aim = s.scene.as_ref().and_then(|scene| scene.perturbation.as_ref()).map(|p| scene::class(p.aims_at));
     match (kind(fault.kind), aim) {
@@ -56,7 +56,7 @@ struct Planner {
 }
 
 impl Planner {
-    /// A table's plan: from its start for its length, and `more_ms` beyond for what ends later by itself.
+    /// A table's plan: from its start for its length, and `more_ms` beyond for an effect that ends later by itself.
     fn add(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned) {
         let from = start_ms(of, self.phase) * 1000;
         let length = (of.duration_s().get() * 1e6) as Micros;
@@ -64,7 +64,7 @@ impl Planner {
         self.plans.push(Plan { what, from, until: from + length + more_ms * 1000, step: step_name(of), needs });
     }
 
-    /// The same of what takes hold only of this.
+    /// The same for an injection that takes hold only of this.
     fn taking(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned, takes: Takes) {
         self.add(of, more_ms, what);
         if let Some(plan) = self.plans.last_mut() {
@@ -92,13 +92,13 @@ impl Planner {
 
     fn streams(&mut self, s: &Scenario) {
         let deed = Planned::Stream;
-        s.stream_delay.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
-        s.stall.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
-        s.throttle.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
-        s.stream_corrupt.iter().for_each(|a| self.taking(a, 0, deed(Deed::Damaged), Takes::Pieces));
-        s.half_close.iter().for_each(|a| self.add(a, 0, deed(Deed::HalfClosed)));
-        s.reset.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
-        s.cut.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
+        s.stream_delay.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Held), Takes::Pieces));
+        s.stall.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Held), Takes::Pieces));
+        s.throttle.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Held), Takes::Pieces));
+        s.stream_corrupt.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Damaged), Takes::Pieces));
+        s.half_close.iter().for_each(|a| self.add(a, 0, deed(StreamEffect::HalfClosed)));
+        s.reset.iter().for_each(|a| self.add(a, 0, deed(StreamEffect::Reset)));
+        s.cut.iter().for_each(|a| self.add(a, 0, deed(StreamEffect::Reset)));
     }
 
     fn broker(&mut self, s: &Scenario) {

@@ -22,7 +22,7 @@ pub struct AssemblyError {
     pub(crate) why: String,
 }
 
-/// One core, as it starts at `now` on its host's clock. It shares nothing with another and verifies for itself.
+/// One core, as it starts at `now` on its host's clock. It shares no state with another and verifies for itself.
 pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
     core(&member.role, member.setup.clone(), now)
 }

@@ -1,4 +1,4 @@
-//! Where records are judged, and what each node counts: the terms of the closing accounts.
+//! Terms of the closing accounts: the interfaces at which records are judged, and the quantities that each node counts.
 //!
 //! Adding them up is left to the oracle.
 
@@ -7,7 +7,7 @@ use minicbor::{Decode, Encode};
 use crate::core::{Side, Topic};
 use crate::refusal::Reason;
 
-/// Where a record was judged.
+/// Interface at which a record was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Interface {
@@ -83,7 +83,7 @@ pub enum Account {
     /// Datagrams that a relay sent towards the server from a source address of its own; not in `RelayOut`.
     #[n(14)]
     RelayStranger,
-    /// Of what a relay emitted towards a side, strangers' included, what its socket did not take.
+    /// Records that a relay emitted towards a side, unknown peers' included, and its socket did not take.
     #[n(15)]
     RelayUnsent(#[n(0)] Side),
     /// Datagrams that a node sent to the gateway with no relay in between.

@@ -1,4 +1,4 @@
-//! What is done to the platform: an adversary's deeds, a sensor's faults, a process that is kept from running.
+//! Injected faults and attacks: an adversary's actions, a sensor's faults, a process that is kept from running.
 //!
 //! Planning it is left to scenarios; doing it to `adversary`, `sim` and the launcher.
 
@@ -7,7 +7,7 @@ use minicbor::{Decode, Encode};
 use crate::sensor::Modality;
 use crate::time::Span;
 
-/// What an adversary did.
+/// Action of an adversary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
@@ -45,16 +45,16 @@ pub enum Action {
     /// Published, on a shared-memory channel that is another's, a message of its own making.
     #[n(45)]
     Forge,
-    /// Published there again what that channel's producer had published.
+    /// Published there again a message of that channel's producer.
     #[n(46)]
     Republish,
     /// Sent a record of an earlier session again, under its own credentials.
     #[n(35)]
     Resend,
-    /// Reported of itself what is not so.
+    /// Reported a falsehood of itself.
     #[n(36)]
     Lie,
-    /// Reported as a live product, in this time base, what is neither or not both.
+    /// Reported as a live product, in this time base, one that is neither or not both.
     #[n(37)]
     Confuse,
 }
@@ -98,7 +98,7 @@ impl Sensor {
     }
 }
 
-/// What befalls it.
+/// Fault of the sensor.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
@@ -140,11 +140,11 @@ pub enum FaultKind {
     Perturbation,
 }
 
-/// How a process is kept from running while it lives.
+/// Way in which a process is kept from running while it lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Suspension {
-    /// It does nothing at all.
+    /// It is suspended entirely.
     #[n(0)]
     Hang,
     /// It runs for a share of each period.

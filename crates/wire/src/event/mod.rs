@@ -1,4 +1,4 @@
-//! What services write to the instrument plane: their decisions, what they saw, and their accounts.
+//! Events that services write to the instrument plane: their decisions, their observations and their accounts.
 //!
 //! The oracle judges from these. Events about the world (truth), the plant, the relay and the display come from other
 //! processes than the service judged, so that no service is the only witness of its own conduct.
@@ -20,7 +20,7 @@ use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
 use crate::step::StepName;
-use crate::stream::{Deed, Sight};
+use crate::stream::{Sight, StreamEffect};
 use crate::time::{Instant, Span};
 
 mod account;
@@ -31,7 +31,7 @@ pub use account::{Account, Interface};
 pub use injected::{Action, FaultKind, Sensor, Suspension};
 pub use seen::{Freshness, GuardVerdict, Inconsistency, ShownAs};
 
-/// One event. As JSON it goes without signatures and seals' heads, which are over the bytes of entries and say nothing of JSON.
+/// One event. As JSON it goes without signatures and seals' heads, which cover the bytes of entries and not their JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 #[rustfmt::skip] // a table: each event with its number, each field with its own
@@ -88,11 +88,11 @@ pub enum Event {
         /// First frame affected or first frame whole again.
         #[n(3)] frame: FrameId,
     },
-    /// Perception: what a frame brought, when that changed. A modality that repeats itself brings nothing.
+    /// Perception: content of a frame, when that changed. A modality that repeats itself brings none.
     #[n(11)] FrameSeen { #[n(0)] frame: FrameId, #[n(1)] present: Modalities },
-    /// Autonomy: what navigation brought, when that changed.
+    /// Autonomy: content of navigation, when that changed.
     #[n(12)] NavigationSeen { #[n(0)] fix: bool, #[n(1)] odometry: bool },
-    /// What the display shows of a unit.
+    /// Display of a unit.
     #[n(13)] Displayed {
         #[n(0)] unit: UnitId, #[n(1)] mode: Mode,
         /// Track that it is shown to hold authority over.
@@ -124,7 +124,7 @@ pub enum Event {
         /// Delay imposed, if any.
         #[n(4)] delay: Span,
     },
-    /// The guard in front of a session saw a datagram (logged for what is unusual, and for what came late or twice).
+    /// The guard in front of a session saw a datagram (logged if unusual, late or repeated).
     #[n(16)] GuardSaw {
         #[n(0)] association: u32, #[n(1)] epoch: u16, #[n(2)] sequence: u64, #[n(3)] length: u16, #[n(4)] hash: u64,
         #[n(5)] verdict: GuardVerdict,
@@ -139,7 +139,7 @@ pub enum Event {
     #[n(20)] Executed { #[n(0)] command: CommandId, #[n(1)] kind: CommandKind, #[n(2)] refused: Option<Reason> },
     /// A verified acknowledgement reached the console.
     #[n(21)] Acknowledged { #[n(0)] command: CommandId, #[n(1)] refused: Option<Reason> },
-    /// The recorder sealed what it had.
+    /// The recorder sealed its log so far.
     #[n(22)] Sealed { #[n(0)] entries: u64, #[cbor(n(1), with = "minicbor::bytes")] #[serde(skip)] head: [u8; 32] },
     /// A service signed its own chain.
     #[n(23)] Signed { #[cbor(n(0), with = "minicbor::bytes")] #[serde(skip)] signature: [u8; 64] },
@@ -157,7 +157,7 @@ pub enum Event {
     #[n(27)] Inconsistent { #[n(0)] unit: UnitId, #[n(1)] finding: Inconsistency, #[n(2)] record: RecordId },
     /// An adversary did something to a byte stream.
     #[n(28)] Tampered {
-        #[n(0)] deed: Deed,
+        #[n(0)] deed: StreamEffect,
         /// Side that the direction leads to.
         #[n(1)] side: Side,
         /// Name of the direction ([`crate::place::Place`]), as it leaves the adversary.
@@ -182,9 +182,9 @@ pub enum Event {
     /// A rogue station gave a command under a key that is not its own.
     #[n(50)] Rogue {
         #[n(0)] command: CommandId, #[n(1)] kind: CommandKind,
-        /// Whose key it was signed with.
+        /// Node that owns the signing key.
         #[n(2)] key: NodeId,
-        /// Under whose certificate it was published; absent when it was asked of the gateway.
+        /// Peer under which it was published; absent when it was asked of the gateway.
         #[n(3)] certificate: Option<PeerId>,
     },
     /// A service learned that the authority has revoked an identity.
@@ -196,11 +196,11 @@ pub enum Event {
     #[n(41)] Suspended { #[n(0)] node: NodeId, #[n(1)] how: Suspension, #[n(2)] on: bool },
     /// The launcher or twin started a process again that had ended.
     #[n(42)] Restarted { #[n(0)] node: NodeId, #[n(1)] boot: Boot },
-    /// What the display shows of a command of the operator's, when that changed.
+    /// State of an operator's command on the display, when that changed.
     #[n(45)] CommandShown { #[n(0)] command: CommandId, #[n(1)] shown: ShownAs },
     /// An adversary kept a report from the display, for a time or for good.
     #[n(46)] Withheld { #[n(0)] record: RecordId },
-    /// An adversary kept what the operator asked for from the gateway.
+    /// An adversary kept a request of the operator from the gateway.
     #[n(47)] Swallowed { #[n(0)] command: CommandId },
     /// A second connection with this certificate took the session of the first at the broker.
     #[n(48)] TakenOver { #[n(0)] peer: PeerId },
@@ -223,17 +223,17 @@ pub enum Event {
     #[n(61)] Imposed { #[n(0)] stamp: Instant, #[n(1)] east_mm: i32, #[n(2)] north_mm: i32, #[n(3)] time_us: i64 },
     /// The mouth of a core took in bytes that an insider says it sent there.
     #[n(65)] MouthSaw { #[n(0)] reader: NodeId, #[n(1)] at: Interface, #[n(2)] length: u32, #[n(3)] hash: u64 },
-    /// The guard in front of a session: whose certificate the handshake of an association showed.
+    /// The guard in front of a session: peer of the certificate that an association's handshake showed.
     #[n(66)] Associated { #[n(0)] association: u32, #[n(1)] peer: PeerId },
     /// The launcher or twin stops a slow process for its share of a period (true), or lets it go on.
     #[n(67)] Halted { #[n(0)] node: NodeId, #[n(1)] on: bool },
     /// The core of a process that is to be kept from running was fed something (told once in a few milliseconds).
     #[n(68)] Ran { #[n(0)] node: NodeId },
-    /// The launcher or twin lets a process write nothing more to its disk (true), or lets it again.
+    /// The launcher or twin stops a process from writing to its disk (true), or lets it again.
     #[n(69)] DiskFull { #[n(0)] node: NodeId, #[n(1)] on: bool },
     /// The recording has grown to so many bytes, as seen from outside the recorder (told where its disk is to be full).
     #[n(70)] Kept { #[n(0)] bytes: u64 },
-    /// Console: what a person did there, and what came of it at once: the command given, or why nothing was.
+    /// Console: an act of a person, and its immediate result: the command given, or the reason that none was.
     #[n(80)] Act {
         #[n(0)] by: NodeId,
         /// The act's number at the window; 0 where it could not be read.
@@ -242,9 +242,9 @@ pub enum Event {
         #[n(2)] act: Option<Act>,
         #[n(3)] command: Option<CommandId>, #[n(4)] refused: Option<Unable>,
     },
-    /// Console: an order that a person had prepared came to nothing by itself.
+    /// Console: an order that a person had prepared lapsed by itself.
     #[n(81)] Lapsed { #[n(0)] by: NodeId, #[n(1)] order: Order, #[n(2)] why: Unable },
-    /// Autonomy: what the unit goes by, when that changed.
+    /// Autonomy: basis of the unit's judgement, when that changed.
     #[n(82)] Judged {
         /// Guards that fail, waived ones too.
         #[n(0)] failing: Guards,
@@ -253,7 +253,7 @@ pub enum Event {
         /// Tracks whose last update is no older than *Tf*.
         #[n(2)] tracks: u8,
     },
-    /// Perception: a modality has shown nothing but what it showed before, for so long that it gives no product until that
+    /// Perception: a modality has shown only repeated content, for so long that it gives no product until that
     /// changes (`perception::content`; where that check is waived it is told all the same).
     #[n(83)] Repeated {
         #[n(0)] modality: Modality, #[n(1)] frame: FrameId,
@@ -262,7 +262,7 @@ pub enum Event {
     },
     /// Perception: a frame has many colour detections, and more than any before.
     #[n(84)] Crowded { #[n(0)] frame: FrameId, #[n(1)] detections: u8 },
-    /// Perception: other modalities contradict what the colour stage has seen there, in most of the newest frames.
+    /// Perception: other modalities contradict the colour stage there, in most of the newest frames.
     #[n(85)] Doubted {
         #[n(0)] frame: FrameId, #[n(1)] class: Class,
         /// Left of the optical axis, seen from the camera.
@@ -276,13 +276,13 @@ pub enum Event {
     /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
     /// [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
-    /// The sim: the message with this [`wire_hash`] would read otherwise if nothing of this kind befell this sensor. Told of the first
+    /// The sim: the message with this [`wire_hash`] would read otherwise without the faults of this kind at this sensor. Told of the first
     /// message that a fault changes and then once in [`ALTERED_EVERY`].
     #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
-        /// How far the place in it is from the true one, mm.
+        /// Distance between the place in it and the true one, mm.
         #[n(1)] off_mm: u32,
     },
 }

@@ -1,8 +1,8 @@
-//! How those who look on put what they saw: the guard in front of a session, the display, a judge of teammates.
+//! Observations: terms of the guard in front of a session, the display, and a judge of teammates.
 
 use minicbor::{Decode, Encode};
 
-/// What the record filter in front of a session decided.
+/// Decision of the record filter in front of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
@@ -19,7 +19,7 @@ pub enum GuardVerdict {
     /// From a peer without an association, and not the beginning of one.
     #[n(3)]
     Stranger,
-    /// A handshake that this ClientHello began came to nothing within its limit.
+    /// A handshake that this ClientHello began did not complete within its limit.
     #[n(4)]
     Unfinished,
     /// A sound ClientHello for which there was no room.
@@ -41,7 +41,7 @@ impl GuardVerdict {
     }
 }
 
-/// How a shown value stands to its limits.
+/// State of a shown value against its limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
@@ -60,7 +60,7 @@ pub enum Freshness {
     Lost,
 }
 
-/// How far the display says that a command has come.
+/// Progress of a command according to the display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
@@ -91,7 +91,7 @@ pub enum ShownAs {
     NotAcknowledged,
 }
 
-/// How a teammate's claim contradicts something.
+/// Contradiction in a teammate's claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]

@@ -24,7 +24,7 @@ pub struct Accepted(());
 
 /// A message that can be accepted: a sensor product, with its mode, or none.
 pub trait Provenance {
-    /// Where it comes from, if it is a sensor product.
+    /// Mode of the product, if it is a sensor product.
     fn product(&self) -> Option<ProductMode>;
 }
 
@@ -73,7 +73,7 @@ impl<S, M> Record<S, M> {
 }
 
 impl<'b, M: Provenance> Attributed<BusMessage<'b, M>> {
-    /// Provenance, before order: what is refused for it leaves nothing behind in the window.
+    /// Provenance, before order: a message refused for it leaves the window unchanged.
     pub fn of_live(self, policy: &Policy) -> Result<Record<Live, BusMessage<'b, M>>, Refusal> {
         let body = self.message.message.product();
         self.live(policy, body, Live(()))
@@ -89,7 +89,7 @@ impl<M: Provenance> Ordered<M> {
 }
 
 impl<M> Ordered<BusMessage<'_, M>> {
-    /// The body of a message on shared memory, whose provenance was judged before its order.
+    /// The body of a message on shared memory, after provenance and order.
     pub fn accept_body(self) -> Record<Accepted, M> {
         self.next(Accepted(())).map(|bus| bus.message)
     }

@@ -1,8 +1,8 @@
 //! Attribution: the only way from fresh to attributed, and the only place where a session's peer and a record's origin meet.
 //!
-//! Evidence, by what is attributed: a session record is its session peer's, by the handshake; a report is its
+//! Evidence, by subject: a session record is its session peer's, by the handshake; a report is its
 //! origin's, if the session's peer *is* the origin and the origin's signature verifies; a shared-memory message is its
-//! producer's, by the channel's keyed tag; a command is its operator's, by signature, once `intent` has nothing against it; a
+//! producer's, by the channel's keyed tag; a command is its operator's, by signature, once `intent` has no objection; a
 //! statement is its signer's.
 
 use core::marker::PhantomData;
@@ -18,7 +18,7 @@ use crate::refusal::Refusal;
 use crate::sign::{Keyring, Purpose, Signed};
 use crate::time::{Age, AgeBound};
 
-/// Who made it is known. Of an intent `S` is what it had passed before.
+/// Attributed: its maker is known. Of an intent, `S` is the stage before.
 #[derive(Debug)]
 pub struct Attributed<S = ()>(PhantomData<S>);
 
@@ -28,17 +28,17 @@ impl<S> Attributed<S> {
     }
 }
 
-/// The unit whose certificate `peer` showed, where it is a unit's.
+/// The unit of `peer`'s certificate, if it is a unit's.
 pub fn unit_of(peer: PeerId) -> Option<UnitId> {
     node_of(peer).unit()
 }
 
-/// The node of the same name, which is what a session proves.
+/// The node of the same name, which is the identity that a session proves.
 fn node_of(peer: PeerId) -> NodeId {
     NodeId::numbered(peer.number())
 }
 
-/// Whose session brought a report.
+/// Relation of the session peer that brought a report to its origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bearer {
     /// The origin's own.
@@ -48,15 +48,15 @@ pub enum Bearer {
 }
 
 impl SignedReport<'_> {
-    /// Whether `peer`, whose session brought it, is its origin.
+    /// Relation of `peer`, over which it came, to its origin.
     pub fn bearer(&self, peer: PeerId) -> Bearer {
         if node_of(peer) == self.report.origin { Bearer::Origin } else { Bearer::Other(peer) }
     }
 }
 
 impl Decoded<SignedReport<'_>> {
-    /// How old it can be: by its own stamp if it claims to be of `peer`, whose clock `ages` has bound; else as old as the
-    /// record that `carried` it, which leaves out how long the peer had held it. Only a unit reports.
+    /// Bound of its age: by its own stamp if it claims to be of `peer` and `ages` has bound that clock; else as old as the
+    /// record that `carried` it, which leaves out the time for which the peer had held it. Only a unit reports.
     pub fn age(&self, peer: PeerId, ages: &AgeBound, carried: Evidence) -> Result<Option<Age>, Refusal> {
         let (origin, stamp) = self.claim();
         if origin.unit().is_none() {
@@ -83,7 +83,7 @@ impl SessionRecord<'_> {
 }
 
 impl<'b> Fresh<Hop<'b>> {
-    /// A session record is the session peer's: the handshake proved it, and nothing in the record claims otherwise.
+    /// A session record is the session peer's: the handshake proved it, and the record claims no other.
     pub fn by_session(self, peer: PeerId) -> Record<Attributed, SessionRecord<'b>> {
         self.next(Attributed::earned()).map(|hop| SessionRecord { hop, origin: node_of(peer) })
     }
@@ -104,7 +104,7 @@ impl<'b> Fresh<SignedReport<'b>> {
         bound.signed(policy, keys)
     }
 
-    /// The report's origin signed it, whoever carries it: for a display, which has no session with it.
+    /// The report's origin signed it, over any carrier: for a display, which has no session with it.
     pub fn by_signature(
         self,
         policy: &DisplayPolicy,

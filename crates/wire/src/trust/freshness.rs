@@ -1,7 +1,7 @@
 //! Freshness: the only way from decoded to fresh, and for an order at its unit to in time.
 //!
 //! Evidence: an upper bound of the age ([`Age`]), which only a challenge and its echo, or one host's own clock, can
-//! give. The stamp alone proves nothing.
+//! give. The stamp alone is no proof.
 
 use super::{Decoded, Record};
 use crate::command::Intent;
@@ -36,7 +36,7 @@ impl<M> Decoded<M> {
 
 impl Decoded<Intent> {
     /// The intent repeats a nonce that its unit issued at most `limit` ago (`age` since that issue; absent when the
-    /// nonce is not answerable), so it cannot be older than that, whoever held it back.
+    /// nonce is not answerable), so it cannot be older than that, even if it was held back on its way.
     pub fn in_time(self, policy: &Policy, age: Option<Age>, limit: Span) -> Result<Record<InTime, Intent>, Refusal> {
         self.check(policy, Check::Late, InTime(()), |intent, _| match age {
             Some(age) if age.upper() <= limit => Ok(()),

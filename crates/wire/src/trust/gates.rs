@@ -27,7 +27,7 @@ pub struct SessionGate<'a> {
     pub window: &'a mut Window,
     /// *Tf*.
     pub freshness: Span,
-    /// How long an echo may serve.
+    /// Longest time that an echo may serve.
     pub echo_limit: Span,
 }
 
@@ -63,7 +63,7 @@ impl SessionGate<'_> {
 pub struct BusGate {
     /// Channel.
     pub topic: Topic,
-    /// Who alone may write it.
+    /// Only node that may write it.
     pub producer: NodeId,
     /// Its key.
     pub key: bus::ChannelKey,

@@ -1,6 +1,6 @@
-//! What an intent has to pass before its signature is verified, the dearest check, and in which order.
+//! Checks that an intent passes before its signature is verified, the dearest check, and their order.
 //!
-//! Each check wraps the stage before it, so that the type of an intent lists what it has passed, innermost first. The
+//! Each check wraps the stage before it, so that the type of an intent lists the checks passed, innermost first. The
 //! signature is asked of these two types alone: an intent that left a check out, or passed two in the other order, has
 //! another type. At the gateway the age and the rate are those of the request, which came over a station's own channel; at
 //! the unit they are the intent's and its operator's.

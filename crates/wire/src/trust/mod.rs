@@ -3,7 +3,7 @@
 //! `Received → Framed → Decoded → Fresh → Attributed → Ordered → Accepted`
 //!
 //! Each check is the only way to the next stage. A stage is a token that no file can make but the one with the check that
-//! earns it; none of the types serialises, because what crosses a process is untrusted again on arrival. A check either
+//! earns it; none of the types serialises, because a message that crosses a process is untrusted again on arrival. A check either
 //! gives the next stage or one [`Refusal`]. A waived check gives the stage by waiver and the record carries that from then on.
 //!
 //! | stage | earned in | evidence |
@@ -16,7 +16,7 @@
 //! | `Accepted` | `acceptance` | the product's own mark, or the intent that a statement is about |
 //!
 //! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `standing`, `orders`
-//! and `rate` earn them, `intent` says which are asked where and in which order. Deciding what to do with an accepted record
+//! and `rate` earn them, `intent` gives their order for each service. Deciding about an accepted record
 //! is left to the services.
 
 mod acceptance;
@@ -42,7 +42,7 @@ pub use ordering::orders::Counters;
 pub use ordering::{Window, Windows};
 pub use rate::Rates;
 pub use schema::{BusMessage, Exchange, Received, SignedReport};
-pub use standing::{Mandate, Revocation, Roll};
+pub use standing::{Revocation, RevocationList, Validity};
 pub use statement::{SignedStatement, Statement};
 
 /// The stages, as types.
@@ -65,10 +65,10 @@ pub struct Record<S, M> {
     stage: S,
 }
 
-/// What has been established about a record so far.
+/// Facts established about a record so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Evidence {
-    /// When it was received, on this host's clock.
+    /// Time at which it was received, on this host's clock.
     pub received: Instant,
     /// Upper bound of its age at reception, once freshness was judged.
     pub age: Option<Age>,
@@ -82,7 +82,7 @@ pub type Framed<'a> = Record<stage::Framed, &'a [u8]>;
 pub type Decoded<M> = Record<stage::Decoded, M>;
 /// Its age is bounded.
 pub type Fresh<M> = Record<stage::Fresh, M>;
-/// Who made it is known.
+/// A record with a known maker.
 pub type Attributed<M> = Record<stage::Attributed, M>;
 /// It is in order.
 pub type Ordered<M> = Record<stage::Ordered, M>;
@@ -90,7 +90,7 @@ pub type Ordered<M> = Record<stage::Ordered, M>;
 pub type Accepted<M> = Record<stage::Accepted, M>;
 
 impl<S, M> Record<S, M> {
-    /// What has been established so far.
+    /// Facts established so far.
     pub fn evidence(&self) -> Evidence {
         self.evidence
     }
@@ -105,7 +105,7 @@ impl<S, M> Record<S, M> {
         Record { message: view(self.message), evidence: self.evidence, stage: self.stage }
     }
 
-    /// The same, if `check` is waived or `judge` finds nothing against it: one of several checks before the next stage.
+    /// The same, if `check` is waived or `judge` has no objection: one of several checks before the next stage.
     fn judged(
         mut self,
         policy: &Policy,

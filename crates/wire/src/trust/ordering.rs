@@ -69,7 +69,7 @@ impl Window {
         }
     }
 
-    /// Judges and, if nothing stands against it, takes note.
+    /// Judges and, if in order, takes note.
     ///
     /// # Errors
     /// An older boot, a sequence too far ahead, or one that was seen or is behind the window.

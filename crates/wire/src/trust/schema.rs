@@ -1,7 +1,7 @@
 //! Schema: the only way from received bytes to a decoded message. Neither length nor schema can be waived.
 //!
-//! What may be read of a message that is decoded and no more is here too: an [`Exchange`], and claims, which serve to choose
-//! by what a message is judged and are believed by nobody.
+//! Parts of a decoded message that may be read before acceptance are here too: an [`Exchange`], and claims, which serve to choose
+//! the check of a message and are untrusted.
 
 use minicbor::{Decode, Encode};
 
@@ -49,7 +49,7 @@ impl<'a> Received<'a> {
 }
 
 impl<'a> Record<Framed, &'a [u8]> {
-    /// Schema: one canonical `M`, nothing else. Cannot be waived.
+    /// Schema: one canonical `M` and no further bytes. Cannot be waived.
     pub fn decode<M: Decode<'a, ()> + Encode<()>>(self) -> Result<Record<Decoded, M>, Refusal> {
         let message = codec::decode(self.message, self.message.len())?;
         Ok(self.holds(message))
@@ -78,7 +78,7 @@ impl<'a> Record<Framed, &'a [u8]> {
         Ok(self.holds(BusMessage { header, message, signed, tags }))
     }
 
-    /// Schema of a signed `P`, with its signature, which nobody has looked at yet.
+    /// Schema of a signed `P`, with its signature, not yet checked.
     fn decode_signed<P: Decode<'a, ()> + Encode<()>>(&self, max: usize) -> Result<(P, Signed<'a>), Refusal> {
         let signed = Signed::parse(self.message, max)?;
         Ok((codec::decode::<P>(signed.payload, max)?, signed))
@@ -89,7 +89,7 @@ impl<'a> Record<Framed, &'a [u8]> {
     }
 }
 
-/// A decoded shared-memory message with what its attribution needs.
+/// A decoded shared-memory message with the parts that its attribution needs.
 #[derive(Debug)]
 pub struct BusMessage<'a, M> {
     pub(super) header: bus::Header,
@@ -98,7 +98,7 @@ pub struct BusMessage<'a, M> {
     pub(super) tags: &'a [u8],
 }
 
-/// What the session layer exchanges before any of its records can be accepted: challenges, echoes, session nonces.
+/// Exchange of the session layer before any of its records can be accepted: challenges, echoes, session nonces.
 ///
 /// This is the one thing read from a record that has only been decoded. It can do no harm beyond silence: a challenge
 /// or nonce only changes what *we* write to that same peer, and an echo counts only if it repeats an unguessable
@@ -147,12 +147,12 @@ impl<'b> SignedReport<'b> {
 }
 
 impl<'b> Record<Decoded, SignedReport<'b>> {
-    /// The stamp and claimed origin, for choosing how to bound its age; believed by nobody.
+    /// The stamp and claimed origin, for choosing the bound of its age; untrusted.
     pub fn claim(&self) -> (NodeId, PeerStamp) {
         (self.message.report.origin, self.message.report.stamp)
     }
 
-    /// The display's challenge that it repeats; of use to none but the one who issued that, and believed by nobody.
+    /// The display's challenge that it repeats; of use only to its issuer, and untrusted.
     pub fn watched(&self) -> Option<Echo> {
         self.message.report.watched
     }
@@ -180,7 +180,7 @@ impl<'b, M: Statement> Record<Decoded, SignedStatement<'b, M>> {
         Ok(framed.holds(SignedStatement { message, signed }))
     }
 
-    /// The command and the signed intent that it claims to be about, for finding them; believed by nobody.
+    /// The command and the signed intent that it claims to be about, for finding them; untrusted.
     pub fn claimed(&self) -> (CommandId, IntentHash) {
         self.message.message.about()
     }

@@ -2,8 +2,8 @@
 //! over a revocation, and this host's clock.
 //!
 //! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
-//! the first service starts; the console keeps them, as one keeps a revocation certificate. Whoever holds one can take
-//! that identity's standing away, for good, and do nothing else with it.
+//! the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only revoke
+//! that identity, for good.
 
 use core::marker::PhantomData;
 
@@ -25,10 +25,10 @@ pub struct InRole<S>(PhantomData<S>);
 #[derive(Debug)]
 pub struct NotRevoked<S>(PhantomData<S>);
 
-/// What the authority signs: this identity is admitted no longer.
+/// Statement of the authority: this identity is admitted no longer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Revocation {
-    /// Whose standing ends.
+    /// Revoked identity.
     #[n(0)]
     pub of: NodeId,
 }
@@ -43,31 +43,31 @@ impl Revocation {
 /// For how long an identity is admitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Mandate {
-    /// Who.
+pub struct Validity {
+    /// Identity.
     pub who: NodeId,
-    /// Until so many milliseconds after the start of whoever judges it. Who starts a judge again takes off what has passed.
+    /// Until so many milliseconds after the start of its judge. A restart of the judge takes off the time passed.
     pub until_ms: u64,
 }
 
-/// Who is admitted no longer.
+/// Identities that are admitted no longer.
 #[derive(Clone, Debug)]
-pub struct Roll {
+pub struct RevocationList {
     ends: [Option<Instant>; NODES],
     revoked: [bool; NODES],
 }
 
-impl Roll {
+impl RevocationList {
     /// Everybody stands, those with a mandate until its end; `now` is the start.
-    pub fn new(mandates: &[Mandate], now: Instant) -> Self {
+    pub fn new(mandates: &[Validity], now: Instant) -> Self {
         let mut ends = [None; NODES];
         for mandate in mandates {
             ends[mandate.who.index()] = Some(now + Span::ms(mandate.until_ms));
         }
-        Roll { ends, revoked: [false; NODES] }
+        RevocationList { ends, revoked: [false; NODES] }
     }
 
-    /// Takes a signed revocation that came at `now`; gives whose standing it ended, `None` where it had ended before. The
+    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked before. The
     /// authority's signature cannot be waived.
     pub fn revoke(&mut self, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Option<NodeId>, Refusal> {
         let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
@@ -82,7 +82,7 @@ impl Roll {
         Ok(Some(revocation.of))
     }
 
-    /// Whether `who` is admitted at `now`.
+    /// Checks that `who` is admitted at `now`.
     pub fn stands(&self, who: NodeId, now: Instant) -> Result<(), Refusal> {
         if self.revoked[who.index()] {
             return Err(Refusal::Revoked { got: who });
@@ -107,10 +107,12 @@ impl<S> Record<S, Intent> {
     pub fn standing(
         self,
         policy: &Policy,
-        roll: &Roll,
+        revoked: &RevocationList,
         now: Instant,
     ) -> Result<Record<NotRevoked<S>, Intent>, Refusal> {
-        self.check(policy, Check::Standing, NotRevoked(PhantomData), |intent, _| roll.stands(intent.id.operator, now))
+        self.check(policy, Check::Standing, NotRevoked(PhantomData), |intent, _| {
+            revoked.stands(intent.id.operator, now)
+        })
     }
 }
 
@@ -124,19 +126,19 @@ mod tests {
         let mut keys = Keyring::default();
         keys.insert(NodeId::AUTHORITY, &authority.public());
         keys.insert(NodeId::OPERATOR, &operator.public());
-        let mandate = Mandate { who: NodeId::OPERATOR, until_ms: 100 };
-        let mut roll = Roll::new(&[mandate], Instant(0));
+        let mandate = Validity { who: NodeId::OPERATOR, until_ms: 100 };
+        let mut revoked = RevocationList::new(&[mandate], Instant(0));
         let second = Revocation { of: NodeId::OPERATOR_2 };
         let at = Instant(99_999);
-        assert!(matches!(roll.revoke(&keys, at, &second.sign(&operator)), Err(Refusal::Signature { .. })));
-        assert_eq!(roll.stands(NodeId::OPERATOR_2, at), Ok(()));
-        assert_eq!(roll.revoke(&keys, at, &second.sign(&authority)), Ok(Some(NodeId::OPERATOR_2)));
-        assert_eq!(roll.revoke(&keys, at, &second.sign(&authority)), Ok(None));
-        assert_eq!(roll.stands(NodeId::OPERATOR_2, at), Err(Refusal::Revoked { got: NodeId::OPERATOR_2 }));
-        assert_eq!(roll.stands(NodeId::OPERATOR, at), Ok(()));
+        assert!(matches!(revoked.revoke(&keys, at, &second.sign(&operator)), Err(Refusal::Signature { .. })));
+        assert_eq!(revoked.stands(NodeId::OPERATOR_2, at), Ok(()));
+        assert_eq!(revoked.revoke(&keys, at, &second.sign(&authority)), Ok(Some(NodeId::OPERATOR_2)));
+        assert_eq!(revoked.revoke(&keys, at, &second.sign(&authority)), Ok(None));
+        assert_eq!(revoked.stands(NodeId::OPERATOR_2, at), Err(Refusal::Revoked { got: NodeId::OPERATOR_2 }));
+        assert_eq!(revoked.stands(NodeId::OPERATOR, at), Ok(()));
         let over = Span::ms(1);
         let expired = Refusal::Expired { got: NodeId::OPERATOR, over };
-        assert_eq!(roll.stands(NodeId::OPERATOR, Instant(101_000)), Err(expired));
+        assert_eq!(revoked.stands(NodeId::OPERATOR, Instant(101_000)), Err(expired));
     }
 
     #[test]
@@ -144,10 +146,10 @@ mod tests {
         let authority = Key::from_bytes(&[1; 32]);
         let mut keys = Keyring::default();
         keys.insert(NodeId::AUTHORITY, &authority.public());
-        let mut roll = Roll::new(&[], Instant(0));
+        let mut revoked = RevocationList::new(&[], Instant(0));
         let payload = codec::encode(&Revocation { of: NodeId::OPERATOR });
         let head = authority.sign(Purpose::Head, &payload);
-        assert!(matches!(roll.revoke(&keys, Instant(0), &head), Err(Refusal::Signature { .. })));
-        assert!(roll.revoke(&keys, Instant(0), &payload).is_err());
+        assert!(matches!(revoked.revoke(&keys, Instant(0), &head), Err(Refusal::Signature { .. })));
+        assert!(revoked.revoke(&keys, Instant(0), &payload).is_err());
     }
 }

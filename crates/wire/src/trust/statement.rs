@@ -13,7 +13,7 @@ use crate::sign::{Purpose, Signed};
 
 /// A message that is bound to one signed intent by id and hash.
 pub trait Statement: Encode<()> + for<'b> Decode<'b, ()> {
-    /// What its signature is over.
+    /// Purpose of its signature.
     const PURPOSE: Purpose;
 
     /// The command and the SHA-256 of its signed intent.

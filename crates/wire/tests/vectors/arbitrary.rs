@@ -24,7 +24,7 @@ use wire::trust::{BusGate, Decoded, Received, SessionGate, SignedReport, SignedS
 
 use crate::values;
 
-/// Offers `bytes` to every way into the boundary; nothing but a panic is an error here.
+/// Offers `bytes` to every way into the boundary; only a panic is an error here.
 fn offer(bytes: &[u8]) {
     for (_, values) in values::all() {
         if let Some(value) = values.first() {

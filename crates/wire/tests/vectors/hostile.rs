@@ -1,4 +1,4 @@
-//! What must be refused, made from every vector: bytes that are nearly a message.
+//! Messages that must be refused, made from every vector: bytes that are nearly a message.
 
 use wire::codec::Malformed;
 

@@ -27,7 +27,7 @@ use wire::sensor::{
 use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 use wire::step::StepName;
-use wire::stream::{Deed, Sight};
+use wire::stream::{Sight, StreamEffect};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
 use wire::trust::Revocation;
@@ -39,7 +39,7 @@ pub(crate) type Decode = Box<dyn Fn(&[u8], usize) -> Result<bool, Malformed>>;
 pub(crate) struct Named {
     /// Name in the vector file.
     pub name: &'static str,
-    /// What the codec writes for it.
+    /// Its encoding by the codec.
     pub bytes: Vec<u8>,
     /// Decodes and compares with it.
     pub decode: Decode,
@@ -456,7 +456,7 @@ fn entries() -> Vec<Named> {
     decisions().into_iter().chain(witnesses()).chain(instrument()).map(entry).collect()
 }
 
-/// What services decide.
+/// Decisions of services.
 fn decisions() -> Vec<(&'static str, Event)> {
     let at = Interface::Uplink;
     let waived = Waived::default();
@@ -518,7 +518,7 @@ fn decisions() -> Vec<(&'static str, Event)> {
     ]
 }
 
-/// What others saw.
+/// Observations of others.
 fn witnesses() -> Vec<(&'static str, Event)> {
     vec![
         (
@@ -624,7 +624,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         (
             "tampered",
             Event::Tampered {
-                deed: Deed::Held,
+                deed: StreamEffect::Held,
                 side: Side::Client,
                 stream: 1 << 50,
                 offset: 4_000,
@@ -707,7 +707,7 @@ fn numbered(act: person::Act) -> Numbered {
     Numbered { serial: 300, act }
 }
 
-/// What a person does, each way; every alarm is taken note of.
+/// Acts of a person, each way; every alarm is acknowledged.
 fn acts() -> Vec<Named> {
     use person::{Act, Order};
     let hold = Order::Command(UnitId::A, CommandKind::Hold);
@@ -735,7 +735,7 @@ fn step(name: &str) -> StepName {
     StepName::new(name).expect("a step's name")
 }
 
-/// What the instrument says of itself.
+/// Statements of the instrument about itself.
 fn instrument() -> Vec<(&'static str, Event)> {
     let refused = Account::Refused(Interface::Bus(Topic::Tracks), Reason::Stale);
     let slow = Suspension::Slow { quota: 250, period: Span::ms(100) };

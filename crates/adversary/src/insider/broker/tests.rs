@@ -1,4 +1,4 @@
-//! The hostile broker alone: what it delivers of what it was handed, and what its forgeries are worth.
+//! The hostile broker alone: its deliveries, and the effect of its forgeries.
 
 use wire::codec;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};

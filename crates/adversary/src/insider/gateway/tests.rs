@@ -1,4 +1,4 @@
-//! The gateway insider alone: what it makes of the feed and of what the operator asks for.
+//! The gateway insider alone: its treatment of the feed and of the operator's requests.
 
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List, Text};
@@ -114,7 +114,7 @@ fn fed(insider: &mut InsiderGateway, ms: u64, sequence: u64, mode: Mode) -> Vec<
     turn(insider, at(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut Vec::new())
 }
 
-/// What the honest half says of A's report.
+/// The honest half's message on A's report.
 fn honest(ms: u64, sequence: u64, mode: Mode) -> Vec<u8> {
     let report = signed(sequence, mode);
     let accepted = AcceptedReport {

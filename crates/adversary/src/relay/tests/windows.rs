@@ -1,4 +1,4 @@
-//! Every action acts in its window, in its direction and by its amount, and what passes outside of these passes as it came.
+//! Every action acts in its window, in its direction and by its amount, and other traffic passes as it came.
 
 use super::*;
 

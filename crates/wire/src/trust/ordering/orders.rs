@@ -1,8 +1,8 @@
-//! At most once and in order: what is remembered of each operator's commands.
+//! At most once and in order: memory of each operator's commands.
 //!
-//! A command's id is its operator's own counter. Whoever holds that operator's key could run the counter to its end and
+//! A command's id is its operator's own counter. A thief of that operator's key could run the counter to its end and
 //! so lock the operator out; hence three rules. A counter steps at most [`STEP`] ahead, so its end is out of reach and an
-//! operator who goes on above what the unit says it saw is heard. Each operator has a counter of its own. And what leads
+//! operator who goes on above the value in the unit's reports is heard. Each operator has a counter of its own. And a command
 //! towards safe does not ask the counter: only the very same signed intent is refused, because to hold once more is safe
 //! and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator will give next.
 
@@ -17,7 +17,7 @@ use crate::refusal::Refusal;
 use crate::trust::stage::Attributed;
 use crate::trust::{AtGateway, AtUnit, Record};
 
-/// It was not seen before and is in order, by what is known before its signature is; `S` came before.
+/// Not seen before and in order, by the facts known before its signature is; `S` came before.
 #[derive(Debug)]
 pub struct NotRepeated<S>(PhantomData<S>);
 
@@ -30,7 +30,7 @@ const FIRST: u64 = 1 << 32;
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
 /// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`crate::trust::rate`]) let
-/// through in all lanes before the nonces that they repeat have run out.
+/// through in all classes before the nonces that they repeat have run out.
 const KEPT: usize = 96;
 
 /// The commands of every operator; bounded by the closed set of identities.
@@ -51,7 +51,7 @@ impl Counters {
         self.0.iter().find(|counter| counter.operator == operator)
     }
 
-    /// How far the counter of `operator` has come: whoever goes on above it is heard.
+    /// Newest value of the counter of `operator`: a command above it is heard.
     pub fn newest(&self, operator: NodeId) -> Option<CommandId> {
         self.of(operator).and_then(|counter| counter.newest)
     }
@@ -94,9 +94,9 @@ impl Counters {
         }
     }
 
-    /// How far an accepted command moves its operator's counter. A HOLD of a boot that is too far ahead moves it by the one
+    /// Value to which an accepted command moves its operator's counter. A HOLD of a boot that is too far ahead moves it by the one
     /// step that it may take: else an operator whose console started more often than that unheard would be refused until
-    /// *we* start anew; so a few HOLDs bring the two together. A thief of the key gains nothing: a HOLD of just that boot
+    /// *we* start anew; so a few HOLDs bring the two together. A thief of the key gains no advantage: a HOLD of just that boot
     /// moves the counter as far, and comes as often.
     fn reached(&self, intent: &Intent) -> Option<CommandId> {
         match self.near(intent.id) {
@@ -127,8 +127,8 @@ impl Counters {
 }
 
 impl<S> Record<S, Intent> {
-    /// What [`Record::once`] will find, asked before the signature is verified, so that repetitions cost little.
-    /// `hash` is that of its signed bytes. Nothing is remembered.
+    /// Result of [`Record::once`] in advance, asked before the signature is verified, so that repetitions cost little.
+    /// `hash` is that of its signed bytes. The memory is left unchanged.
     pub fn not_repeated(
         self,
         policy: &Policy,
@@ -164,7 +164,7 @@ impl Record<Attributed<AtUnit>, Intent> {
 }
 
 impl Record<Attributed<AtGateway>, Intent> {
-    /// At most once, without an order among them: for whoever passes commands on and leaves their order to the unit.
+    /// At most once, without an order among them: for a service that passes commands on and leaves their order to the unit.
     pub fn unrepeated(
         self,
         policy: &Policy,
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
     use crate::codec::Text;
     use crate::id::{Nonce, UnitId};
-    use crate::trust::rate::{Allowance, Lane};
+    use crate::trust::rate::{Allowance, RateClass};
 
     fn intent(boot: u32, sequence: u64, kind: CommandKind) -> Intent {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(boot), sequence: Sequence(sequence) };
@@ -235,8 +235,8 @@ mod tests {
     #[test]
     fn more_commands_are_remembered_than_the_rates_let_through_while_a_nonce_is_good() {
         let ms = crate::bounds::Bounds::GROUND.command_limit_ms;
-        let through = [Lane::Away, Lane::Withdraw, Lane::Hold].map(|lane| {
-            let Allowance { burst, per_s } = lane.allowance();
+        let through = [RateClass::Away, RateClass::Withdraw, RateClass::Hold].map(|class| {
+            let Allowance { burst, per_s } = class.allowance();
             u64::from(burst) + u64::from(per_s) * ms / 1000
         });
         assert!(through.iter().sum::<u64>() < KEPT as u64, "{through:?}");

@@ -1,40 +1,40 @@
-//! What became of the platform when one of its processes was killed, hung, was slow or found its disk full.
+//! Responses of the platform to a process fault: one of its processes was killed, hung, was slow or found its disk full.
 
 use serde::Serialize;
 use wire::mode::Mode;
 
-/// From what moment a bound counts.
+/// Moment from which a bound counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum From {
     /// From the kill.
     Kill,
-    /// From the operator's next HOLD: the death by itself owes nothing.
+    /// From the operator's next HOLD: the death by itself calls for no response.
     Hold,
 }
 
-/// What befell the process.
+/// Fault of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Fate {
+pub enum ProcessFault {
     /// It ended.
     Kill,
     /// It did not run for a time.
     Hang,
     /// It ran for a share of the time.
     Slow,
-    /// Its disk took nothing more for a time.
+    /// Its disk took no more bytes for a time.
     Full,
 }
 
-/// What came of it.
+/// Response to it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Response {
     /// The process.
     pub process: String,
-    /// What befell it.
-    pub fate: Fate,
-    /// When, milliseconds of the run.
+    /// Fault.
+    pub fate: ProcessFault,
+    /// Time, milliseconds of the run.
     pub killed_ms: f64,
     /// The unit's mode at that moment.
     pub before: Mode,
@@ -50,13 +50,13 @@ pub struct Response {
     pub settled_ms: Option<f64>,
     /// The plant; `None` where its world died with it.
     pub plant: Option<PlantResponse>,
-    /// Whether anything was owed: no bound ends within a stop that is shorter than it, and a broker without an order owes none.
+    /// True if a response was owed: no bound ends within a stop that is shorter than it, and a broker without an order owes none.
     pub owed: bool,
-    /// Whether everything that was owed came, in time.
+    /// True if everything that was owed came, in time.
     pub kept: bool,
 }
 
-/// What the ground truth shows of the plant.
+/// Ground truth of the plant.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PlantResponse {
     /// True speed at the kill, mm/s.

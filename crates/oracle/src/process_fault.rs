@@ -1,7 +1,7 @@
-//! What the platform owes when one of its processes is killed, hangs, is slow or finds its disk full, stated before any run, and what a log shows
-//! came of it.
+//! Responses owed by the platform when one of its processes is killed, hangs, is slow or finds its disk full, stated before any run, and those
+//! that a log shows.
 //!
-//! A process that dies says nothing more, so each row is read from the others: the mode from the unit's own log, and
+//! A process that dies writes no more, so each row is read from the others: the mode from the unit's own log, and
 //! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/reference/bounds.md`). A
 //! process that does not run for a time owes what a dead one does, as far as its bounds end within that time; and a unit
 //! that did not run for as long as its lease holds as soon as it runs again.
@@ -19,7 +19,7 @@ use super::SLACK;
 use super::timeline::{Timeline, Truth};
 use super::{finding, life};
 
-use evidence::demise::{Fate, From, PlantResponse, Response};
+use evidence::process_fault::{From, PlantResponse, ProcessFault, Response};
 pub use owed::{OWED, Owed, owed};
 
 /// Speed below which the plant counts as standing, mm/s.
@@ -32,9 +32,9 @@ const TRUTH_PERIOD: Micros = 100_000;
 /// A process's fate under judgement.
 struct Death<'a> {
     owed: &'static Owed,
-    fate: Fate,
+    fate: ProcessFault,
     killed: Micros,
-    /// When it ran again after the longest time for which it did not; never for one that is dead.
+    /// Time at which it ran again after its longest stop; never for one that is dead.
     runs: Micros,
     /// From when bounds count: the kill, or the HOLD after it if there was one.
     zero: Option<Micros>,
@@ -42,15 +42,15 @@ struct Death<'a> {
     line: &'a Timeline,
 }
 
-/// The response to every kill of the log, and what of it was owed and did not come.
+/// The response to every kill of the log, and the responses that were owed and did not come.
 pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec<Finding>) {
     let (mut responses, mut findings) = (Vec::new(), Vec::new());
     for w in &evidence.entries {
         let (node, fate) = match w.entry.event {
-            Event::Ended { node, killed: true } => (node, Fate::Kill),
-            Event::Suspended { node, how: Suspension::Hang, on: true } => (node, Fate::Hang),
-            Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, Fate::Slow),
-            Event::DiskFull { node, on: true } => (node, Fate::Full),
+            Event::Ended { node, killed: true } => (node, ProcessFault::Kill),
+            Event::Suspended { node, how: Suspension::Hang, on: true } => (node, ProcessFault::Hang),
+            Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, ProcessFault::Slow),
+            Event::DiskFull { node, on: true } => (node, ProcessFault::Full),
             _ => continue,
         };
         let Some(owed) = owed(node) else { continue };
@@ -68,7 +68,7 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
     (responses, findings)
 }
 
-/// When the process that `w` says was stopped or ended runs again, at the latest after one of its stops.
+/// Time at which the process that `w` says was stopped or ended runs again, at the latest after one of its stops.
 fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
     let mut later = evidence.entries.iter().filter(|l| l.at >= w.at);
     match w.entry.event {
@@ -96,7 +96,7 @@ fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
     }
 }
 
-/// When `wanted` could next judge or do anything: `at`, or one judgement after it runs again where it hung then.
+/// Time at which `wanted` could next judge or act: `at`, or one judgement after it runs again where it hung then.
 pub(super) fn can_judge(evidence: &Evidence, wanted: NodeId, at: Micros) -> Micros {
     let hung = evidence.entries.iter().filter(|w| {
         matches!(w.entry.event, Event::Suspended { node, how: Suspension::Hang, on: true } if node == wanted)
@@ -106,17 +106,17 @@ pub(super) fn can_judge(evidence: &Evidence, wanted: NodeId, at: Micros) -> Micr
     at.max(judges.unwrap_or(0))
 }
 
-/// One judgement of the guards after a unit runs again, with what is under way.
+/// One judgement of the guards after a unit runs again, with the messages under way.
 fn judgement(evidence: &Evidence) -> Micros {
     evidence.bounds.control_period_ms * 1000 + RESUME_SLACK
 }
 
-/// Whether the unit under test was killed and its plant stands without a lease.
+/// True if the unit under test was killed and its plant stands without a lease.
 pub(super) fn stopped_without_its_unit(evidence: &Evidence, line: &Timeline) -> bool {
     evidence.killed.contains(&NodeId::UNIT_A) && stands(line)
 }
 
-/// Whether the last sample of the plant shows it standing without a lease.
+/// True if the last sample of the plant shows it standing without a lease.
 fn stands(line: &Timeline) -> bool {
     line.truth.last().is_some_and(|t| !t.leased && t.speed.abs() <= STANDING)
 }
@@ -185,8 +185,8 @@ impl Death<'_> {
         }
     }
 
-    /// What was owed and did not come. Of a platform that was not in nominal control when the process died, nothing can
-    /// be learnt: that is no evidence, never a pass.
+    /// Responses that were owed and did not come. A platform that was not in nominal control when the process died teaches
+    /// no lesson: that is no evidence, never a pass.
     fn findings(&self) -> Vec<Finding> {
         let before = self.line.mode_at(self.killed);
         // A kill that is a named step was put where it is on purpose.
@@ -195,7 +195,7 @@ impl Death<'_> {
             return vec![finding(Property::P10, self.killed, what)];
         }
         let Some(zero) = self.zero else {
-            if self.fate != Fate::Kill {
+            if self.fate != ProcessFault::Kill {
                 return Vec::new();
             }
             let what = format!("no HOLD was given after {} was killed", self.owed.node);
@@ -210,11 +210,11 @@ impl Death<'_> {
             let holds = self.owed.ends_in == Mode::HoldSafe && self.owed.node != NodeId::SIM;
             found.extend(if holds { self.stands_in_time(zero) } else { None });
         }
-        found.extend(if self.fate == Fate::Full { self.held_up() } else { None });
+        found.extend(if self.fate == ProcessFault::Full { self.held_up() } else { None });
         found
     }
 
-    /// A log that cannot be written holds up nothing: reports go on coming, and the plant is driven under its lease.
+    /// A log that cannot be written holds up no other part: reports go on coming, and the plant is driven under its lease.
     fn held_up(&self) -> Option<Finding> {
         let (from, to) = (self.killed, self.runs.min(self.evidence.duration));
         let limit = self.evidence.bounds.freshness_ms * 1000;
@@ -231,15 +231,15 @@ impl Death<'_> {
         matches!(self.line.mode_at(at), Mode::Ready | Mode::PrepareToAct | Mode::Degraded)
     }
 
-    /// When a bound that counts from `zero` ends, if the process does not run again before.
+    /// End of a bound that counts from `zero`, if the process does not run again before.
     fn due(&self, zero: Micros, bound: Option<fn(&Bounds) -> u64>) -> Option<Micros> {
         Some(zero + bound?(&self.evidence.bounds) * 1000).filter(|at| *at <= self.runs)
     }
 
-    /// Whether there was anything to respond to.
+    /// True if there was a cause for a response.
     fn owes(&self) -> bool {
         let Some(zero) = self.zero else { return false };
-        if self.fate == Fate::Full {
+        if self.fate == ProcessFault::Full {
             return true;
         }
         if self.unit_dead() {
@@ -248,7 +248,7 @@ impl Death<'_> {
         self.due(zero, self.owed.restricted).is_some() || self.due(zero, self.owed.settled).is_some()
     }
 
-    /// Whether the unit did not run for as long as its supervision lease, and runs again.
+    /// True if the unit did not run for as long as its supervision lease, and runs again.
     fn lapsed(&self) -> bool {
         let b = &self.evidence.bounds;
         self.runs < self.evidence.duration && self.runs - self.killed > (b.lease_ms + b.control_period_ms) * 1000
@@ -282,15 +282,15 @@ impl Death<'_> {
         found
     }
 
-    /// When the unit's mode tells what became of a bound that ends at `at`: where it hung then, once it runs again; never of a
-    /// unit that is dead itself, whose plant is looked at for its own death.
+    /// Time at which the unit's mode shows the result of a bound that ends at `at`: where it hung then, once it runs again; never of a
+    /// unit that is dead itself: the plant is looked at for that.
     fn judged(&self, at: Micros) -> Option<Micros> {
         let dead = life::dead(self.evidence, NodeId::UNIT_A).iter().any(|(from, to)| (*from..*to).contains(&at));
         let judges = can_judge(self.evidence, NodeId::UNIT_A, at);
         (!dead && judges <= self.evidence.duration).then_some(judges)
     }
 
-    /// Whether it was a step of its own.
+    /// True if it was a step of its own.
     fn on_purpose(&self) -> bool {
         let near = self.evidence.entries.iter().filter(|w| w.at <= self.killed && self.killed - w.at < TRUTH_PERIOD);
         near.filter(|w| w.entry.node == NodeId::CAMPAIGN)
@@ -352,7 +352,7 @@ impl Death<'_> {
 }
 
 impl Death<'_> {
-    /// How long the plant's world did not go on, of stops that began from `from` to `to`: nothing brakes in it meanwhile.
+    /// Time for which the plant's world did not go on, of stops that began from `from` to `to`: no plant brakes in it meanwhile.
     fn world_stood_still(&self, from: Micros, to: Micros) -> Micros {
         let began = self.evidence.entries.iter().filter(|w| {
             matches!(w.entry.event, Event::Suspended { node: NodeId::SIM, on: true, .. }) && (from..=to).contains(&w.at)

@@ -1,4 +1,4 @@
-//! What every adversary keeps beside its plan: its log, what it says next, and whether it has been told to stop.
+//! Outbox of every adversary, beside its plan: its log, its next outputs, and the order to stop.
 
 use std::collections::VecDeque;
 
@@ -12,32 +12,32 @@ use crate::opening::Opening;
 
 /// See the module.
 #[derive(Debug)]
-pub(crate) struct Desk {
+pub(crate) struct Outbox {
     quiet: bool,
     journal: Journal,
     out: VecDeque<Output>,
 }
 
-impl Desk {
-    /// A desk whose log begins at `now`.
+impl Outbox {
+    /// An outbox with a log that begins at `now`.
     pub(crate) fn new(setup: &Setup, now: Instant) -> Self {
         let journal = Journal::new(setup.node, setup.boot, Some(setup.key()));
-        let mut desk = Self { quiet: false, journal, out: VecDeque::new() };
-        desk.write(now, Event::Started);
-        desk
+        let mut outbox = Self { quiet: false, journal, out: VecDeque::new() };
+        outbox.write(now, Event::Started);
+        outbox
     }
 
-    /// The same desk in a forked world.
+    /// The same outbox in a forked world.
     pub(crate) fn fork(&self) -> Self {
         Self { quiet: self.quiet, journal: self.journal.fork(), out: self.out.clone() }
     }
 
-    /// Whether it has been told to stop.
+    /// True if it has been told to stop.
     pub(crate) fn is_quiet(&self) -> bool {
         self.quiet
     }
 
-    /// Heeds what every core is told of the end of a run: it stops, and then signs its log. True when all is over.
+    /// Heeds the end of a run, of which every core is told: it stops, and then signs its log. True when all is over.
     pub(crate) fn heed(&mut self, now: Instant, input: &Input) -> bool {
         let over = matches!(input, Input::Finish);
         self.quiet |= over || matches!(input, Input::Quiesce);
@@ -52,7 +52,7 @@ impl Desk {
         self.journal.write(now, event, &mut self.out);
     }
 
-    /// Tells what is done to these very bytes on their way towards `side`. Told first and then done, so that no effect is
+    /// Logs the action on these very bytes on their way towards `side`. Logged first and then done, so that no effect is
     /// logged before its cause.
     pub(crate) fn attack(&mut self, now: Instant, action: Action, side: Side, bytes: &[u8], delay: Span) {
         let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
@@ -64,7 +64,7 @@ impl Desk {
         self.out.push_back(output);
     }
 
-    /// What is to be said or done next.
+    /// Next output.
     pub(crate) fn next(&mut self) -> Option<Output> {
         self.out.pop_front()
     }
@@ -82,7 +82,7 @@ impl Desk {
         self.settle(openings.iter_mut(), now);
     }
 
-    /// Time has passed for these actions: silences are looked at, and what began or ended is told.
+    /// Time has passed for these actions: silences are looked at, and beginnings and ends are logged.
     pub(crate) fn settle<'o>(&mut self, openings: impl Iterator<Item = &'o mut Opening>, now: Instant) {
         for opening in openings {
             opening.silence(now);

@@ -1,9 +1,9 @@
-//! How much of what can be done to a recording is found: every byte of its file changed, every entry taken out, put in again or
+//! Detection rate of manipulations of a recording: every byte of its file changed, every entry taken out, put in again or
 //! exchanged with the next, the file cut at every byte.
 //!
-//! One sweep is over the file of one run that is whole, every byte of it. What chains, signatures and heads find is told apart from
-//! what the digest of the whole file finds and they do not: of that, what leaves every entry as it was, what moves the time under which one is
-//! kept by less than a host's clock allows for, and what changes an entry. Who writes whole stories anew is `adversary::insider`'s business.
+//! One sweep is over the file of one run that is whole, every byte of it. Findings of chains, signatures and heads are told apart from
+//! those of the digest of the whole file alone: of those, changes that leave every entry as it was, changes that move the time under which one is
+//! kept by less than a host's clock allows for, and changes of an entry. Writing whole stories anew is `adversary::insider`'s business.
 
 use link::recorded::{MAX_FRAMES, frames_in};
 use sha2::{Digest, Sha256};
@@ -12,10 +12,10 @@ use wire::event::Event;
 use wire::id::NodeId;
 use wire::sign::SharedVerifier;
 
-use super::{Custodian, Custody, Held, Life};
+use super::{Held, Life, LogVerifier, Verification};
 use crate::log::{Logged, by_recorder};
 
-/// A whole recording, and what is held of it.
+/// A whole recording, and its trust anchors.
 pub struct Sweep<'a> {
     file: &'a [u8],
     log: Vec<Logged>,
@@ -25,11 +25,11 @@ pub struct Sweep<'a> {
     verifier: SharedVerifier,
 }
 
-/// What came of one change.
+/// Result of one change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Came {
-    /// It was to what no entry is made of: an index, a checksum that is not needed, the name of the library. Only the digest of the
-    /// file is another; or two neighbours stand otherwise whose order among each other is nobody's to say.
+    /// It changed bytes of which no entry is made: an index, a checksum that is not needed, the name of the library. Only the digest of the
+    /// file is another; or two neighbours are swapped that have no order between them.
     Harmless,
     /// It moved the time under which an entry is kept, by less than can be told, microseconds. Only the digest of the file is another.
     Retimed(u64),
@@ -37,15 +37,15 @@ pub enum Came {
     Unchained,
     /// It was found by chains, signatures, heads or clocks: whether at the entry or at the next of its chain.
     Found {
-        /// Whether there.
+        /// True if the first flaw is told there.
         located: bool,
     },
-    /// Nothing found it.
+    /// No check found it.
     Missed,
 }
 
 impl<'a> Sweep<'a> {
-    /// Of a file's bytes; `verifier` may know again what it has verified.
+    /// Of a file's bytes; `verifier` may remember its earlier answers.
     ///
     /// # Errors
     /// When it is not whole to begin with.
@@ -109,13 +109,13 @@ impl<'a> Sweep<'a> {
         if came == Came::Missed && unsealed { Came::Harmless } else { came }
     }
 
-    /// How many entries are read of the file's first `length` bytes; nothing where these are not the first of the whole.
+    /// Number of entries read of the file's first `length` bytes; none where these are not the first of the whole.
     pub fn cut(&self, length: usize) -> Option<usize> {
         let log = read(self.file.get(..length)?).ok()?;
         self.log.starts_with(&log).then_some(log.len())
     }
 
-    /// Whether it is noticed that the file ends there.
+    /// True if it is noticed that the file ends there.
     pub fn cut_is_found(&self, length: usize) -> bool {
         let log = read(self.file.get(..length).unwrap_or(self.file)).unwrap_or_default();
         log.len() == self.log.len() || !self.judged(&log).flaws.is_empty()
@@ -129,13 +129,13 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    fn judged(&self, log: &[Logged]) -> Custody {
-        let mut custodian = Custodian::new(self.held).asking(self.verifier.clone());
+    fn judged(&self, log: &[Logged]) -> Verification {
+        let mut log_verifier = LogVerifier::new(self.held).asking(self.verifier.clone());
         for logged in log {
             // What does not follow is noted there.
-            let _ = custodian.take(logged.at, logged.node, &logged.bytes);
+            let _ = log_verifier.take(logged.at, logged.node, &logged.bytes);
         }
-        custodian.close()
+        log_verifier.close()
     }
 
     /// By how much the only difference, a time, was moved.
@@ -147,9 +147,9 @@ impl<'a> Sweep<'a> {
         differ.iter().map(moved).collect::<Option<Vec<u64>>>()?.into_iter().max()
     }
 
-    /// Whether the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
+    /// True if the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
     /// none. Places count from 0, flaws from 1.
-    fn told_near(&self, custody: &Custody, place: usize) -> bool {
+    fn told_near(&self, custody: &Verification, place: usize) -> bool {
         let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::of(&entry));
         let Some(of) = self.log.get(place).and_then(life) else { return false };
         let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(of));
@@ -158,7 +158,7 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Whether an entry is a seal of the recorder's.
+/// True if an entry is a seal of the recorder's.
 pub fn is_seal(logged: &Logged) -> bool {
     Entry::decode(&logged.bytes).is_ok_and(|entry| matches!(entry.event, Event::Sealed { .. }))
 }

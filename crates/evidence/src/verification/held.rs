@@ -1,4 +1,4 @@
-//! What is held of a recording outside the recorder: public keys, heads, clocks. No secret.
+//! Trust anchors of a recording outside the recorder: public keys, heads, clocks. No secret.
 
 use std::collections::BTreeMap;
 
@@ -8,29 +8,29 @@ use wire::id::{Boot, NodeId};
 
 use crate::log::hex;
 
-/// How long after the start a service may still come to be, microseconds.
+/// Time after the start within which a service may still come to be, microseconds.
 const MADE_WITHIN_US: i128 = 2_000_000;
 /// By how much an entry may seem to have been written after it was handed over, microseconds: the rounding of two clocks.
 const ROUNDING_US: i128 = 2;
 
-/// What is held outside the recorder.
+/// Trust anchors outside the recorder.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Held {
     /// The public key of each service that writes, hexadecimal.
     pub keys: BTreeMap<NodeId, String>,
-    /// How far each life's chain went, by its own account.
+    /// Head of each life's chain, by its own account.
     pub heads: Vec<HeldHead>,
     /// Lives that were ended on purpose: they owe no last signature and left no account.
     pub killed: Vec<Life>,
     /// The clock of each service's host.
     pub clocks: BTreeMap<NodeId, HeldClock>,
-    /// When the launcher kept a service's process from running, by its own record.
+    /// Times for which the launcher kept a service's process from running, by its own record.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stops: Vec<Stop>,
-    /// The start of the run by the recording's clock: what a service writes while it is made ready is of that time.
+    /// The start of the run by the recording's clock: entries of a service while it is made ready are of that time.
     pub start_us: u64,
-    /// Whether the recorder was dead or its disk full when the run ended: its recording then lacks what came last.
+    /// True if the recorder was dead or its disk full when the run ended: its recording then lacks its end.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub cut_short: bool,
     /// Every file of the run directory but the one that this is in, by its path; none in directories of programs that did not
@@ -40,7 +40,7 @@ pub struct Held {
 }
 
 impl Held {
-    /// Whether guards and launcher sign what they saw and did: they do not in directories of programs before that.
+    /// True if guards and launcher sign their observations and actions: they do not in directories of programs before that.
     pub fn knows_witnesses(&self) -> bool {
         self.keys.contains_key(&NodeId::CAMPAIGN)
     }
@@ -56,11 +56,11 @@ pub struct HeldFile {
     pub sha256: String,
 }
 
-/// A time for which the launcher kept a process from running. What the process had begun to write it hands over after it.
+/// A time for which the launcher kept a process from running. An entry begun before is handed over after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stop {
-    /// Whose process.
+    /// Node of the process.
     pub node: NodeId,
     /// From then on, microseconds of the recording's clock.
     pub from_us: u64,
@@ -69,24 +69,24 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// How much of the time from `from` to `until` it covers, microseconds.
+    /// Part of the time from `from` to `until` that it covers, microseconds.
     fn covers(&self, from: i128, until: i128) -> i128 {
         (until.min(i128::from(self.until_us)) - from.max(i128::from(self.from_us))).max(0)
     }
 }
 
-/// How the time in an entry fits the one under which it was handed over.
+/// Fit of the time in an entry to the one under which it was handed over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fit {
     /// It does.
     Fits,
     /// Handed over later than may be, microseconds after it was written.
     Late {
-        /// How long after, the launcher's stops taken off.
+        /// Delay, the launcher's stops taken off.
         by: u64,
         /// For how long it was stopped meanwhile.
         stopped: u64,
-        /// How long may pass.
+        /// Delay allowed.
         allowed: u64,
     },
     /// Handed over so many microseconds before it was written.
@@ -97,7 +97,7 @@ pub enum Fit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Life {
-    /// Who.
+    /// Node.
     pub node: NodeId,
     /// Which start.
     pub boot: Boot,
@@ -120,7 +120,7 @@ impl core::fmt::Display for Life {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldHead {
-    /// Whose chain.
+    /// Node that writes the chain.
     pub node: NodeId,
     /// Of which start.
     pub boot: Boot,
@@ -131,7 +131,7 @@ pub struct HeldHead {
 }
 
 impl HeldHead {
-    /// Whose it is.
+    /// Life that it belongs to.
     pub fn life(&self) -> Life {
         Life { node: self.node, boot: self.boot }
     }
@@ -143,25 +143,25 @@ impl From<Head> for HeldHead {
     }
 }
 
-/// What a service's clock reads at a time of the recording, and how long an entry takes at most from there. By default the
+/// Reading of a service's clock at a time of the recording, and the longest delay of an entry from there. By default the
 /// recording's own clock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldClock {
     /// Reading at zero of the recording's clock, microseconds.
     pub zero_us: u64,
-    /// How much faster than that clock it runs, parts per million.
+    /// Rate at which it runs faster than that clock, parts per million.
     pub drift_ppm: i64,
     /// Longest time from an entry to the time under which it was handed over, microseconds.
     pub late_us: u64,
 }
 
 impl HeldClock {
-    /// Whether an entry of this clock may have been handed over at `at` of the recording's, in a run from `start` on. Of the
-    /// time in between, what the process was stopped for by the launcher's record does not count.
+    /// Fit of an entry of this clock to a handover at `at` of the recording's, in a run from `start` on. Of the
+    /// time in between, the process's stops by the launcher's record do not count.
     ///
-    /// What a service writes while it is made is stamped with the start, whenever its process comes to be: only of what it
-    /// writes afterwards does its time matter. In the twin, where the start is zero, all are there by then.
+    /// A service's entries while it is made are stamped with the start, at any time that its process comes to be: only for its
+    /// later entries does the time matter. In the twin, where the start is zero, all are there by then.
     pub fn fit(&self, entry: &Entry, at: u64, start: u64, stops: &[Stop]) -> Fit {
         let made = start > 0 && (self.reading(start) - i128::from(entry.at.0)).abs() <= ROUNDING_US;
         let early = i128::from(entry.at.0) - self.reading(at.max(start));

@@ -1,10 +1,10 @@
 //! A run that is known, and cores that go along with it for as long as they are fed the same.
 //!
-//! A core is a function of its mouth (`tests/properties/mouths.rs`). So while the core of another run, made from the same
-//! setup, is fed what it was fed here, byte for byte and at the same time, its outputs and its next deadline are those
-//! from here, and nothing is computed: neither physics nor inference nor signatures. At the first difference it is forked
-//! from the last snapshot here, is fed what has come since, and runs by itself from then on. What it gives is the same
-//! either way (`tests/properties/trunk.rs`); the trunk of a search is the run without a word.
+//! A core is a function of its inputs (`tests/properties/mouths.rs`). So while the core of another run, made from the same
+//! setup, is fed the same inputs as here, byte for byte and at the same time, its outputs and its next deadline are those
+//! from here, without a computation: neither physics nor inference nor signatures. At the first difference it is forked
+//! from the last snapshot here, is fed the inputs since, and runs by itself from then on. Its outputs are the same
+//! either way (`tests/properties/trunk.rs`); the baseline of a search is the run without an attack.
 
 use std::sync::Arc;
 
@@ -16,28 +16,28 @@ use wire::time::Instant;
 use super::Part;
 use super::make::{AssemblyError, part};
 use crate::verified::Verified;
-use crate::{Mouthful, Twin};
+use crate::{JournalEntry, Twin};
 
-/// Snapshots of each core, evenly over the run: what is computed again when a core leaves the trunk is less than one part.
+/// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than one of them.
 const SNAPSHOTS: u64 = 64;
 
 /// A run that is known.
-pub struct Trunk {
+pub struct Baseline {
     tracks: Vec<Track>,
     verified: Verified,
 }
 
-/// What one core was fed and gave back, and its state now and then.
+/// Inputs and outputs of one core, and its state now and then.
 struct Track {
     member: Member,
-    /// What it gave before it was fed anything, and when it wanted to be woken.
+    /// Its outputs before its first input, and its first deadline.
     start: (Vec<Output>, Option<Instant>),
-    mouth: Vec<Mouthful>,
-    /// After how many mouthfuls, in order; the first after none.
+    mouth: Vec<JournalEntry>,
+    /// After how many entries, in order; the first after none.
     snapshots: Vec<(usize, Part)>,
 }
 
-impl Trunk {
+impl Baseline {
     /// Runs `twin`, which has just been made from `cast` and keeps its mouths, to its end.
     ///
     /// # Errors
@@ -66,11 +66,11 @@ impl Trunk {
         Ok(Self { tracks, verified })
     }
 
-    /// A core of `member` that goes along; none where the trunk has none that was made in the same way.
-    pub fn along(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Along> {
+    /// A core of `member` that goes along; none where the baseline has none that was made in the same way.
+    pub fn along(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Following> {
         let same = |track: &Track| track.member.setup == member.setup && track.member.role == member.role;
         let track = self.tracks.iter().position(same)?;
-        Some(Along { trunk: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
+        Some(Following { baseline: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
     }
 
     /// The signatures that its cores know to be good, in a memory of its own.
@@ -79,24 +79,24 @@ impl Trunk {
     }
 }
 
-/// A core that goes along with a trunk, or has left it.
-pub struct Along {
-    trunk: Arc<Trunk>,
+/// A core that goes along with a baseline, or has left it.
+pub struct Following {
+    baseline: Arc<Baseline>,
     track: usize,
     world: WorldId,
-    /// Mouthfuls that were the same.
+    /// Entries that were the same.
     fed: usize,
     /// Outputs given of the last of these.
     said: usize,
     left: Option<Part>,
 }
 
-impl Along {
+impl Following {
     /// The same in a forked world.
     #[must_use]
-    pub fn fork(&self, world: WorldId) -> Along {
+    pub fn fork(&self, world: WorldId) -> Following {
         let left = self.left.as_ref().map(|part| part.fork(world));
-        Along { trunk: Arc::clone(&self.trunk), world, left, ..*self }
+        Following { baseline: Arc::clone(&self.baseline), world, left, ..*self }
     }
 
     /// The core once it runs by itself, or one of the same kind.
@@ -104,7 +104,7 @@ impl Along {
         self.left.as_ref().unwrap_or(&self.track().snapshots[0].1)
     }
 
-    /// Whether it still goes along.
+    /// True if it still goes along.
     pub fn follows(&self) -> bool {
         self.left.is_none()
     }
@@ -116,16 +116,16 @@ impl Along {
     }
 
     fn track(&self) -> &Track {
-        &self.trunk.tracks[self.track]
+        &self.baseline.tracks[self.track]
     }
 
-    /// The core in the state in which it has been fed what came so far.
+    /// The core in its state after the inputs so far.
     fn leave(&self) -> Part {
         let Track { mouth, snapshots, .. } = self.track();
         let last = snapshots.partition_point(|(fed, _)| *fed <= self.fed) - 1;
         let (from, snapshot) = &snapshots[last];
         let mut part = snapshot.fork(self.world);
-        for Mouthful { now, input, .. } in &mouth[*from..self.fed] {
+        for JournalEntry { now, input, .. } in &mouth[*from..self.fed] {
             part.handle(*now, input);
             while part.output().is_some() {}
         }
@@ -133,7 +133,7 @@ impl Along {
     }
 }
 
-impl Core for Along {
+impl Core for Following {
     fn handle(&mut self, now: Instant, input: &Input) {
         if let Some(part) = &mut self.left {
             return part.handle(now, input);

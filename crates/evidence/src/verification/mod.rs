@@ -1,14 +1,15 @@
-//! Whether a recording is what services, guards and launcher wrote, whoever kept it.
+//! Verification of a recording: that services, guards and launcher wrote it, under any keeper.
 //!
 //! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each service's
 //! *signatures* over its chain, once a second and as its last entry, of which its public key has to verify the newest. The recorder's *seals*
 //! over everything in the order in which it came. The *heads* of the chains as they are held outside the recorder, by
-//! whoever ran the services: a recorder that keeps whole chains short, leaves out a service or makes up an earlier life of
+//! the operator of the services: a recorder that keeps whole chains short, leaves out a service or makes up an earlier life of
 //! one agrees with itself and not with these. And each host's *clock*: the time under which an entry is kept, which every
-//! latency is judged by, has to fit the time that is in it, but for what the launcher itself stopped the process for. Of a life that was ended on purpose there is no head; it is what
-//! its signatures cover. Public keys, heads and clocks are [`Held`]; secrets are in no file.
+//! latency is judged by, has to fit the time that is in it, but for the process's stops by the launcher itself. Of a life that was ended
+//! on purpose there is no head; it is covered as far as
+//! its signatures reach. Public keys, heads and clocks are [`Held`]; secrets are in no file.
 //!
-//! What guards and the launcher note does not go by way of the recorder and is under no seal of its; their chains, signatures
+//! The notes of guards and the launcher do not go by way of the recorder and are under no seal of its; their chains, signatures
 //! and heads are judged like everybody's. Where among the entries of others a seal stands is not sealed, nor where a witness's
 //! entry does. Every byte of a run's files is covered elsewhere (`live::keep::whole`).
 
@@ -28,15 +29,15 @@ use crate::log::{by_recorder, hex};
 
 pub use held::{Fit, Held, HeldClock, HeldFile, HeldHead, Life, Stop};
 
-/// Most flaws that are told of one recording; the first is what matters.
+/// Most flaws that are told of one recording; only the first matters.
 const MAX_FLAWS: usize = 16;
 
 /// Something that does not hold, and where.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Flaw {
-    /// The event of the recording, counted from 1; behind the last one for what is missing.
+    /// The event of the recording, counted from 1; behind the last one for a missing part.
     pub at: usize,
-    /// What.
+    /// Description.
     pub what: String,
 }
 
@@ -46,18 +47,18 @@ impl core::fmt::Display for Flaw {
     }
 }
 
-/// What became of a recording.
+/// Result of verifying a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Custody {
+pub struct Verification {
     /// Events in it.
     pub events: usize,
-    /// Whether the recorder's closing seal covers everything.
+    /// True if the recorder's closing seal covers everything.
     pub sealed: bool,
     /// Head of the recorder's own chain, hexadecimal.
     pub head: String,
-    /// What does not hold, in order of place.
+    /// Flaws, in order of place.
     pub flaws: Vec<Flaw>,
-    /// The longest lateness, microseconds, where nothing but lateness does not hold: a host that stalled explains that.
+    /// The longest lateness, microseconds, where only lateness does not hold: a host that stalled explains that.
     pub late: Option<u64>,
 }
 
@@ -73,13 +74,13 @@ struct Signature {
 struct Chain {
     last: Option<Head>,
     signatures: Vec<Signature>,
-    /// Whether the last entry is a signature.
+    /// True if the last entry is a signature.
     ends_signed: bool,
-    /// When it was signed last, on its own clock.
+    /// Time at which it was signed last, on its own clock.
     signed: Option<Instant>,
-    /// Whether a signature has to come next.
+    /// True if a signature has to come next.
     owes: bool,
-    /// Where one was owed first and something else came.
+    /// Place at which one was owed first and another entry came.
     unsigned: Option<usize>,
 }
 
@@ -101,7 +102,7 @@ impl Chain {
 }
 
 /// Follows a recording, entry by entry, in the order in which it was kept.
-pub struct Custodian<'a> {
+pub struct LogVerifier<'a> {
     held: &'a Held,
     keys: Keyring,
     chains: Chains,
@@ -111,12 +112,12 @@ pub struct Custodian<'a> {
     seals: Vec<(usize, u64, [u8; 32])>,
     lives: BTreeMap<Life, Chain>,
     flaws: Vec<Flaw>,
-    /// How late each flaw of lateness is, microseconds.
+    /// Lateness of each flaw of lateness, microseconds.
     late: Vec<u64>,
 }
 
-impl<'a> Custodian<'a> {
-    /// One who has nothing yet.
+impl<'a> LogVerifier<'a> {
+    /// A verifier without entries yet.
     pub fn new(held: &'a Held) -> Self {
         Self {
             held,
@@ -131,13 +132,13 @@ impl<'a> Custodian<'a> {
         }
     }
 
-    /// The same, who need not verify what is known to be good: in the twin, of the process's own cores.
+    /// The same, without verifying signatures that are known to be good: in the twin, of the process's own cores.
     #[must_use]
     pub fn asking(self, verifier: SharedVerifier) -> Self {
         Self { keys: Keyring::asking(verifier), ..self }
     }
 
-    /// Takes the next entry: what was kept as handed over by `node` at `at`.
+    /// Takes the next entry, kept as handed over by `node` at `at`.
     ///
     /// # Errors
     /// When it does not continue its chain; that is noted too.
@@ -166,8 +167,8 @@ impl<'a> Custodian<'a> {
         Ok(entry)
     }
 
-    /// Judges what was taken.
-    pub fn close(mut self) -> Custody {
+    /// Judges the entries taken.
+    pub fn close(mut self) -> Verification {
         self.seals();
         self.signatures();
         self.heads();
@@ -185,10 +186,10 @@ impl<'a> Custodian<'a> {
         let late = self.late.iter().max().copied().filter(|_| self.late.len() == self.flaws.len());
         self.flaws.sort();
         self.flaws.truncate(MAX_FLAWS);
-        Custody { events: self.events, sealed, head, flaws: self.flaws, late }
+        Verification { events: self.events, sealed, head, flaws: self.flaws, late }
     }
 
-    /// Whether the last entries of `node` may be missing from a recording that was cut short.
+    /// True if the last entries of `node` may be missing from a recording that was cut short.
     fn may_lack_the_end(&self, node: NodeId) -> bool {
         self.held.cut_short && by_recorder(node)
     }
@@ -197,7 +198,7 @@ impl<'a> Custodian<'a> {
         self.flaws.push(Flaw { at, what: what.into() });
     }
 
-    /// Whether the time in an entry fits the one under which it was handed over.
+    /// Checks that the time in an entry fits the one under which it was handed over.
     fn times(&mut self, here: usize, at: u64, entry: &Entry) {
         let node = entry.node;
         let Some(clock) = self.held.clocks.get(&node) else {
@@ -291,7 +292,7 @@ impl<'a> Custodian<'a> {
     }
 }
 
-/// What to say of an entry that was handed over late. From the recording alone a host that stalled, a process that somebody
+/// Description of an entry that was handed over late. From the recording alone a host that stalled, a process that was
 /// stopped and a time that was changed look the same.
 fn late(node: NodeId, by: u64, stopped: u64, allowed: u64) -> String {
     let stopped = if stopped > 0 {

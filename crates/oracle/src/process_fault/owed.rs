@@ -1,12 +1,12 @@
-//! The table of what is owed, stated before any run.
+//! The table of owed responses, stated before any run.
 
 use wire::bounds::Bounds;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
-use evidence::demise::From;
+use evidence::process_fault::From;
 
-/// What is owed when one process is killed while the platform is READY or holds authority.
+/// Response owed when one process is killed while the platform is READY or holds authority.
 #[derive(Clone, Copy, Debug)]
 pub struct Owed {
     /// The process.
@@ -15,11 +15,11 @@ pub struct Owed {
     pub ends_in: Mode,
     /// From when the bounds count.
     pub from: From,
-    /// Latest time without READY or authority, ms; where nothing is to be lost there is none.
+    /// Latest time without READY or authority, ms; none where there is no loss to expect.
     pub restricted: Option<fn(&Bounds) -> u64>,
     /// Latest time in `ends_in`, ms.
     pub settled: Option<fn(&Bounds) -> u64>,
-    /// Why this and not something else.
+    /// Reason for this response.
     pub reason: &'static str,
 }
 
@@ -108,7 +108,7 @@ pub const OWED: [Owed; 8] = [
     },
 ];
 
-/// What is owed for `node`.
+/// Response owed for `node`.
 pub fn owed(node: NodeId) -> Option<&'static Owed> {
     OWED.iter().find(|owed| owed.node == node)
 }
