@@ -19,7 +19,7 @@ fn without(name: &str, check: Check) -> Ready {
     ready
 }
 
-/// What the unit said to orders of this kind, in order: carried out, or why not.
+/// The unit's answers to orders of this kind, in order: carried out, or the reason.
 fn answers(run: &Run, wanted: &str) -> Vec<Option<Reason>> {
     let answer = |w: &Witnessed| match w.entry.event {
         Event::Executed { kind, refused, .. } if w.entry.node == NodeId::UNIT_A && kind.name() == wanted => {
@@ -34,7 +34,7 @@ fn acts(run: &Run) -> usize {
     run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count()
 }
 
-/// How the display showed commands of this kind, in order.
+/// Displays of commands of this kind, in order.
 fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
     let given = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Intended { command, kind } if kind.name() == wanted.name() => Some(command),

@@ -1,4 +1,4 @@
-//! Campaigns of several hands at once (K1, K3): what holds against each alone has to hold against them together.
+//! Campaigns of several attackers at once (K1, K3): defences against each alone have to hold against them together.
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask};
@@ -52,7 +52,7 @@ fn an_operator_whose_counter_is_run_ahead_and_whose_hold_is_kept_back_is_heard_b
     }
 }
 
-/// What each step of the demo is to bring about, and nothing worse, until the next one begins.
+/// Mode that each step of the demo is to bring about, and none worse, until the next one begins.
 const DEMO: [(&str, Mode); 9] = [
     ("replay", Mode::Ready),
     ("stranger", Mode::Ready),

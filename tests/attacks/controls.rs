@@ -1,4 +1,4 @@
-//! Controls: nothing done, done and not arrived, said and not done.
+//! Controls: no attack, an attack that did not arrive, and a claimed attack.
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
@@ -18,7 +18,7 @@ fn null_attack_trips_nothing_and_the_operator_gets_the_mission_done() {
     }
 }
 
-/// A lossy link is weather, not an attack: what it costs is a false trip.
+/// A lossy link is weather, not an attack: its cost is a false trip.
 #[test]
 fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
     let mut ready = shipped("nominal");
@@ -32,8 +32,8 @@ fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
     }
 }
 
-/// What the adversary claims in a run with the attack, put into the log of the same run without it: the claims name the
-/// right streams and places, and nothing of them is true.
+/// The adversary's claims in a run with the attack, put into the log of the same run without it: they name the right
+/// streams and places, and are all untrue.
 #[test]
 fn a_stream_relay_that_says_it_acted_and_did_not_has_no_receipt() {
     for name in ["command_stall", "command_cut", "command_corrupt"] {
@@ -66,7 +66,8 @@ fn the_sender_of_what_was_kept_back_may_say_so_a_moment_after_the_broker() {
     }
 }
 
-/// Somebody on the same host sends to gateway, unit or relay: told, and neither in the class nor in the accounts.
+/// Datagrams of another program on the same host to gateway, unit or relay: reported, and neither in the class nor in
+/// the accounts.
 #[test]
 fn what_outsiders_send_is_told_apart_and_changes_neither_class_nor_account() {
     for name in ["nominal", "delay"] {

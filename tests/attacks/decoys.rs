@@ -1,4 +1,4 @@
-//! What stands in the scene is made to look like a vehicle, to one modality after another.
+//! An object in the scene is disguised as a vehicle, to one modality after another.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned};
@@ -14,7 +14,7 @@ use wire::sensor::{Class, Modalities, Modality};
 
 use crate::SEEDS;
 
-/// What perception doubted, by modality that spoke against it.
+/// Perception's doubts, by objecting modality.
 fn doubts(run: &Run) -> Vec<Modalities> {
     let entries = run.evidence.entries.iter();
     entries
@@ -29,7 +29,7 @@ fn authority(run: &Run) -> bool {
     run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Minted { .. }))
 }
 
-/// Every trial is refused, by a doubt of each of these modalities, and nobody gets authority.
+/// Every trial is refused, by a doubt of each of these modalities, and no unit gets authority.
 fn refused_by(name: &str, modalities: &[Modality]) {
     for run in shipped(name).expect(SEEDS) {
         let doubts = doubts(&run);
@@ -111,8 +111,8 @@ fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes
     assert!(plain.verdict.receipt && !authority(&plain));
 }
 
-/// Made against detector, thermal stage and corroboration at once (`trainer joint`). What is left of the bounds of temperature
-/// holds: a vehicle's warmest part is at least 300 K, 12 above this ground.
+/// Made against detector, thermal stage and corroboration at once (`trainer joint`). The remaining bounds of temperature hold:
+/// a vehicle's warmest part is at least 300 K, 12 above this ground.
 #[test]
 fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_it_earns_nothing() {
     let mut joint = shipped("rendered/decoy_joint");
@@ -125,8 +125,8 @@ fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_i
     assert!(doubts(&run).contains(&Modalities::default().with(Modality::Thermal)) && !authority(&run));
 }
 
-/// Made with the detector's weights and judged in other places (`trainer perturbations`). What is as cold as the ground is refused, and by
-/// the thermal camera alone; a heated decoy nobody takes for a vehicle until the pattern is added.
+/// Made with the detector's weights and judged in other places (`trainer perturbations`). An object as cold as the ground is refused, and
+/// by the thermal camera alone; a heated decoy is not taken for a vehicle until the pattern is added.
 #[test]
 fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_thermal_camera() {
     let mut cells = variations("rendered/perturbation").into_iter();
@@ -145,7 +145,7 @@ fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_th
     assert!(plain.verdict.receipt && !authority(&plain), "{:?}", plain.verdict.transitions);
 }
 
-/// What was said of images that perception was never given is no receipt, whatever it looked at.
+/// A claim about images that perception was never given is no receipt, whatever it looked at.
 #[test]
 fn a_perturbation_or_a_print_that_is_claimed_and_was_not_there_has_no_receipt() {
     for name in ["perturbation", "decoy_printed", "decoy_printed_heated", "decoy_joint"] {
@@ -165,7 +165,7 @@ fn a_print_that_the_sim_knows_nothing_of_has_no_receipt() {
     assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid));
 }
 
-/// A disguise of what nobody took for a vehicle, put into the plan of a run without one.
+/// A disguise of an object that was not taken for a vehicle, put into the plan of a run without one.
 #[test]
 fn a_disguise_that_nobody_fell_for_or_doubted_has_no_receipt() {
     let mut quiet = shipped("nominal").run(1);

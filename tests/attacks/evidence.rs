@@ -1,4 +1,4 @@
-//! What the evidence is worth: receipts that are denied, recordings that somebody had in his hands.
+//! Strength of the evidence: denied receipts, recordings in an attacker's hands.
 
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ use adversary::plan::Tampering;
 
 use crate::SEEDS;
 
-/// N1: what the actors of each shipped scenario claim, in the log of the same trial in which nobody acted.
+/// N1: claims of the actors of each shipped scenario, in the log of the same trial without their actions.
 #[test]
 fn of_no_scenario_is_an_injection_believed_that_did_not_happen() {
     let (mut denied, mut believed) = (0, Vec::new());
@@ -98,7 +98,8 @@ const ALL: [Tampering; 9] = [
     Tampering::Retime,
 ];
 
-/// A finished run's recording, and what is held of it outside the recorder: nothing of guards and launcher, which it has no hands on.
+/// A finished run's recording, and its trust anchors outside the recorder: without the logs of guards and launcher, which it cannot
+/// touch.
 fn recorded() -> (Run, Vec<Kept>) {
     let mut run = shipped("nominal").run(1);
     run.held.heads.retain(|head| by_recorder(head.node));
@@ -106,7 +107,7 @@ fn recorded() -> (Run, Vec<Kept>) {
     (run, kept)
 }
 
-/// What those wrote of whom that is true.
+/// Logs of those writers for which that is true.
 fn kept_of(run: &Run, of: impl Fn(NodeId) -> bool) -> Vec<Kept> {
     let kept = run.log.iter().filter(|l| of(l.node));
     kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect()
@@ -143,7 +144,7 @@ fn every_kind_of_tampering_is_found_wherever_it_is_done() {
     }
 }
 
-/// What each of the two defences behind the chains is worth: with one gone, something gets through that the other found.
+/// Benefit of each of the two defences behind the chains: without one, an attack gets through that the other found.
 #[test]
 fn without_signatures_or_without_heads_outside_a_hostile_recorder_gets_through() {
     let (run, kept) = recorded();
@@ -166,7 +167,7 @@ fn without_signatures_or_without_heads_outside_a_hostile_recorder_gets_through()
     }
 }
 
-/// A guard sees what a receipt rests on; its log is a chain like any other.
+/// A guard observes the basis of a receipt; its log is a chain like any other.
 #[test]
 fn what_a_guard_saw_or_the_launcher_noted_cannot_be_changed_left_out_or_ended_early() {
     let run = shipped("process_ends").run(1);
@@ -281,7 +282,7 @@ fn an_entry_that_is_kept_as_anothers_is_a_flaw() {
     assert_eq!(flaws.iter().map(|f| f.at).collect::<Vec<_>>(), [i + 1], "{flaws:?}");
 }
 
-/// Behind the recorder's own last word stands nothing that would cover it.
+/// The recorder's own last entry has no later entry that would cover it.
 #[test]
 fn no_entry_not_even_the_very_last_can_have_its_own_time_moved_by_a_microsecond() {
     let (run, kept) = recorded();

@@ -1,6 +1,6 @@
-//! A flood of refusals at the gateway, from its core to the console's: what comes of it on the display.
+//! A flood of refusals at the gateway, from its core to the console's: its effect on the display.
 //!
-//! The two cores that are really there, joined by the channels that they share; time is virtual, so the rate is exact.
+//! The two real cores, joined by the channels that they share; time is virtual, so the rate is exact.
 
 use console::shown::Shown;
 use console::{Console, ConsoleConfig};

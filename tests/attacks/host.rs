@@ -23,7 +23,7 @@ fn refused(run: &Run, node: NodeId, topic: Topic) -> Vec<Reason> {
     run.evidence.entries.iter().filter_map(on).collect()
 }
 
-/// How often a rogue says that it did `wanted`.
+/// Number of a rogue's claims of `wanted`.
 fn did(run: &Run, wanted: Action) -> usize {
     let one = |w: &&Witnessed| matches!(w.entry.event, Event::Attack { action, .. } if action == wanted);
     run.evidence.entries.iter().filter(one).count()
@@ -134,7 +134,7 @@ fn perception_which_reads_navigation_cannot_write_it_to_autonomy() {
 }
 
 /// One service acting for another: each channel of the platform, written with the keys of each other service of its host.
-/// Where that service reads the channel it can deceive itself and nobody else.
+/// Where that service reads the channel it can deceive only itself.
 #[test]
 fn no_service_can_act_for_another_on_any_channel_before_a_third() {
     let vehicle = ["sim", "perception", "autonomy", "recorder"];

@@ -1,5 +1,5 @@
-//! What a trial shows only where its mission took place: what the operator was to do before the attack, done; and what stands
-//! in the way of seeing it.
+//! Trials that are evidence only where their mission took place: the operator's steps before the attack, done; and the
+//! obstacles to seeing it.
 
 use evidence::Property;
 use evidence::trial::Outcome;
@@ -22,7 +22,7 @@ fn with(name: &str, path: &str, value: serde_json::Value) -> Ready {
     ready
 }
 
-/// A scenario whose operator finds nothing to arm on, for the car is gone.
+/// A scenario whose operator finds no track to arm on, for the car is gone.
 fn without_the_car(name: &str) -> Ready {
     with(name, "scene.object", json!([]))
 }

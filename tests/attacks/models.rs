@@ -1,5 +1,5 @@
-//! Attacks on the detector's file: swapped, edited, cut, or made of what no detector needs. What a runtime does with files
-//! that pass is asked in processes of their own, by `campaign`'s command tests.
+//! Attacks on the detector's file: swapped, edited, cut, or with parts that no detector needs. A runtime's behaviour on
+//! files that pass is tested in processes of their own, by `campaign`'s command tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn seed(name: &str) -> PathBuf {
     root().join("fuzz/corpus/model").join(name)
 }
 
-/// What the classes of those files mean: red is a vehicle, green nothing, blue a person.
+/// Meaning of the classes of those files: red is a vehicle, green none, blue a person.
 fn colours(head: &str) -> Head {
     let text = format!("head = \"{head}\"\n[classes]\ncount = 3\nvehicle = [0]\nperson = [2]\n");
     parse_labels("colours.toml", &text).expect("labels").head
@@ -108,7 +108,7 @@ fn a_file_cut_at_any_byte_is_no_model() {
     }
 }
 
-/// The control: what is refused above is not refused for being brought.
+/// The control: the refusals above are not for being a custom model.
 #[test]
 fn an_honest_detector_of_either_head_sees_what_is_there_where_it_is() {
     for head in ["yolo-v8", "yolo-v5"] {

@@ -12,7 +12,7 @@ use wire::refusal::Reason;
 
 use crate::SEEDS;
 
-/// What the first operator asked for, by kind.
+/// The first operator's requests, by kind.
 fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
     let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Intended { command, kind } if kind.name() == wanted => Some((w.at, command)),
@@ -21,7 +21,7 @@ fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
     of.collect()
 }
 
-/// Whether the unit carried it out.
+/// True if the unit carried it out.
 fn executed(run: &Run, wanted: CommandId) -> bool {
     run.evidence.entries.iter().any(|w| match w.entry.event {
         Event::Executed { command, refused: None, .. } => w.entry.node == NodeId::UNIT_A && command == wanted,
@@ -29,12 +29,12 @@ fn executed(run: &Run, wanted: CommandId) -> bool {
     })
 }
 
-/// What the first operator asked for was carried out, by kind.
+/// True if the first operator's request was carried out, by kind.
 fn obeyed(run: &Run, kind: &str) -> bool {
     asked(run, kind).iter().any(|(_, id)| executed(run, *id))
 }
 
-/// How often `node` told of a refusal at `at` for this reason.
+/// Number of refusals at `at` for this reason that `node` reported.
 fn refused(run: &Run, node: NodeId, at: Interface, wanted: Reason) -> usize {
     let one = |w: &&evidence::Witnessed| match w.entry.event {
         Event::Refused { at: interface, reason, .. } => (w.entry.node, interface, reason) == (node, at, wanted),
@@ -206,7 +206,7 @@ fn a_hold_comes_through_a_flood_in_time_at_the_gateway_and_at_the_unit() {
     }
 }
 
-/// A thief of the operator's own key asks for what does not stop the unit, as fast as it can.
+/// A thief of the operator's own key requests orders that do not stop the unit, as fast as it can.
 #[test]
 fn a_flood_of_disarms_under_the_operators_own_key_does_not_keep_the_operators_hold_out() {
     let mut ready = shipped("order_flood_unit");

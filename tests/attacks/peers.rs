@@ -52,7 +52,7 @@ fn said(run: &Run) -> Claims {
     claims(&run.evidence, None)
 }
 
-/// Why the gateway refused B's records, from `since` on, microseconds.
+/// Reasons for which the gateway refused B's records, from `since` on, microseconds.
 fn refusals(run: &Run, since: u64) -> Vec<Reason> {
     let of = |event: &Event| match event {
         Event::Refused { at: Interface::Uplink, peer: Some(PeerId::UNIT_B), reason, .. } => Some(*reason),

@@ -74,7 +74,7 @@ fn every_process_that_is_killed_leaves_the_platform_in_the_mode_that_was_stated(
     }
 }
 
-/// The mission of `process_ends` with something else befalling somebody at one change of mode.
+/// The mission of `process_ends` with another fault of a process at one change of mode.
 fn ending_at(process: Process, ending: Ending, change: (DisplayedState, DisplayedState)) -> Ready {
     let mission = shipped("process_ends");
     Ready { scenario: mission.scenario.ending_at(process, ending, change), ..mission }
@@ -213,7 +213,7 @@ fn longest_pause(times: &[u64]) -> u64 {
     times.windows(2).map(|pair| pair[1] - pair[0]).max().expect("several reports")
 }
 
-/// When the recorder's disk was said to be full, or to have room again.
+/// Time at which the recorder's disk was reported full, or to have room again.
 fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
     let told = |on: bool| Event::DiskFull { node: NodeId::RECORDER, on };
     run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)

@@ -177,7 +177,7 @@ fn a_slow_drift_is_found_before_the_fence_and_without_the_drift_test_the_unit_le
     assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
 }
 
-/// The floor of detection, from below: what is too small to be noticed arrived all the same, and says so.
+/// The floor of detection, from below: a fault too small to be noticed arrived all the same, and is reported so.
 #[test]
 fn a_fault_too_small_to_be_noticed_is_undetected_and_not_invalid() {
     for (name, sets, undetected) in [
@@ -203,7 +203,7 @@ fn a_fault_too_small_to_be_noticed_is_undetected_and_not_invalid() {
     }
 }
 
-/// What the sim says that it imposed, put into the log of a run without it: nobody else saw anything of the kind.
+/// The sim's claims of a fault, put into the log of a run without it: no other party saw anything of the kind.
 #[test]
 fn a_sensor_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
     for name in [

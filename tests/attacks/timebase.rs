@@ -26,7 +26,7 @@ fn a_receivers_time_that_steps_runs_back_or_away_holds_and_nothing_stale_is_acce
     }
 }
 
-/// No age, lease or freshness rests on the receiver's time: without its guard nothing comes of steering it.
+/// No age, lease or freshness rests on the receiver's time: without its guard steering it has no effect.
 #[test]
 fn without_its_guard_a_steered_time_changes_nothing() {
     let mut ready = shipped("time_rollback");
@@ -74,7 +74,7 @@ fn contact_by_turns_holds_in_each_gap_and_goes_on_only_when_the_operator_says_so
     }
 }
 
-/// The check on stale acceptance has been seen to fail: without freshness, what was held back for longer than *Tf* gets in.
+/// The check on stale acceptance has been seen to fail: without freshness, records held back for longer than *Tf* get in.
 #[test]
 fn without_freshness_stale_records_are_accepted_and_the_oracle_says_so() {
     let mut ready = shipped("delay");
@@ -88,8 +88,8 @@ fn without_freshness_stale_records_are_accepted_and_the_oracle_says_so() {
     assert!(!stale(&judge(&evidence).findings));
 }
 
-/// Ages that a peer's records get whose clock runs `ppm` too fast, with `way` microseconds from one to the other: each with
-/// the time since the challenge went out.
+/// Ages of the records of a peer with a clock `ppm` too fast, with `way` microseconds from one to the other: each with the
+/// time since the challenge went out.
 fn ages(ppm: i64, way: u64) -> Vec<(u64, Option<u64>)> {
     let ours = |true_us: u64| Instant(1_000_000_000 + true_us);
     let theirs =

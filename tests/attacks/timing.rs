@@ -1,4 +1,4 @@
-//! Attacks composed in time: steps that wait for a mode, for traffic, for what is heard, for each other.
+//! Attacks composed in time: steps that wait for a mode, for traffic, for a received message, for each other.
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
@@ -11,7 +11,7 @@ use wire::mode::Mode;
 
 use crate::SEEDS;
 
-/// When the step of this name began or ended.
+/// Time at which the step of this name began or ended.
 fn told(run: &Run, name: &str, begun: bool) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
         Event::Step { step, begun: is } if step.as_str() == name && is == begun => Some(w.at),
@@ -43,7 +43,7 @@ fn a_link_cut_at_arming_is_cut_then_and_the_unit_holds() {
     }
 }
 
-/// When the unit's session opened or ended, from `from` on.
+/// Time at which the unit's session opened or ended, from `from` on.
 fn session(run: &Run, is: bool, from: u64) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
         Event::Session { open, .. } if open == is && w.entry.node == NodeId::UNIT_A && w.at >= from => Some(w.at),
@@ -51,7 +51,8 @@ fn session(run: &Run, is: bool, from: u64) -> Option<u64> {
     })
 }
 
-/// As live: who hears nothing for two seconds dials again, and the six flights of that handshake need the path like any datagram.
+/// As live: an end without input for two seconds dials again, and the six flights of that handshake need the path like any
+/// datagram.
 #[test]
 fn a_session_that_a_long_cut_ends_comes_back_by_a_handshake_after_the_cut_and_not_through_it() {
     /// Lengths of the two ClientHellos.

@@ -1,4 +1,4 @@
-//! Attacks by the holder of the gateway's keys on what the operator sees, and on what the operator asks for.
+//! Attacks by the holder of the gateway's keys on the operator's picture, and on the operator's requests.
 
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped};
@@ -19,7 +19,7 @@ fn without(name: &str, rule: DisplayRule) -> Ready {
     ready
 }
 
-/// Why the console refused what the gateway told it.
+/// Reasons for which the console refused the gateway's messages.
 fn refused(run: &Run) -> Vec<Reason> {
     let reason = |event: &Event| match *event {
         Event::Refused { at: Interface::Bus(Topic::Feed), reason, .. } => Some(reason),
@@ -29,7 +29,7 @@ fn refused(run: &Run) -> Vec<Reason> {
     console.filter_map(|w| reason(&w.entry.event)).collect()
 }
 
-/// What the display showed of the unit: when, in which mode, how fresh.
+/// Displays of the unit: time, mode, freshness.
 fn displayed(run: &Run) -> Vec<(u64, Mode, Freshness)> {
     let shown = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Displayed { unit: UnitId::A, mode, freshness, .. } => Some((w.at, mode, freshness)),
@@ -124,7 +124,8 @@ fn an_old_report_that_is_said_to_be_new_is_refused() {
     }
 }
 
-/// What a gateway that keeps on granting can do to a HOLD is listed, not closed: the operator is told, the unit is not.
+/// The effect of a gateway that keeps on granting on a HOLD is listed, not closed: the operator is told, the unit is
+/// not.
 #[test]
 fn a_hold_that_the_gateway_swallows_is_shown_as_not_acknowledged_and_the_unit_drives_on() {
     for run in shipped("gateway_hold").expect(SEEDS) {

@@ -48,7 +48,7 @@ fn no_scenario_hangs_on_anything_but_its_seed() {
     assert_eq!(differ.into_iter().flatten().collect::<Vec<_>>(), [""; 0]);
 }
 
-/// When what is planned begins, under this seed.
+/// Start of the planned attack, under this seed.
 fn planned(ready: &Ready, seed: u64) -> Vec<Plan> {
     cast(&ready.scenario, &ready.setup, seed, &RunSecret::seeded(seed)).planned
 }
@@ -127,5 +127,5 @@ fn runs_come_to_what_they_came_to_when_their_references_were_committed() {
     }
 }
 
-/// What to do when that is wanted.
+/// Remedy for an intended change.
 const RENEW: &str = "if it is meant to be otherwise now, `holdsafe reproduce --renew` writes references anew, and their change is reviewed";

@@ -1,4 +1,4 @@
-//! Why a mode changed, told from what the services logged; and told the same without anybody else's word.
+//! Reason for a change of mode, from the services' logs; and the same without any other log.
 
 use evidence::Witnessed;
 use explain::{Explanation, Log, Place, Stage, explain, why_not};
@@ -154,7 +154,7 @@ fn a_gateway_of_several_units_that_stood_still_is_told_by_the_others_from_the_li
     }
 }
 
-/// To the end of the run, and its teammates had nothing to say: what is left is that the unit heard no more.
+/// To the end of the run, while its teammates were silent: the only fact left is that the unit heard no more.
 #[test]
 fn where_nothing_tells_a_link_that_failed_from_a_gateway_that_stood_still_both_are_named() {
     for (moved, of) in [("gateway-hangs", "processes"), ("cut", "path")] {
@@ -188,7 +188,7 @@ fn an_order_that_whoever_took_a_session_swallowed_goes_back_to_when_it_was_taken
     assert!(loss.origin.since_us > 6_300_000, "{loss:#?}");
 }
 
-/// What is missed is dated by the last of it that was good, at the most this much before, microseconds.
+/// A missing product is dated by the last good one, at the most this much before, microseconds.
 const DATED_BACK: u64 = 400_000;
 
 #[test]

@@ -1,5 +1,5 @@
-//! A fork goes on exactly as the run it was taken from, and leaves that run alone; a branch goes on by chances of its own,
-//! in what the scenario lets vary and nothing else.
+//! A fork continues exactly as the run it was taken from, and leaves that run alone; a branch continues by random draws of
+//! its own, in the values that the scenario lets vary and in no others.
 
 use evidence::log::{Logged, hashes};
 use evidence::reading::read;
@@ -8,7 +8,7 @@ use twin::Twin;
 use twin::trial::start;
 use wire::id::WorldId;
 
-/// What is logged of a run to its end.
+/// The log of a run to its end.
 pub(super) fn finish(mut twin: Twin, end: u64) -> Vec<Logged> {
     twin.run_until(end);
     twin.finish(1_500_000);
@@ -45,10 +45,10 @@ fn forks_in_the_middle_of_an_attack_end_as_the_unforked_run() {
     }
 }
 
-/// When branches are taken: behind the act, so that no authority names a world any more.
+/// Time of branching: behind the act, so that no authority names a world any more.
 const BRANCHES_AT: u64 = 6_000_000;
 
-/// What a fork and two kinds of branches log behind `BRANCHES_AT`.
+/// Logs of a fork and two kinds of branches behind `BRANCHES_AT`.
 fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
     let (cast, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
     trunk.run_until(BRANCHES_AT);

@@ -1,4 +1,4 @@
-//! Every core, fed again what its mouth was fed, gives the same bytes: nothing else reaches a result.
+//! Every core, fed its input journal again, gives the same bytes: no other input reaches a result.
 
 use holdsafe_tests::variations;
 use twin::clock::HostClock;

@@ -1,5 +1,5 @@
 //! Every parser of bytes from outside keeps its promise (`holdsafe_tests::parsers`) on the seeds of `fuzz/corpus/` and on
-//! damaged ones. The damage is drawn by a fixed seed and guided by nothing; what is guided by coverage is in `fuzz/`.
+//! damaged ones. The damage is drawn by a fixed seed, unguided; coverage-guided inputs are in `fuzz/`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -39,7 +39,7 @@ fn seeds(target: &Target) -> Vec<Seed> {
     seeds
 }
 
-/// What is wrong with the target on this input, with the input.
+/// The broken promise of the target on this input, with the input.
 fn broken(target: &Target, name: &str, bytes: &[u8]) -> Option<String> {
     let panic = catch_unwind(AssertUnwindSafe(|| (target.holds)(bytes))).err()?;
     let words = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
@@ -91,7 +91,7 @@ fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
     }
 }
 
-/// Where nothing is taken, or nothing refused, a format has changed or the promise is never put to the test.
+/// If all or no seeds are accepted, a format has changed or the promise is never tested.
 #[test]
 fn of_every_targets_seeds_some_are_taken_and_but_for_the_relays_some_are_refused() {
     for target in &TARGETS {

@@ -1,5 +1,6 @@
-//! The probability of what is rare: splitting in the twin agrees with plain Monte Carlo where that can still be measured.
-//! Against an exactly known probability it is held where the splitting is, with a process of a few lines (`search::rare`).
+//! Probability of rare events: splitting in the twin agrees with plain Monte Carlo where that can still be measured. The
+//! comparison with an exactly known probability stands beside the splitting, with a process of a few lines
+//! (`search::rare`).
 
 use evidence::reading::read;
 use holdsafe_tests::shipped;

@@ -1,5 +1,4 @@
-//! What the judge asks of a session that somebody else took, or that was cut: three who say so, an alarm, and no order from
-//! before.
+//! The oracle's requirements on a session that was taken over or cut: three witnesses, an alarm, and no order from before.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Property};

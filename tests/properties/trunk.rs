@@ -1,4 +1,4 @@
-//! A run whose cores go along with a known one is, byte for byte, the run that it is without.
+//! A run whose cores follow a baseline run is, byte for byte, the run that it is without.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use twin::trial::{start, start_along, trunk};
 
 use crate::forks::finish;
 
-/// How many of a run's cores went along with its trunk to the end, of how many.
+/// Number of a run's cores that followed its baseline to the end, and of all.
 fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Trunk>, of: &Scenario, word: &str) -> (usize, usize) {
     let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
     let alone = finish(twin, cast.duration);

@@ -1,10 +1,10 @@
-//! How fast a unit's clock runs against the console's, as far as what both have seen says: ages of what the unit reports
-//! rest on its staying within [`MAX_DRIFT_PPM`].
+//! Rate of a unit's clock against the console's, bounded by the stamps that both have seen: ages of reported values rest on
+//! its staying within [`MAX_DRIFT_PPM`].
 //!
-//! What a stamp σ is on came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at τ,
-//! so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
-//! between them. Delays only widen that: whoever holds messages back makes a clock look no faster and no slower than it is.
-//! Bounding ages is left to `wire::time`.
+//! A message with stamp σ came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at
+//! τ, so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
+//! between them. Delays only widen that: an attacker who holds messages back makes a clock look no faster and no slower
+//! than it is. Bounding ages is left to `wire::time`.
 
 use std::collections::VecDeque;
 
@@ -29,13 +29,13 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// Whether it is certainly beyond what ages allow for.
+    /// True if it is certainly beyond the drift that ages allow for.
     pub fn beyond(self) -> bool {
         let limit = MAX_DRIFT_PPM as i32;
         self.low_ppm > limit || self.high_ppm < -limit
     }
 
-    /// What it means for ages.
+    /// Consequence for ages.
     pub fn says(self) -> &'static str {
         if self.beyond() { "clock RUNS AWAY" } else { "clock in step" }
     }
@@ -57,7 +57,7 @@ struct Window {
     at_most: Option<Bound>,
 }
 
-/// What is known of one boot of a unit; at most [`WINDOWS`] windows.
+/// Bounds for one boot of a unit; at most [`WINDOWS`] windows.
 #[derive(Clone, Debug, Default)]
 pub struct Skew {
     windows: VecDeque<Window>,
@@ -83,7 +83,7 @@ impl Skew {
         }
     }
 
-    /// The mean rate over what is kept; nothing while that is too short.
+    /// The mean rate over the kept windows; `None` while they span too little time.
     pub fn rate(&self) -> Option<Rate> {
         let both = |window: &&Window| window.at_most.is_some();
         let first = self.windows.iter().find(both)?;
@@ -108,7 +108,7 @@ mod tests {
 
     use super::*;
 
-    /// What a console hears for `seconds` of a unit whose clock runs `ppm` faster, with these delays of challenges and reports, ms.
+    /// Observations of `seconds` of a unit with a clock `ppm` faster, with these delays of challenges and reports, ms.
     fn heard(ppm: i64, seconds: u64, delays: &[(u64, u64)]) -> Skew {
         let clock = |at: u64| PeerStamp((7_000_000_000 + at as i64 + at as i64 * ppm / 1_000_000) as u64);
         let mut skew = Skew::default();

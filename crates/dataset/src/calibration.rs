@@ -1,8 +1,8 @@
-//! What a score means: of the detections scored `s`, a share of `s` should be right.
+//! Calibration of scores: of the detections scored `s`, a share of `s` should be right.
 //!
-//! Expected calibration error over ten bins of equal width, weighted by how many detections fall into each (Naeini et
-//! al. 2015; of detections: Küppers et al. 2020). It is of detections that the platform would look at, so those below its
-//! threshold do not count.
+//! Expected calibration error over ten bins of equal width, weighted by the detections in each (Naeini et al. 2015; of
+//! detections: Küppers et al. 2020). It is of detections that the platform would use, so those below its threshold do not
+//! count.
 
 use serde::Serialize;
 

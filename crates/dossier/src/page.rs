@@ -1,6 +1,6 @@
-//! The page that a reviewer is handed: one HTML file, nothing from elsewhere, no script, dark and light, printable.
+//! The reviewer's page: one self-contained HTML file, no script, dark and light, printable.
 //!
-//! Verdict first. Every drawing has its table. A section stands here for each kind of result; what a result says is not judged again.
+//! Verdict first. Every drawing has its table. A section stands here for each kind of result; results are not judged again.
 
 mod ablation;
 mod claims;
@@ -96,7 +96,7 @@ pub fn figures(dossier: &Dossier) -> Vec<Figure> {
     all
 }
 
-/// A figure: the drawing, its caption, and the numbers for whoever asks.
+/// A figure: the drawing, its caption, and the numbers.
 fn figure(figure: &Figure) -> Markup {
     html! {
         figure id=(figure.name) {

@@ -9,10 +9,10 @@ use svg2pdf::usvg::fontdb::Database;
 use svg2pdf::usvg::{Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions};
 
-/// Why there is no PDF.
+/// Reason for the lack of a PDF.
 #[derive(Debug, thiserror::Error)]
 pub enum PdfError {
-    /// What is to be drawn is no SVG.
+    /// The drawing is no SVG.
     #[error("no SVG: {0}")]
     Svg(#[from] svg2pdf::usvg::Error),
     /// It cannot be drawn.

@@ -1,7 +1,7 @@
-//! Opening and making the files of a run, which somebody else may have put there.
+//! Opening and making the files of a run, in folders where another program may have put files.
 //!
-//! A path may lead to a pipe, on which a reader waits for ever, or to a device that never ends: nothing but a regular file is
-//! opened, and no more of it is read than its reader states. What is in a file is left to that reader.
+//! A path may lead to a pipe, on which a reader waits for ever, or to an endless device: only a regular file is opened, and
+//! no more of it is read than its reader states. The content is left to that reader.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};

@@ -1,4 +1,4 @@
-//! Making sockets on the loopback interface, and what the kernel says it dropped on them.
+//! Sockets on the loopback interface, and the kernel's count of drops on them.
 
 use std::io;
 use std::net::SocketAddr;
@@ -13,7 +13,7 @@ use crate::loopback::LoopbackAddr;
 /// Receive buffer asked for, in bytes (the kernel may give less).
 const RECEIVE_BUFFER: usize = 1 << 20;
 
-/// A UDP socket bound at `at`, whose bound address has been checked again. Must be called inside a tokio runtime.
+/// A UDP socket bound at `at`; its bound address is checked again. Must be called inside a tokio runtime.
 pub fn udp(at: LoopbackAddr) -> io::Result<UdpSocket> {
     UdpSocket::from_std(bound(at)?)
 }

@@ -1,9 +1,9 @@
-//! A recorder whose disk is full: the kernel refuses its writes, and its recording is looked at from outside.
+//! A recorder with a full disk: the kernel refuses its writes, and its recording is examined from outside.
 //!
-//! There is no full file system without root. In its place the limit on the size of the recorder's files is lowered to
-//! nothing on the running process (`prlimit`), from which moment on the kernel refuses every write to a file with EFBIG where a full
-//! disk would say ENOSPC; what the recorder makes of an error does not ask which. Pipes, sockets and memory that is mapped
-//! already go on, as on a full disk. Raised again, the disk has room again. The recorder itself has no part in it.
+//! There is no full file system without root. In its place the limit on the size of the recorder's files is lowered to zero on the
+//! running process (`prlimit`), from which moment on the kernel refuses every write to a file with EFBIG in place of a full disk's
+//! ENOSPC; the recorder treats both errors alike. Pipes, sockets and memory that is mapped already go on, as on a full disk. Raised
+//! again, the disk has room again. The recorder itself has no part in it.
 
 use std::path::{Path, PathBuf};
 

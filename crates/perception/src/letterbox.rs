@@ -11,7 +11,7 @@ pub const SIDES: std::ops::RangeInclusive<usize> = 32..=640;
 /// The grey around the image: the one that the common exporters train with.
 const GREY: f32 = 114.0 / 255.0;
 
-/// Where the camera's image lies in a model's.
+/// Place of the camera's image within a model's.
 #[derive(Clone, Debug)]
 pub struct Letterbox {
     scale: f32,
@@ -37,7 +37,7 @@ impl Letterbox {
         Some(Letterbox { scale, left, top, rows, columns })
     }
 
-    /// Whether the model sees the camera's image as it is.
+    /// True if the model sees the camera's image as it is.
     pub fn is_plain(&self) -> bool {
         self.rows.len() == HEIGHT && self.columns.len() == WIDTH
     }
@@ -69,7 +69,7 @@ impl Letterbox {
     }
 }
 
-/// Where the image begins along one side, and for each pixel of the model what it is made of.
+/// Start of the image along one side, and for each pixel of the model its source pixels.
 fn taps(side: usize, camera: usize, scale: f32) -> (usize, Vec<Option<Tap>>) {
     let shown = ((camera as f32 * scale + 0.5) as usize).min(side);
     let first = (side - shown) / 2;

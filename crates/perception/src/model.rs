@@ -22,7 +22,7 @@ pub struct ModelRef {
     pub sha256: String,
 }
 
-/// Why bytes are not the model they should be.
+/// Reason for which bytes are not the expected model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ModelError {
     /// Longer than any model may be.
@@ -46,7 +46,7 @@ pub enum ModelError {
     Unpinned,
 }
 
-/// Bytes whose hash is the pinned one.
+/// Bytes with the pinned hash.
 #[derive(Clone, Copy, Debug)]
 pub struct Model<'a> {
     bytes: &'a [u8],

@@ -1,9 +1,9 @@
-//! What an ONNX file may hold, looked at before any runtime reads it.
+//! Permitted content of an ONNX file, checked before any runtime reads it.
 //!
-//! The runtime is a large library, and a file is somebody else's. So the bytes are walked once, without allocating, by
-//! a table of the parts and operators that a convolutional detector is made of; what the table does not name is
-//! refused with its place. That leaves out what reads other files, what branches or loops, what draws at random, and
-//! what grows in memory far beyond the file. What a graph computes, and whether a runtime takes it, is left to
+//! The runtime is a large library, and a file may come from a third party. So the bytes are walked once, without
+//! allocating, by a table of the parts and operators that a convolutional detector is made of; parts that the table
+//! does not name are refused with their place. That excludes reading other files, branches and loops, random draws, and
+//! growth in memory far beyond the file. The function of a graph, and its acceptance by a runtime, are left to
 //! [`crate::detector`].
 //!
 //! Field numbers are those of `onnx.proto3` in the ONNX repository, IR version 10.
@@ -18,7 +18,7 @@ const MAX_NAME: usize = 512;
 const MAX_DIMENSION: usize = 64;
 /// Types of tensors: float, int32, int64, bool.
 const ELEMENTS: [u64; 4] = [1, 6, 7, 9];
-/// What a detector may compute with, in order.
+/// Operators that a detector may use, in order.
 const OPERATORS: [&str; 57] = [
     "Abs",
     "Add",
@@ -79,37 +79,37 @@ const OPERATORS: [&str; 57] = [
     "Transpose",
 ];
 
-/// What is said of a model that is not in one file.
+/// Message for a model that is not in one file.
 const ELSEWHERE: &str = "weights in another file";
 
-/// Why a file is not taken. `at` is its offset in bytes.
+/// Reason for refusing a file. `at` is its offset in bytes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OnnxError {
     /// No protobuf, or cut off.
     #[error("no ONNX model: {why} at byte {at}")]
     Malformed {
-        /// Where.
+        /// Offset.
         at: usize,
-        /// What is wrong.
+        /// The fault.
         why: &'static str,
     },
     /// Something that no detector needs.
     #[error("the model has {what} at byte {at}; docs/researcher/detector.md says what one may be made of")]
     Unwanted {
-        /// Where.
+        /// Offset.
         at: usize,
-        /// What.
+        /// The part.
         what: String,
     },
     /// More parts than a detector has.
     #[error("the model has more than {MAX_FIELDS} fields")]
     TooMany,
-    /// Nothing to run.
+    /// An empty graph.
     #[error("no ONNX model: it has no graph with operators")]
     Empty,
 }
 
-/// A pinned model of whose parts each is one that a detector may have.
+/// A pinned model with permitted parts only.
 #[derive(Clone, Copy, Debug)]
 pub struct Inspected<'a>(Model<'a>);
 
@@ -146,7 +146,7 @@ enum Part {
     Entry,
 }
 
-/// What is done with a field.
+/// Treatment of a field.
 enum Rule {
     Into(Part),
     /// Numbers, weights and words that are skipped.
@@ -156,7 +156,7 @@ enum Rule {
     Operator,
     Domain,
     Element,
-    /// Where weights are: 0 is in this file.
+    /// Location of weights: 0 is in this file.
     Location,
     Unwanted(&'static str),
 }
@@ -246,7 +246,7 @@ impl Walk {
     }
 }
 
-/// At most so much of a foreign word as a line takes, in letters that do nothing to a terminal.
+/// The part of a foreign name that fits a line, in letters without effect on a terminal.
 fn printed(bytes: &[u8]) -> String {
     bytes.iter().take(40).map(|b| if b.is_ascii_graphic() { *b as char } else { '?' }).collect()
 }

@@ -1,7 +1,7 @@
-//! Why there is a track, and why there is none: what perception tells the audit of its reasons, once each.
+//! Reasons for tracks, and for their absence: perception's reports to the audit, once each.
 //!
-//! A doubt is told when most of the newest frames hold it, so that one noisy frame is none, and again only after it has
-//! been gone. What is followed is told when a track is first believed and when it is taken for something else.
+//! A doubt is reported when most of the newest frames hold it, so that one noisy frame is none, and again only after it
+//! has been gone. A followed object is reported when its track is first believed and when its class changes.
 
 use wire::codec::List;
 use wire::event::Event;
@@ -31,7 +31,7 @@ struct Doubt {
     told: bool,
 }
 
-/// What was told, and what may have to be.
+/// Reported reasons, and candidates for a report.
 #[derive(Clone, Debug, Default)]
 pub struct Reasons {
     doubts: Vec<Doubt>,
@@ -39,7 +39,7 @@ pub struct Reasons {
 }
 
 impl Reasons {
-    /// Takes a frame's judgements and the tracks that are believed after it; gives what is to be told.
+    /// Takes a frame's judgements and the tracks that are believed after it; returns the reports due.
     pub fn note(
         &mut self,
         camera: &Camera,

@@ -14,7 +14,7 @@ use wire::track::Track;
 
 use super::*;
 
-/// A unit at (100 m, 50 m) that faces north and sees what is put before it, ten times a second.
+/// A unit at (100 m, 50 m) that faces north and observes the objects put before it, ten times a second.
 struct Rig {
     core: Perception,
     candidates: Sender,
@@ -24,7 +24,7 @@ struct Rig {
     outputs: Vec<Output>,
 }
 
-/// An object ahead: the body-frame place of its near surface and what each modality makes of it.
+/// An object ahead: the body-frame place of its near surface and each modality's response.
 #[derive(Clone, Copy)]
 struct Thing {
     class: Class,
@@ -234,7 +234,7 @@ fn a_missing_modality_ages_its_product_and_is_told_once_each_way() {
     assert_eq!(seen.collect::<Vec<_>>(), [(1, 4), (6, 3), (10, 4)]);
 }
 
-/// What the journal says of modalities that repeat themselves: which, the frame, and the frame that it is like.
+/// Journal entries of modalities that repeat themselves: the modality, the frame, and the earlier frame it equals.
 fn repeated(rig: &Rig) -> Vec<(Modality, u64, u64)> {
     let told = rig.outputs.iter().filter_map(|output| {
         let Output::Audit { bytes } = output else { return None };

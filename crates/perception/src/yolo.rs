@@ -5,7 +5,7 @@
 //! - *v5*: `[1, N, 5 + C]`, each box with all its numbers; its fifth, how likely anything is there, multiplies the
 //!   class's.
 //!
-//! Which of the C classes mean what to the platform is stated by whoever brings the model; the others are ignored.
+//! The model's author states which of the C classes the platform uses; the others are ignored.
 
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
@@ -14,12 +14,12 @@ use wire::sensor::{Class, Detection};
 use crate::boxes::{Candidate, best};
 use crate::letterbox::Letterbox;
 
-/// Most boxes that a head may give: what a v5 head gives for 640 × 640 pixels.
+/// Most boxes of a head: those of a v5 head for 640 × 640 pixels.
 pub const MAX_BOXES: usize = 25_200;
 /// Most classes that a model may know.
 pub const MAX_CLASSES: usize = 256;
 
-/// How a head's numbers lie.
+/// Order of a head's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layout {
@@ -33,9 +33,9 @@ pub enum Layout {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Yolo {
-    /// How its numbers lie.
+    /// Order of its numbers.
     pub layout: Layout,
-    /// What each of the model's classes is to the platform; `None` is ignored.
+    /// The platform's class for each of the model's; `None` is ignored.
     pub classes: Vec<Option<Class>>,
 }
 
@@ -61,7 +61,7 @@ impl Yolo {
         }
     }
 
-    /// How many boxes an output of this shape holds; `None` where it is another head's.
+    /// Number of boxes in an output of this shape; `None` where it is another head's.
     pub(crate) fn boxes(&self, shape: &[i64]) -> Option<usize> {
         let channels = self.channels() as i64;
         let boxes = match (self.layout, shape) {

@@ -1,7 +1,8 @@
-//! Results: what many trials come to, as objects, tables and figures.
+//! Results of many trials, as objects, tables and figures.
 //!
-//! `campaign` is the plan of many trials with its claims, `report` folds trials into rows, `catalogue` is the table of threats, `story` one run
-//! told for a reviewer, `reproduction` what runs came to when their references were committed, `mode` the ways to run a trial. Nothing here runs or judges one.
+//! `campaign` is the plan of many trials with its claims, `report` folds trials into rows, `catalogue` is the table of threats, `story` the
+//! summary of one run for a reviewer, `reproduction` the outcomes of runs when their references were committed, `mode` the ways to run a
+//! trial. No code here runs or judges one.
 
 pub mod campaign;
 pub mod catalogue;

@@ -1,7 +1,7 @@
-//! What runs in the twin came to when they were committed, and whether they come to it again.
+//! Committed outcomes of runs in the twin, and their comparison with new runs.
 //!
 //! A reference is of one run under one seed, on one architecture: floating-point sums may differ on another. It has the run's two
-//! hashes, and the hash of its decisions up to each second, so that where runs part can be told to the second without their logs.
+//! hashes, and the hash of its decisions up to each second, so that a divergence is located to the second without the logs.
 
 use std::io::{BufRead, Read, Write};
 
@@ -34,7 +34,7 @@ pub struct Reference {
     pub outcome: Outcome,
     /// Hash of everything.
     pub log_hash: String,
-    /// Hash of what was decided, and when.
+    /// Hash of the decisions, with their times.
     pub decision_hash: String,
     /// The same up to the end of each second, its first four bytes.
     pub by_second: Vec<String>,
@@ -56,7 +56,7 @@ struct Head {
     seed: u64,
 }
 
-/// How a run compares with its reference.
+/// Comparison of a run with its reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Again {
@@ -68,7 +68,7 @@ pub enum Again {
     Parted {
         /// The first second in which they do, from 0.
         second: usize,
-        /// What the run that was made now decided in that second.
+        /// Decisions of the new run in that second.
         now: Vec<Decided>,
     },
 }
@@ -87,7 +87,7 @@ impl Reference {
         }
     }
 
-    /// Whether `now`, a run with these `entries`, is the same run.
+    /// Compares `now`, a run with these `entries`, with the reference.
     pub fn again(&self, now: &Reference, entries: &[Witnessed]) -> Again {
         if self.log_hash == now.log_hash {
             return Again::Same;

@@ -1,9 +1,9 @@
-//! Runs many trials for a verb and keeps what they leave; reads recorded runs again.
+//! Runs many trials for a verb and keeps their records; reads recorded runs again.
 //!
-//! `context` is what every verb works with, `failure` how one ends that does not end well; `plan` makes variations of a scenario, `bring` loads a
-//! detector from outside, `ground` what a search works on; `engine` runs one trial in any of the three ways, `batch` many, with `retry`, `kept`
-//! and `lines` for what is finished already; `out` is the run directory. `runs` finds recorded runs, `verified` checks one to the last byte, and
-//! `checked` is the one way to it, `recorded` to its events. Arguments of a verb and what it prints are the verb's business.
+//! `context` is the context of every verb, `failure` its failures; `plan` makes variations of a scenario, `bring` loads a custom detector,
+//! `ground` configures a search; `engine` runs one trial in any of the three ways, `batch` many, with `retry`, `kept` and `lines` for
+//! finished ones; `out` is the run directory. `runs` finds recorded runs, `verified` checks one to the last byte, and `checked` is the one
+//! way to it, `recorded` to its events. Arguments and output of a verb are the verb's business.
 
 pub mod batch;
 pub mod bring;

@@ -1,4 +1,4 @@
-//! What a sensor showed some frames ago, for a fault that hands the past on under fresh stamps.
+//! Past readings of a sensor, for a fault that passes them on under fresh stamps.
 
 use std::collections::VecDeque;
 

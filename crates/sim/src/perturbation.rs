@@ -1,8 +1,8 @@
-//! What is added to every colour image between the camera and whoever looks at it.
+//! Perturbation of every colour image between the camera and its readers.
 //!
-//! One pattern, the same in each image whatever it shows: a universal adversarial perturbation (Moosavi-Dezfooli et al. 2017), as
-//! a sticker on the lens or a driver in other hands may add it. Its fields are wider than a pixel, so that a scenario can
-//! carry them. When it is added is a fault's business (`fault`); who makes one, and what for, is not known here.
+//! One pattern, the same in each image: a universal adversarial perturbation (Moosavi-Dezfooli et al. 2017), as a sticker on the
+//! lens or a tampered driver may add it. Its fields are wider than a pixel, so that a scenario can carry them. Its times are a
+//! fault's business (`fault`); its maker and purpose are unknown here.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +30,8 @@ impl Perturbation {
         &self.fields
     }
 
-    /// Adds it to a plane of 3 bytes a pixel, row-major with `width` pixels in a row, no byte by more than `strength`. What a byte
-    /// cannot hold is cut off.
+    /// Adds it to a plane of 3 bytes a pixel, row-major with `width` pixels in a row, no byte by more than `strength`. Overflow is
+    /// cut off.
     pub fn add(&self, strength: u8, width: usize, plane: &mut [u8]) {
         let most = i16::from(strength);
         let height = plane.len() / (3 * width).max(1);

@@ -47,7 +47,7 @@ const STEERING_RATE: f32 = 1.5;
 const PROPORTIONAL: f32 = 4.0;
 const INTEGRAL: f32 = 1.5;
 
-/// What the plant is asked to do, and until when.
+/// Set-point of the plant, with its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetPoint {
     /// Forward speed, m/s.
@@ -115,8 +115,8 @@ impl Plant {
         Plant { vehicle: wheels(chassis, fidelity.grip), set_point: None, reference: 0.0, integral: 0.0, steering: 0.0 }
     }
 
-    /// Takes a new set-point in place of the last. Speed and curvature are clamped to what the vehicle can do, the
-    /// lease to [`MAX_LEASE`] from `now`.
+    /// Takes a new set-point in place of the last. Speed and curvature are clamped to the vehicle's limits, the lease
+    /// to [`MAX_LEASE`] from `now`.
     pub fn accept(&mut self, now: Instant, asked: SetPoint) {
         self.set_point = Some(SetPoint {
             speed: asked.speed.clamp(-MAX_REVERSE, MAX_SPEED),
@@ -125,7 +125,7 @@ impl Plant {
         });
     }
 
-    /// The set-point whose lease stands.
+    /// The set-point under a valid lease.
     pub fn set_point(&self) -> Option<SetPoint> {
         self.set_point
     }
@@ -135,7 +135,8 @@ impl Plant {
         self.vehicle.chassis
     }
 
-    /// Drives for the step that ends at `now`, then steps the world. Gives the set-point whose lease has just ended.
+    /// Drives for the step that ends at `now`, then steps the world. Gives the set-point of a lease that has just
+    /// ended.
     pub fn step(&mut self, now: Instant, world: &mut World) -> Option<SetPoint> {
         let lapsed = self.set_point.take_if(|s| s.until <= now);
         let (speed, curvature) = self.set_point.map_or((0.0, 0.0), |s| (s.speed, s.curvature));
@@ -153,7 +154,7 @@ impl Plant {
         lapsed
     }
 
-    /// Where the vehicle is and how it moves.
+    /// Place and motion of the vehicle.
     pub fn state(&self, world: &World) -> State {
         let body = &world.physics.bodies[self.vehicle.chassis];
         let pose = body.position();

@@ -1,4 +1,4 @@
-//! What the sim promises to the rest: repeatable, forkable, sensors that agree, faults that stay where they are.
+//! Promises of the sim to the rest: repeatable, forkable, sensors that agree, faults confined to their targets.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a test picks the events it is about")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
@@ -374,7 +374,7 @@ fn keys() -> ChannelKeys {
     ChannelKeys { frames, candidates, navigation: [navigation.clone(), navigation], drive, act }
 }
 
-/// A sim with somebody at the wheel.
+/// A sim with a driver.
 struct Rig {
     sim: Sim,
     drive: Sender,

@@ -1,9 +1,10 @@
 //! The mean of a few independent estimates of one probability, each unbiased and none below zero, with an interval.
 //!
 //! Such estimates are products of shares, and skewed: now and then one is far above the rest. The t interval of their mean
-//! reaches below zero, and misses more often than it says, above. So the interval here is a t interval around the logarithm of
+//! reaches below zero, and misses more often than stated, above. So the interval here is a t interval around the logarithm of
 //! the mean, whose standard error is that of the mean divided by the mean (delta method): a factor either way. The logarithms
-//! of the single estimates would not do: their mean is not the logarithm of what is estimated, and one of them may be of zero.
+//! of the single estimates would not do: their mean is not the logarithm of the estimated value, and one of them may be of
+//! zero.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -19,7 +20,7 @@ pub struct Mean {
     pub mean: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Two-sided 95 % interval; nothing where there are fewer than two estimates or all are alike.
+    /// Two-sided 95 % interval; `None` where there are fewer than two estimates or all are alike.
     pub interval_95: Option<[f64; 2]>,
 }
 

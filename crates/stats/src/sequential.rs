@@ -1,9 +1,9 @@
 //! Looking at a rate as often as one likes: e-values that bound the probability of ever being wrong.
 //!
 //! The odds of a hit, weighed c to 1 against a rate p, have the likelihood ratio c^hits / (1 + (c - 1) p)^n. One factor has the
-//! mean (1 + (c - 1) q) / (1 + (c - 1) p) under a true rate q: at most 1 where c < 1 and q >= p, and where c > 1 and
-//! q <= p. A mixture over several c is therefore a test supermartingale, and by Ville's inequality it ever reaches 1 / alpha
-//! with a probability of at most alpha, however often and whenever somebody looks.
+//! mean (1 + (c - 1) q) / (1 + (c - 1) p) under a true rate q: at most 1 where c < 1 and q >= p, and where c > 1 and q <= p. A
+//! mixture over several c is therefore a test supermartingale, and by Ville's inequality it ever reaches 1 / alpha with a
+//! probability of at most alpha, for any number and times of looks.
 //!
 //! J. Ville, Étude critique de la notion de collectif, 1939. H. Robbins, Statistical methods related to the law of the
 //! iterated logarithm, Annals of Mathematical Statistics 41, 1970 (mixtures). A. Ramdas, P. Grünwald, V. Vovk, G. Shafer,

@@ -1,4 +1,4 @@
-//! What is written is what other readers find, and what cannot be read is left out.
+//! Other readers find the written values; unreadable messages are left out.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;

@@ -1,12 +1,13 @@
-//! Property-based attack fuzzing: words that nobody wrote down, over everything the shipped alphabets allow, against what must
-//! hold whatever is done.
+//! Property-based attack fuzzing: generated attack sequences, over everything the shipped attack spaces allow, against
+//! properties of every trial.
 //!
-//! Four parts: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` what
-//! should happen, said without them, `assertions` what must hold of every trial. What these look at is read by `deeds` off the
-//! word and by `witness` off a second run of it. Drawing and shrinking are `search`'s.
+//! Four parts: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` the
+//! expected behaviour, written without them, `assertions` the properties of every trial. Their inputs are read by `deeds` off
+//! the sequence and by `witness` off a second run of it. Drawing and shrinking are `search`'s.
 //!
-//! `HOLDSAFE_CASES=1000 cargo test fuzzing` tries more words of each alphabet than the few of every day. A failure prints the
-//! smallest word that shows it and the file with its scenario; moved into `tests/regressions/` it is a regression from then on.
+//! `HOLDSAFE_CASES=1000 cargo test fuzzing` tries more sequences of each attack space than the few of every day. A failure
+//! prints the smallest sequence that shows it and the file with its scenario; moved into `tests/regressions/` it is a
+//! regression from then on.
 
 mod assertions;
 mod deeds;
@@ -86,7 +87,7 @@ fn fuzz(alphabet: &str) {
     }
 }
 
-/// A regression says what must come of it; what once went wrong is not among that.
+/// A regression names its acceptable classes; the former fault is not among them.
 #[test]
 fn every_regression_stays_mended() {
     let folder = holdsafe_tests::root().join("tests/regressions");
@@ -111,7 +112,7 @@ fn every_assertion_fails_on_a_trial_that_breaks_it() {
     }
 }
 
-/// An assertion that nothing can break says nothing.
+/// An assertion that cannot be broken is no test.
 #[test]
 fn every_assertion_that_one_check_carries_breaks_without_it() {
     let unbroken = assertions::all().filter_map(|assertion| {

@@ -1,4 +1,4 @@
-//! What is owed when a process is killed, and what is asked of one that was started again.
+//! Obligations after the kill of a process, and requirements on a restarted one.
 
 use evidence::Property;
 use evidence::trial::Outcome;
@@ -76,7 +76,7 @@ fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
     }
 }
 
-/// A unit that ends at 3 s, is started again at 4 s and enabled at 5 s; judged by what is said with `word` in it.
+/// A unit that ends at 3 s, is started again at 4 s and enabled at 5 s; judged by the findings with `word` in them.
 fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
     let mut log = Log::whole();
     log.killed(3000, NodeId::UNIT_A).cut_display(3000);

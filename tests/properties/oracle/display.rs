@@ -1,4 +1,4 @@
-//! P5 and P7: what the display shows was accepted, is as fresh as it says, and is so.
+//! P5 and P7: displayed values were accepted, are as fresh as labelled, and are true.
 
 use evidence::{Planned, Property};
 use wire::core::Side;

@@ -1,4 +1,4 @@
-//! P1's guards at an act, by the word of others than the unit, each just within and just beyond what its guard lets through.
+//! P1's guards at an act, by the reports of others than the unit, each just within and just beyond its guard's limit.
 
 use evidence::Property;
 use wire::command::CommandKind;
@@ -9,7 +9,7 @@ use wire::sensor::Class;
 
 use super::log::Log;
 
-/// Whether P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good by its own word.
+/// True if P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good by its own word.
 fn broken(ms: u64, change: impl Fn(&mut Log) -> &mut Log) -> bool {
     let mut log = Log::whole();
     change(log.cut_display(4000));

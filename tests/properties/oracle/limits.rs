@@ -1,5 +1,5 @@
 //! Each limit of P1 and P5 to P11 from both sides: a log just within it is no finding, one just beyond it is. `limits_trust`
-//! has those of P2 to P4, `guards` and `plant` what is judged from the plant, other files those that belong to an attack.
+//! has those of P2 to P4, `guards` and `plant` those judged from the plant, other files those that belong to an attack.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -17,7 +17,7 @@ use wire::sensor::Class;
 use super::log::{BOUNDS, Log, command, way};
 use super::orders::obeyed;
 
-/// What an order, a confirmation and an entry may be late by in the log, milliseconds.
+/// Permitted lateness of an order, a confirmation and an entry in the log, milliseconds.
 const SLACK_MS: u64 = 50;
 
 #[test]

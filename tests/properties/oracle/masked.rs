@@ -1,4 +1,4 @@
-//! What became of an injection: delivered to its target or kept from it, by whom, and when neither is proven.
+//! Fate of an injection: delivered to its target or stopped, by whom, and unproven cases.
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask, Needs, Plan, Planned, Takes};
@@ -10,7 +10,7 @@ use wire::time::Span;
 
 use super::log::{Log, command};
 
-/// A fault of localisation that nothing answers, with whoever says so, and whose mouth took it in.
+/// An unanswered fault of localisation, with its reporter, and the reader that received it.
 fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
     let (sensor, kind) = (Sensor::Localisation, FaultKind::Jump);
     let mut log = Log::whole();

@@ -1,5 +1,5 @@
-//! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here what is asked of the
-//! log as a whole (P6, P10, the class); each other file has a group of properties, `log` what they break.
+//! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here are the requirements
+//! on the log as a whole (P6, P10, the class); each other file has a group of properties, `log` their input.
 
 mod authority;
 mod deaths;

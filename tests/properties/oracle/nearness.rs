@@ -1,4 +1,4 @@
-//! How near a log comes to each limit, in thousandths of the way: what a guided search climbs by.
+//! Approach of a log to each limit, in thousandths of the way: the gradient of a guided search.
 
 use oracle::{Limit, Nearness};
 use wire::bounds::Bounds;

@@ -1,4 +1,4 @@
-//! P5 and P8: what a unit executes somebody gave, under a key that is that operator's, once and in time.
+//! P5 and P8: a unit's executed order was given, under a key that is that operator's, once and in time.
 
 use evidence::trial::Outcome;
 use evidence::{Planned, Property};

@@ -1,5 +1,5 @@
-//! Speeds and executions are judged at the plant and in the unit's modes, whatever the unit says of itself (P2, P3, P4, P8,
-//! P9); what is held against a teammate and what is displayed of a unit comes from that one's accepted records (P5).
+//! Speeds and executions are judged at the plant and in the unit's modes, independently of the unit's own statements (P2,
+//! P3, P4, P8, P9); findings against a teammate and displays of a unit come from that one's accepted records (P5).
 
 use evidence::Property;
 use evidence::trial::Outcome;
@@ -12,7 +12,7 @@ use wire::settings::Settings;
 
 use super::log::{BOUNDS, Log, command};
 
-/// How long after a change the plant may follow a set-point from before it: its lease, and what an entry may lag behind.
+/// Time after a change in which the plant may follow a set-point from before it: its lease, and the lag of an entry.
 const FOLLOWS_MS: u64 = BOUNDS.set_point_lease_ms + 50;
 
 /// The unit is DEGRADED from 5 s on, and the plant does this at `ms`.

@@ -1,4 +1,4 @@
-//! What counts as a receipt: an injection is believed when somebody else saw it, and where it was planned.
+//! Receipts: an injection is believed when another party saw it, and where it was planned.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Verdict};
@@ -181,8 +181,8 @@ fn a_broker_that_is_said_to_hang_has_to_hold_something_up() {
     assert!(!hung(3000, 6010), "nothing was given to it");
 }
 
-/// A gateway insider says at 4 s that it keeps a report for 800 ms; the console took in what it sent at `came`, and the
-/// report was on the display at once where `shown`.
+/// A gateway insider claims at 4 s that it keeps a report for 800 ms; the console received its message at `came`, and
+/// the report was on the display at once where `shown`.
 fn late(came: u64, shown: bool) -> Verdict {
     let mut log = Log::whole();
     log.planned.push(Planned::Late(800_000).into());

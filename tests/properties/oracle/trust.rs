@@ -1,4 +1,4 @@
-//! P2, P3 and P4: what is lost restricts in time, who is told to hold stands, and the fence is kept.
+//! P2, P3 and P4: a loss restricts in time, a unit told to hold stands, and the fence is kept.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 

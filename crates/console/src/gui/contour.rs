@@ -15,7 +15,7 @@ pub(super) struct Contours {
     pub(super) segments: Vec<[Place; 2]>,
 }
 
-/// The lines, unless there is nothing to survey or it is flat.
+/// The lines; `None` if the survey is empty or flat.
 pub(super) fn lines(relief: &Relief) -> Option<Contours> {
     let rows = relief.rows();
     let heights = || rows.iter().flat_map(|row| row.iter().copied());
@@ -35,7 +35,7 @@ pub(super) fn lines(relief: &Relief) -> Option<Contours> {
     (!segments.is_empty()).then_some(Contours { step, segments })
 }
 
-/// The pieces of one line in one cell, whose corners go round from the south-west counter-clockwise.
+/// The pieces of one line in one cell, with corners counter-clockwise from the south-west.
 fn cell(relief: &Relief, [column, row]: [usize; 2], corners: [f32; 4], level: f32, into: &mut Vec<[Place; 2]>) {
     const ROUND: [Place; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let mut crossings = [[0.0; 2]; 4];

@@ -1,4 +1,4 @@
-//! What a person does: what is asked of the gateway for it, and what is refused, by name.
+//! Acts of a person: requests to the gateway, and refusals, by name.
 
 use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
 use console::history::{Incident, MAX_PAST};

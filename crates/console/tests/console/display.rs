@@ -1,4 +1,4 @@
-//! What may be shown, and how fresh.
+//! Permitted displays, and their freshness.
 
 use console::shown::Origin;
 use proptest::prelude::*;
@@ -237,10 +237,10 @@ fn a_fork_goes_on_as_the_original_does() {
     }
 }
 
-/// What the network may do to the display in one step.
+/// A step of the network against the display.
 #[derive(Clone, Debug)]
 enum Move {
-    /// Nothing comes for so long, ms.
+    /// Silence for so long, ms.
     Gap(u64),
     /// The next report comes; it is so old, ms, and its stamp is off by so much, µs.
     Next { age: u64, stamp: i64 },
@@ -258,7 +258,7 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     prop::collection::vec(one, 1..60)
 }
 
-/// The reference: when each report was sent by its own word, and what the label of an age must be.
+/// The reference: claimed send time of each report, and required label of an age.
 #[derive(Default)]
 struct Reference {
     /// Each report's signed bytes, the latest instant at which its content can have been true, and whether it was accepted.
@@ -282,7 +282,7 @@ fn hear(bench: &mut Bench, signed: &[u8], age: Span) -> bool {
 }
 
 impl Reference {
-    /// What is shown is at least as old as the report behind it, and labelled for that age.
+    /// A shown value is at least as old as the report behind it, and labelled for that age.
     fn check(&self, bench: &Bench) -> Result<(), TestCaseError> {
         let shown = bench.console.shown(bench.now);
         let Some(unit) = shown.units.first() else { return Ok(()) };

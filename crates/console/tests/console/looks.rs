@@ -1,6 +1,6 @@
-//! What the window looks like to somebody who has never seen it: what is painted, what is dead, what stands beside what.
+//! Appearance of the window: colours, disabled controls, neighbours.
 //!
-//! What is done in the window is in `window`. Here paint is looked at too, where a label says nothing of it.
+//! Interaction is in `window`. Colours are checked here too, where the accessibility label does not mention them.
 
 use console::gui::layout::{Pane, Preset};
 use eframe::egui::accesskit::Role as Kind;
@@ -50,7 +50,7 @@ fn painted(seated: &Seated) -> Vec<Shape> {
     shapes
 }
 
-/// Whether a colour is one of those that say that something is out of normal: more red than blue.
+/// True if a colour is one of those that say that something is out of normal: more red than blue.
 fn warm(color: Color32) -> bool {
     color.r() > color.b().saturating_add(20)
 }

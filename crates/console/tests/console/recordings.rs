@@ -14,7 +14,7 @@ use wire::time::{Instant, Span};
 
 use crate::bench::{Bench, making};
 
-/// The recording of what happened on `bench`, in a folder of this name.
+/// The recording of `bench`, in a folder of this name.
 fn recorded(bench: &Bench, name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(folder.join("mouth")).unwrap();

@@ -1,4 +1,4 @@
-//! The operator's script: what is asked for, when, and how often.
+//! The operator's script: requests, their times and repetitions.
 
 use std::collections::BTreeSet;
 
@@ -180,7 +180,7 @@ proptest! {
     }
 }
 
-/// What a gateway may say of a command, in any order and as often as it likes, does not keep the alarm away.
+/// No sequence of gateway statements about a command, repeated at will, keeps the alarm away.
 #[test]
 fn no_word_of_the_gateway_keeps_a_missing_acknowledgement_from_being_shown_within_a_second() {
     for words in [

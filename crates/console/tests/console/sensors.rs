@@ -1,4 +1,4 @@
-//! The window beside the operator's, without a screen: it says what it is, and how old what it shows is.
+//! The sensor window beside the operator's, without a screen: it states its source and the age of its pictures.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use wire::time::Span;
 
-/// Whether what is drawn of `sensed` says each of `texts`.
+/// True if the drawing of `sensed` contains each of `texts`.
 fn says(sensed: Option<Sensed>, texts: &[&str]) -> Vec<bool> {
     drawn(sensed, None, texts)
 }

@@ -1,4 +1,4 @@
-//! The window, without a screen: what is drawn is read from the accessibility tree, what is done is done by role and label.
+//! The window, without a screen: output is read from the accessibility tree, input is given by role and label.
 //!
 //! Behind it is the real console. The harness refuses controls without a name and glyphs that the fonts lack.
 
@@ -28,7 +28,7 @@ const LAPTOP: Vec2 = vec2(1366.0, 768.0);
 /// The least size of the window.
 const LEAST: Vec2 = vec2(1320.0, 640.0);
 
-/// A window over a yard. What is done in it is done to the console, and kept.
+/// A window over a yard. Interaction reaches the console, and is kept.
 pub(crate) struct Seat {
     pub(crate) yard: Yard,
     pub(crate) window: Window,
@@ -590,7 +590,7 @@ fn every_control_is_reached_with_the_tab_key_alone() {
     }
 }
 
-/// Presses Tab until what says this has the focus.
+/// Presses Tab until the element with this label has the focus.
 fn tab_to(seated: &mut Seated, says: &str) {
     let focused = |seated: &Seated| {
         let label = |node: &egui_kittest::Node<'_>| node.accesskit_node().label().is_some_and(|l| l.starts_with(says));

@@ -12,7 +12,7 @@ use crate::tried::told;
 /// The policy that needs no naming.
 const SHIPPED: &str = "default";
 
-/// The section; nothing where no campaign set anything.
+/// The section; empty without a campaign that set any value.
 pub(super) fn fidelity(results: &Results) -> String {
     let campaigns =
         results.given().iter().filter_map(|g| if let Found::Campaign(c) = &g.found { Some(c) } else { None });
@@ -47,7 +47,7 @@ fn table(text: &mut String, rows: &[&CampaignRow]) {
     }
 }
 
-/// What flips and what does not, scenario by scenario.
+/// Values that flip an outcome and values that do not, scenario by scenario.
 fn flips(text: &mut String, rows: &[&CampaignRow]) {
     let mut flipped: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for row in rows.iter().filter(|r| r.unexpected > 0) {
@@ -71,7 +71,7 @@ fn flips(text: &mut String, rows: &[&CampaignRow]) {
     }
 }
 
-/// Whether all that it sets is of a model, and nothing is waived.
+/// True if all its settings are of a model, and no check is waived.
 fn is_of_a_model(row: &CampaignRow) -> bool {
     let of_a_model = |key: &String| key.starts_with("models.") || key.starts_with("conditions.");
     !row.set.is_empty() && row.set.keys().all(of_a_model) && row.counts && row.watermark.is_none()
@@ -101,7 +101,7 @@ fn cell(row: &CampaignRow) -> String {
     }
 }
 
-/// Whether a trial did harm that its scenario does not state.
+/// True if a trial did harm that its scenario does not state.
 fn harms(row: &CampaignRow) -> bool {
     let harm = [Outcome::Unsafe, Outcome::Late];
     harm.iter().any(|class| row.outcomes.contains_key(class) && !row.expected.contains(class))

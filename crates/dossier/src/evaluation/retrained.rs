@@ -7,7 +7,7 @@ use crate::results::{Found, Results};
 /// The scenario in which paint and warmth deceive together, in steps of strength.
 const THERMOVISUAL: &str = "decoy_printed_heated";
 
-/// What the two curves say: fewer decoys acted on at some strength, and more at none.
+/// Statement of the two curves: fewer decoys acted on at some strength, and more at none.
 pub(super) fn retrained(results: &Results) -> Answer {
     let curves = results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
     let curves: Vec<&Curve> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();

@@ -39,7 +39,7 @@ const COLOURS: [(&str, Paint, &str, &str); 28] = [
 enum Paint {
     Fill,
     Stroke(f64),
-    /// A fill that lets through what is below.
+    /// A translucent fill.
     Veil,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn light() -> String {
     rules(|(_, _, light, _)| (*light).to_owned())
 }
 
-/// The rules of a page whose colours are variables, and the variables: rules, light, dark.
+/// The rules of a page with colours as variables, and the variables: rules, light, dark.
 pub(crate) fn sheet() -> (String, String, String) {
     let variables = |pick: fn(&(&str, Paint, &'static str, &'static str)) -> &'static str| {
         COLOURS.iter().fold(String::new(), |all, colour| format!("{all}--{}:{};", colour.0, pick(colour)))

@@ -1,4 +1,4 @@
-//! Curves: what came of an attack over its strength.
+//! Curves: outcomes of an attack over its strength.
 
 use maud::{Markup, html};
 

@@ -1,4 +1,4 @@
-//! How far the missions of runs came: a class says nothing of a platform that never set out.
+//! Progress of the missions of runs: a class is no evidence about a platform that never set out.
 
 use maud::{Markup, html};
 

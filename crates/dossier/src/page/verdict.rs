@@ -16,7 +16,7 @@ use crate::tried::{told, tried};
 pub(super) struct Counted {
     /// Trials.
     n: u64,
-    /// Outside their expected classes; nothing where none were stated.
+    /// Outside their expected classes; `None` where none were stated.
     unexpected: Option<u64>,
     /// Outcomes.
     outcomes: Outcomes,
@@ -30,7 +30,7 @@ type ByPlace = BTreeMap<(Evidence, bool), Counted>;
 /// Recordings that are INVALID and named in the verdict.
 const NAMED: usize = 8;
 
-/// What is said beside the results when a recording of theirs is INVALID.
+/// Note beside the results when one of their recordings is INVALID.
 const UNSUPPORTED: &str = "That is what the results say; no INVALID recording supports it.";
 
 /// The verdict.
@@ -69,7 +69,7 @@ fn invalid(dossier: &Dossier) -> impl Iterator<Item = (&str, &str)> {
     dossier.recordings.iter().filter_map(|of| Some((of.name.as_str(), of.invalid.as_deref()?)))
 }
 
-/// How many of `n` recordings are INVALID, and which.
+/// Number and names of INVALID recordings among `n`.
 fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
     let of = invalid.len();
     html! {
@@ -86,7 +86,7 @@ fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
     }
 }
 
-/// What is said of trials and of how many of them lay outside their expected classes, by place of evidence.
+/// Statement on trials and the number outside their expected classes, by place of evidence.
 fn sentence(places: &[(Evidence, u64, u64)]) -> String {
     let ran = || places.iter().filter(|(_, n, _)| *n > 0);
     let each = |say: fn(u64, u64) -> String| {

@@ -1,5 +1,5 @@
-//! JUnit XML. What its XSD asks for that could be missed here is which elements lie where and which attributes they have: there is no
-//! order in it and no type but text. So that is read off the XSD and checked; a whole validator is run by hand (`schemas/README.md`).
+//! JUnit XML. The XSD's relevant requirements are the place of elements and their attributes: it demands no order and no type but
+//! text. So these are read off the XSD and checked; a complete validator is run by hand (`schemas/README.md`).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::{everything, given, hostile, read};
 
-/// What the XSD lets an element have.
+/// Content that the XSD allows in an element.
 #[derive(Debug, Default)]
 struct Allowed {
     children: BTreeSet<String>,
@@ -98,7 +98,7 @@ fn schema() -> BTreeMap<String, Allowed> {
     allowed
 }
 
-/// What the XSD has against a file.
+/// Violations of the XSD by a file.
 fn against_schema(text: &str) -> Vec<String> {
     let schema = schema();
     let mut wrong = Vec::new();

@@ -64,7 +64,7 @@ impl Revocations {
 pub struct Watch(watch::Receiver<Held>);
 
 impl Watch {
-    /// Returns once the list has changed since this was made or last returned; never, when nobody holds the list.
+    /// Returns once the list has changed since this was made or last returned; never, if the list has no holder.
     pub async fn changed(&mut self) {
         if self.0.changed().await.is_err() {
             std::future::pending().await

@@ -1,4 +1,4 @@
-//! One association and what a network without keys can do to it.
+//! One association against a network without keys.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime};

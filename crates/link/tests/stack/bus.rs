@@ -1,4 +1,4 @@
-//! Shared memory: what is published in a domain arrives there, in order, and nowhere else.
+//! Shared memory: messages published in a domain arrive there, in order, and nowhere else.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! ClientHellos nobody should send.
+//! Malformed ClientHellos.
 
 use std::panic::catch_unwind;
 

@@ -6,7 +6,7 @@ use wire::event::wire_hash;
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
-/// Answers each bus message with its sum so far, and a timeout with nothing.
+/// Answers each bus message with its sum so far, and a timeout with no output.
 #[derive(Default)]
 struct Adder {
     sum: u8,

@@ -42,7 +42,7 @@ fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     spec
 }
 
-/// What it says on standard error goes to a file beside its recording, which may be on a full disk as well.
+/// Its standard error goes to a file beside its recording, which may be on a full disk as well.
 fn launch(spec: ServiceSpec) -> Running {
     let said = std::fs::File::create(spec.run_dir.join("said")).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-recorder"))

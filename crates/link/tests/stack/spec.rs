@@ -1,4 +1,4 @@
-//! What a process reads from its launcher.
+//! A process's reading of its launcher's messages.
 
 use link::clock::HostClock;
 use link::loopback::LoopbackAddr;

@@ -18,7 +18,7 @@ use wire::id::PeerId;
 
 use super::network::{credentials, genuine_hello, list};
 
-/// Where the sockets of the run under test are.
+/// Address of the sockets of the run under test.
 fn own() -> LoopbackAddr {
     LoopbackAddr::of_run(std::process::id())
 }
@@ -28,7 +28,7 @@ fn ours() -> UdpSocket {
     UdpSocket::bind(own().socket()).unwrap()
 }
 
-/// A socket of somebody else's on the same host.
+/// A socket of another program on the same host.
 fn outsider() -> UdpSocket {
     UdpSocket::bind("127.0.0.1:0").unwrap()
 }
@@ -58,7 +58,7 @@ async fn datagram(inputs: &mut mpsc::Receiver<Input>) -> Vec<u8> {
     bytes
 }
 
-/// What the relay sends downlink goes there.
+/// Checks that the relay's downlink reaches it.
 fn gets_the_downlink(client: &UdpSocket, relay: &DatagramRelay) {
     relay.emit(Side::Client, b"answer");
     let mut buf = [0; 16];

@@ -10,7 +10,7 @@ use link::vet::Fault;
 use wire::core::Side;
 use wire::id::PeerId;
 
-/// What `holder` may present, and what it must be called. The sound one has no name.
+/// Chains that `holder` may present, each with its expected fault. The sound one has none.
 fn presented(authority: &Authority, holder: PeerId, role: Role) -> Vec<(Credential, Option<Vec<u8>>, Option<Fault>)> {
     #[expect(clippy::disallowed_methods, reason = "certificates are valid by the wall clock")]
     let now = SystemTime::now();

@@ -1,4 +1,4 @@
-//! Pages for a browser: who gets them, and what comes of those who ask for something else.
+//! Pages for a browser: authorised readers, and answers to other requests.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -13,7 +13,7 @@ fn served() -> Served {
     Served::open(0, vec![html, made]).expect("a port of loopback")
 }
 
-/// Host and path of what is served.
+/// Host and path of the pages.
 fn parts(served: &Served) -> (String, String) {
     let address = served.address();
     let (host, path) = address.strip_prefix("http://").unwrap().split_once('/').unwrap();
@@ -24,7 +24,7 @@ fn connect(served: &Served) -> TcpStream {
     TcpStream::connect(parts(served).0).unwrap()
 }
 
-/// What is answered to a request, after which the stream ends.
+/// The answer to a request, after which the stream ends.
 fn answer(served: &Served, request: &str) -> String {
     read(sent(served, request))
 }

@@ -33,7 +33,7 @@ pub struct Tally {
     pub n: u64,
 }
 
-/// What trials say of a claim.
+/// Verdict of trials on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -115,7 +115,7 @@ impl Claim {
 }
 
 impl Tally {
-    /// What counts against a claim: hits, and what is no evidence.
+    /// Count against a claim: hits, and trials without evidence.
     fn against(self) -> u64 {
         self.hits + self.invalid
     }

@@ -1,6 +1,6 @@
-//! What a trial draws for itself: a distribution for one value of the scenario.
+//! A trial's own draw: a distribution for one value of the scenario.
 //!
-//! A draw depends on what it is keyed by and on nothing else, so trials may run anywhere and in any order.
+//! A draw depends on its key alone, so trials may run anywhere and in any order.
 
 use core::fmt;
 use core::str::FromStr;
@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 /// Most values of a choice.
 const MAX_CHOICES: usize = 64;
 
-/// How a value is drawn.
+/// Distribution of a value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Distribution {

@@ -1,4 +1,4 @@
-//! One of n parts of a campaign, a pure function of trial numbers: who runs what.
+//! One of n parts of a campaign, a pure function of trial numbers: the assignment of trials.
 
 use core::str::FromStr;
 
@@ -15,12 +15,12 @@ impl Partition {
     /// The only part.
     pub const WHOLE: Partition = Partition { part: 0, of: 1 };
 
-    /// Whether the trial of this number belongs to it.
+    /// True if the trial of this number belongs to it.
     pub fn holds(self, number: u64) -> bool {
         number % self.of == self.part
     }
 
-    /// Whether it is all there is.
+    /// True if it is all there is.
     pub fn is_whole(self) -> bool {
         self.of == 1
     }

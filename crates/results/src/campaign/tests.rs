@@ -1,4 +1,4 @@
-//! Plans, their parts and what they draw.
+//! Plans, their parts and their draws.
 
 use serde_json::Value;
 

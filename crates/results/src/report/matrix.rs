@@ -30,9 +30,9 @@ pub struct Matrix {
     pub build: String,
     /// One row a threat, in the catalogue's order.
     pub rows: Vec<MatrixRow>,
-    /// How many bounds hold together.
+    /// Number of bounds that hold together.
     pub bounds: usize,
-    /// Whether every trial of every run lies within its expected classes.
+    /// True if every trial of every run lies within its expected classes.
     pub as_expected: bool,
 }
 
@@ -41,9 +41,9 @@ pub struct Matrix {
 pub struct MatrixRow {
     /// Its id.
     pub id: String,
-    /// What is done.
+    /// The threat.
     pub threat: String,
-    /// What it puts to the test.
+    /// The requirement under test.
     pub requirement: Requirement,
     /// The boundary that is attacked.
     pub interface: String,
@@ -51,13 +51,13 @@ pub struct MatrixRow {
     pub stride: String,
     /// ATT&CK and ATLAS.
     pub techniques: Vec<String>,
-    /// What must come of it.
+    /// Required containment.
     pub containment: String,
     /// Tests named after it.
     pub tests: Vec<String>,
     /// Commands of holdsafe that run it beside its scenarios.
     pub commands: Vec<String>,
-    /// What it lacks, and why.
+    /// The open gap, and its reason.
     pub open: Option<String>,
     /// Outcomes by kind of evidence.
     pub kinds: Vec<Kind>,
@@ -74,11 +74,11 @@ pub struct MatrixRun {
     pub cell: Option<String>,
     /// Policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
@@ -90,14 +90,14 @@ pub struct MatrixRun {
     latencies: Vec<[Option<f64>; 3]>,
 }
 
-/// All runs of a row whose n may be added.
+/// All runs of a row with one kind of evidence: their n may be added.
 #[derive(Clone, Debug, Serialize)]
 pub struct Kind {
-    /// Where the evidence comes from.
+    /// Origin of the evidence.
     pub evidence: Evidence,
-    /// Whether the mechanism really runs there; where not, n is no evidence of it.
+    /// True if the mechanism really runs there; where not, n is no evidence of it.
     pub counts: bool,
-    /// Whether a policy waived something.
+    /// True if a policy waived something.
     pub ablation: bool,
     /// Trials.
     pub n: u64,
@@ -222,7 +222,7 @@ impl Matrix {
     }
 }
 
-/// How many trials of a run were unsafe, how many INVALID, and how many there were.
+/// Numbers of a run's unsafe and INVALID trials, and of all.
 fn each(summary: &Summary) -> [u64; 3] {
     let count = |class| summary.outcomes.get(&class).copied().unwrap_or(0);
     [count(Outcome::Unsafe), count(Outcome::Invalid), summary.outcomes.values().sum()]

@@ -1,4 +1,4 @@
-//! How far the missions of a run came, folded over its trials and in words.
+//! Progress of the missions of a run, folded over its trials and in words.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ impl MissionSummary {
         }
     }
 
-    /// In lines below a table; nothing of a run without a platform.
+    /// As lines below a table; none for a run without a platform.
     pub(super) fn lines(&self) -> String {
         if self.n == 0 {
             return String::new();

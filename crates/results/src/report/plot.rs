@@ -66,7 +66,7 @@ impl Frame {
     }
 }
 
-/// Where rising values stand between the first and the last.
+/// Position of rising values between the first and the last.
 fn along(values: &[f64]) -> Vec<f64> {
     let (Some(first), Some(last)) = (values.first(), values.last()) else { return Vec::new() };
     let step = values.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);

@@ -1,11 +1,11 @@
-//! Multilevel splitting with fixed effort, over anything that can be copied and goes on from the copy by other chances.
+//! Multilevel splitting with fixed effort, over any process that can be copied and continues from the copy by other random
+//! draws.
 //!
-//! To come to the last level a run has to pass the others. Each stage tries as many times as every other to get from one
-//! level to the next, from states in which the level was first reached, drawn evenly; the product of the shares that got there
-//! is the estimate. It is unbiased for any fixed levels and any effort (the argument is that of Amrein and Künsch 2011; fixed
-//! effort is Garvels 2000), so the mean of independent repetitions is, too. Levels that are placed by what was seen on the way
-//! (Cérou and Guyader 2007) are not offered: where the level jumps, as a lease's age does with each loss, they mislead
-//! (Walter 2015).
+//! To come to the last level a run has to pass the others. Each stage tries as many times as every other to get from one level
+//! to the next, from states in which the level was first reached, drawn evenly; the product of the shares that got there is the
+//! estimate. It is unbiased for any fixed levels and any effort (the argument is that of Amrein and Künsch 2011; fixed effort is
+//! Garvels 2000), so the mean of independent repetitions is, too. Levels placed adaptively (Cérou and Guyader 2007) are not
+//! offered: where the level jumps, as a lease's age does with each loss, they mislead (Walter 2015).
 //!
 //! - M. J. J. Garvels, The splitting method in rare event simulation, thesis, University of Twente, 2000.
 //! - F. Cérou, A. Guyader, Adaptive multilevel splitting for rare event analysis, Stochastic Analysis and Applications 25, 2007.
@@ -13,7 +13,7 @@
 //!   Transactions on Modeling and Computer Simulation 21, 2011.
 //! - C. Walter, Rare event simulation and splitting for discontinuous random variables, arXiv:1507.00919, 2015.
 //!
-//! All chance comes from (seed, repetition, stage, number of the trial), so threads change nothing.
+//! All chance comes from (seed, repetition, stage, number of the trial), so threads have no effect.
 
 use link::clock::thread_cpu_us;
 use rand_chacha::ChaCha8Rng;
@@ -21,13 +21,13 @@ use rand_core::{RngCore, SeedableRng};
 
 /// Most stages.
 pub const MAX_LEVELS: usize = 64;
-/// States kept of a stage for the next to begin from, at most. They are those of the first trials that got there: which those
-/// are has nothing to do with the states, so the estimate stays unbiased, and memory is bounded.
+/// States kept of a stage for the next to begin from, at most. They are those of the first trials that got there: their
+/// selection is independent of the states, so the estimate stays unbiased, and memory is bounded.
 const KEPT: usize = 256;
-/// Trials whose results are waited for together.
+/// Trials with results that are waited for together.
 const ROUND: usize = 128;
 
-/// Something that runs, and whose future depends on its state and on chance alone.
+/// A process with a future that depends on its state and on chance alone.
 pub trait Process: Send + Sync {
     /// Goes on until it is at `level` or beyond, which it may be already; false when it ended before.
     fn reach(&mut self, level: f64) -> bool;
@@ -36,11 +36,11 @@ pub trait Process: Send + Sync {
     #[must_use]
     fn branch(&self, seed: u64) -> Self;
 
-    /// How much it went on since it began or was branched off, in a unit of its own.
+    /// Progress since it began or was branched off, in a unit of its own.
     fn spent(&self) -> u64;
 }
 
-/// What is tried, how often.
+/// Levels, and number of trials.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The level that each stage is to reach, rising; the last is the event.
@@ -53,20 +53,20 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// What came of one stage.
+/// Result of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stage {
     /// Trials.
     pub tried: u64,
     /// Those that got to the stage's level.
     pub reached: u64,
-    /// What they spent together.
+    /// Their total cost.
     pub spent: u64,
     /// CPU time, microseconds.
     pub cpu_us: u64,
 }
 
-/// All stages once; those behind one that nobody passed were not tried.
+/// All stages once; those behind one that no trial passed were not tried.
 #[derive(Clone, Debug)]
 pub struct Repetition {
     /// The stages that were tried.
@@ -80,10 +80,11 @@ impl Repetition {
     }
 }
 
-/// Carries out `plan` on what `begin` makes of seeds; `tried` is told of each trial.
+/// Carries out `plan` on the processes that `begin` makes of seeds; `tried` receives each trial.
 ///
 /// # Errors
-/// The first that `begin` or `tried` gives.
+///
+/// The first error of `begin` or `tried`.
 pub fn split<P: Process, E: Send>(
     plan: &Plan,
     threads: usize,
@@ -112,7 +113,7 @@ struct Climb<'a, P> {
     /// Repetition and stage.
     place: (u64, u64),
     level: f64,
-    /// Where its trials begin; empty in the first stage.
+    /// Start states of its trials; empty in the first stage.
     from: &'a [P],
 }
 
@@ -143,7 +144,7 @@ impl<P: Process> Climb<'_, P> {
         Ok((row, there))
     }
 
-    /// One trial: what it spent, its CPU time, and its state where it got there.
+    /// One trial: its cost, its CPU time, and its state where it reached the level.
     fn one<E>(&self, number: u64, begin: &impl Fn(u64) -> Result<P, E>) -> Result<(u64, u64, Option<P>), E> {
         let before = thread_cpu_us();
         let mut draw = self.draw(number);
