@@ -7,7 +7,7 @@ use twin::trial::start;
 use wire::core::Core;
 
 #[test]
-fn every_core_reproduces_every_output_byte_from_its_mouth() {
+fn every_core_reproduces_its_outputs_bytewise() {
     for name in ["nominal", "replay", "teammate", "thermal_loss"] {
         let ready = variations(name).into_iter().next().expect("a variation");
         let (cast, mut twin) = start(&ready.scenario, &ready.setup, 7, true).expect("a shipped scenario starts");

@@ -76,7 +76,7 @@ fn every_parser_keeps_its_promise_on_damaged_seeds() {
 }
 
 #[test]
-fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
+fn targets_have_binaries_and_seeds_have_targets() {
     let known: BTreeSet<String> = TARGETS.iter().map(|target| target.name.to_owned()).collect();
     assert_eq!(names(&root().join("fuzz/corpus")), known);
     let files: BTreeSet<String> = known.iter().map(|name| format!("{name}.rs")).collect();
@@ -93,7 +93,7 @@ fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
 
 /// If all or no seeds are accepted, a format has changed or the promise is never tested.
 #[test]
-fn of_every_targets_seeds_some_are_taken_and_but_for_the_relays_some_are_refused() {
+fn seeds_include_accepted_and_refused_inputs() {
     for target in &TARGETS {
         let (taken, refused): (Vec<bool>, _) = seeds(target).iter().map(|(_, b)| (target.holds)(b)).partition(|t| *t);
         assert!(!taken.is_empty(), "{}: no seed is taken any more", target.name);

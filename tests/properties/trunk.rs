@@ -24,8 +24,9 @@ fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Trunk>, of: &Scenario,
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }
 
+/// And is the same.
 #[test]
-fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
+fn run_following_its_own_trunk_computes_nothing() {
     let ready = shipped("nominal");
     let known = Arc::new(trunk(&ready.scenario, &ready.setup, 3).expect("it runs"));
     let (along, all) = along_to_the_end(&ready, 3, &known, &ready.scenario, "nothing");
@@ -33,7 +34,7 @@ fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
 }
 
 #[test]
-fn a_run_along_a_trunk_is_the_run_without_whatever_an_adversary_does() {
+fn run_along_a_trunk_is_unchanged_under_attack() {
     let ready = shipped("nominal");
     for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
         let alphabet = Alphabet::load(&file.path()).expect("a shipped alphabet");

@@ -171,8 +171,9 @@ fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
 mod tests {
     use super::*;
 
+    /// Beyond it, the newest.
     #[test]
-    fn orders_that_wait_to_be_staged_are_all_kept_up_to_their_bound_and_then_the_newest() {
+    fn staged_orders_are_kept_up_to_their_bound() {
         let mut hand = Hand::default();
         for n in 0..MAX_COMMANDS as u8 + 3 {
             let kept = hand.confirmed.len();

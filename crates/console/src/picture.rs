@@ -144,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_age_is_told_shorter_and_no_time_that_is_left_longer_than_it_is() {
+    fn ages_round_up_and_time_left_down() {
         assert_eq!((ms(Span(299_001)), left(Span(299_999))), (Some(300), 299));
         assert_eq!(ms(Span(u64::MAX)), None);
     }

@@ -91,8 +91,9 @@ pub struct Block {
 mod tests {
     use super::*;
 
+    /// Values that are no numbers are left out.
     #[test]
-    fn no_more_of_a_site_is_drawn_than_is_bounded_and_nothing_that_is_no_number() {
+    fn site_is_drawn_within_bounds_only() {
         let block = |x: f32, half: f32, yaw: f32| Block { at: [x, 0.0], half: [half, 1.0], yaw };
         let site = Site {
             fence: vec![[1.0, f32::NAN], [2.0, 3.0], [f32::INFINITY, 0.0]],

@@ -121,8 +121,9 @@ mod tests {
         skew
     }
 
+    /// A clock within the bound is not.
     #[test]
-    fn a_clock_that_runs_within_what_ages_allow_for_is_not_beyond_it_and_one_that_runs_away_is() {
+    fn drift_beyond_the_ages_bound_is_detected() {
         for ppm in [-200, -30, 0, 150, 200] {
             let rate = heard(ppm, 60, &[(2, 3), (9, 1)]).rate().unwrap();
             assert!(i64::from(rate.low_ppm) <= ppm && ppm <= i64::from(rate.high_ppm), "{ppm}: {rate:?}");
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_few_seconds_and_of_a_unit_that_repeats_no_challenge_no_rate_is_told() {
+    fn rate_needs_seconds_and_repeated_challenges() {
         assert_eq!(heard(0, 5, &[(1, 1)]).rate(), None);
         // In the first window the tightest bounds are its last ones: two seconds before those of the second.
         assert_eq!(heard(0, 6, &[[(50, 50); 30], [(1, 1); 30]].concat()).rate(), None);
@@ -144,14 +145,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_bounded_and_of_the_last_minute() {
+    fn kept_windows_cover_a_bounded_last_minute() {
         let skew = heard(10, 600, &[(1, 1)]);
         let over = skew.rate().unwrap().over;
         assert!(skew.windows.len() == WINDOWS && over <= Span::s(65) && over >= Span::s(55), "{over}");
     }
 
     #[test]
-    fn a_stamp_that_no_clock_writes_makes_no_panic() {
+    fn impossible_stamp_does_not_panic() {
         let mut skew = Skew::default();
         for (stamp, at) in [(0, 0), (u64::MAX, 6_000_000), (0, 12_000_000), (u64::MAX, u64::MAX)] {
             skew.heard(PeerStamp(stamp), Instant(at), Some((Instant(at), PeerStamp(u64::MAX - stamp))));
@@ -163,7 +164,7 @@ mod tests {
     proptest! {
         /// However long which messages are held back, the true rate lies between the bounds.
         #[test]
-        fn no_delay_makes_a_clock_look_faster_or_slower_than_it_is(
+        fn delay_does_not_bias_the_clock_rate(
             ppm in -5_000_i64..5_000,
             delays in prop::collection::vec((0_u64..900, 0_u64..900), 1..40),
         ) {

@@ -212,7 +212,7 @@ mod tests {
     use crate::cells::{self, Split};
 
     #[test]
-    fn what_is_written_reads_back_as_what_was_rendered() {
+    fn written_frames_read_back_as_rendered() {
         let example = Example::new(cells::named("clear").unwrap(), Split::HeldOut, 3).unwrap();
         let mut coco = Coco::new("one frame".to_owned(), "0");
         let files = coco.add("clear", 3, &example).unwrap();

@@ -316,8 +316,9 @@ fn middles(a: &PixelBox, b: &PixelBox) -> f64 {
 mod tests {
     use super::*;
 
+    /// It finds more, strays more, or misses for longer than is allowed.
     #[test]
-    fn a_stand_in_departs_where_it_finds_more_or_strays_more_or_misses_for_longer_than_is_allowed() {
+    fn stand_in_departures_are_detected() {
         let found = |asked, found| Found { asked, found, named: found - found / 10 };
         let given = |far: u32, stray, missed| Given {
             whole: [found(200, 190), found(200, 180), found(50, 10), found(200, far)],

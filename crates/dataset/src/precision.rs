@@ -129,8 +129,9 @@ mod tests {
         Detection { class, score, bounds: bounds(x0) }
     }
 
+    /// The second box on it is wrong.
     #[test]
-    fn an_object_is_found_once_and_the_second_box_on_it_is_wrong() {
+    fn object_is_found_once() {
         let labels = [label(0, Class::Person, 10), label(1, Class::Person, 60)];
         let found = [
             detection(Class::Person, 900, 10),
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_finds_what_is_too_small_to_be_asked_for_is_neither_right_nor_wrong() {
+    fn too_small_object_is_neither_hit_nor_miss() {
         let mut small = label(0, Class::Person, 10);
         small.pixels = 3;
         let outcome = judge(&[small], &[detection(Class::Person, 900, 10)]);

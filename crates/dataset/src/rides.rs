@@ -82,7 +82,7 @@ mod tests {
     use crate::cells;
 
     #[test]
-    fn something_moves_in_some_rides_and_each_can_be_driven() {
+    fn rides_are_drivable_and_some_have_motion() {
         let clear = cells::named("clear").unwrap();
         let mut moving = 0;
         for number in 0..12 {

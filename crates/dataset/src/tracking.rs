@@ -198,8 +198,9 @@ mod tests {
         places.iter().map(|place| Truth { class: Class::Vehicle, place: *place, shown: true }).collect()
     }
 
+    /// No pair is beyond the cut-off.
     #[test]
-    fn tracks_go_to_the_objects_that_leave_least_over_and_nothing_beyond_the_cut_off_is_a_pair() {
+    fn tracks_pair_with_objects_at_least_cost() {
         let tracks = [track(1, 1_000), track(2, 2_400), track(3, 9_000)];
         let found =
             |places: &[[f32; 2]]| pairs(&truth(places), &tracks).iter().map(|(k, t)| (*k, t.id.0)).collect::<Vec<_>>();
@@ -211,8 +212,9 @@ mod tests {
         assert_eq!(many, [(1, 3), (2, 1), (3, 2)]);
     }
 
+    /// Objects that are not shown do not count.
     #[test]
-    fn the_metric_counts_distance_what_is_missed_and_what_is_of_nothing_and_no_object_that_is_not_shown() {
+    fn metric_counts_distance_misses_and_false_tracks() {
         let mut scorer = Scorer::default();
         let gospa = |scorer: &mut Scorer, truth: &[Truth], tracks: &[Track]| {
             let before = scorer.score.gospa_m;

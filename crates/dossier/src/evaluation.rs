@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_is_exceeded_only_where_a_bound_shows_it() {
+    fn claim_is_exceeded_only_by_a_bound() {
         assert_eq!(loss(&bench(59, 200.0, "210.0"), "thermal_loss").status, Status::Exceeded);
         assert_eq!(loss(&bench(9, 200.0, "null"), "thermal_loss").status, Status::Reproduced);
         assert_eq!(loss(&bench(59, 600.0, "700.0"), "thermal_loss").status, Status::NotReproduced);

@@ -99,12 +99,12 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_with_a_comma_or_a_quote_stays_one_cell() {
+    fn cell_with_comma_or_quote_stays_one() {
         assert_eq!(table().csv(), "a_b,c\r\n50 %,\"x, \"\"y\"\"\"\r\n");
     }
 
     #[test]
-    fn what_latex_would_read_as_a_command_is_escaped() {
+    fn latex_commands_are_escaped() {
         let text = table().latex();
         assert!(text.contains("a\\_b & c \\\\") && text.contains("50 \\% &"), "{text}");
         assert!(text.starts_with("\\begin{tabular}{ll}\n\\toprule\n") && text.ends_with("\\end{tabular}\n"), "{text}");

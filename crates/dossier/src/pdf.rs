@@ -57,7 +57,7 @@ mod tests {
     use crate::figure::Drawing;
 
     #[test]
-    fn a_drawing_is_a_page_of_its_size_and_the_same_one_each_time() {
+    fn drawing_is_a_stable_page_of_its_size() {
         let svg = Drawing::new(310.0, 120.0).file("x");
         let page = Press::default().page(&svg).expect("a page");
         assert!(page.starts_with(b"%PDF-1.7") && page.ends_with(b"%%EOF"));

@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_refused_with_file_place_and_remedy() {
+    fn unreadable_file_is_refused_with_place_and_remedy() {
         let cut = refusal(r#"{"kind":"matrix","schema_version":1,"#);
         assert!(
             cut.contains("x.json") && cut.contains("line 1 column") && cut.contains("whole and unchanged"),

@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+    fn default_expectation_excludes_unsafe_and_invalid_only() {
         assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
         assert!(!is_unexpected(Outcome::Late, &[]));
         assert!(is_unexpected(Outcome::Late, &[Outcome::HoldSafe]));
@@ -217,14 +217,14 @@ mod tests {
     }
 
     #[test]
-    fn the_line_names_cell_number_seed_and_that_it_is_live() {
+    fn reproduction_line_names_cell_seed_and_mode() {
         let line = command("teammate", Some("verbatim/silent"), Evidence::Live, 3, 7);
         assert_eq!(line, "holdsafe run teammate --cell verbatim/silent --trials 3 --seed 7 --live");
         assert_eq!(command("loss", None, Evidence::Stack, 59, 1), "holdsafe run loss --trials 59 --seed 1");
     }
 
     #[test]
-    fn a_null_attack_that_ended_otherwise_than_stated_is_not_left_out() {
+    fn unexpected_null_attack_is_not_left_out() {
         let text = r#"{"kind": "bench-live", "schema_version": 1, "losses": [], "live_latency_ms": [],
             "live_null_attack": {"scenario": "nominal", "mode": "live", "seed": 2, "expected": ["NOMINAL", "FALSE_TRIP"],
                 "trials": [{"seed": 2, "outcome": "INVALID", "decision_hash": "00", "sim_seconds": 600.0}],

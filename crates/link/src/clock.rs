@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_deadline_mapped_back_is_reached_and_not_a_microsecond_late() {
+    fn deadlines_map_back_without_being_late() {
         for drift_ppm in [-200, -37, 0, 1, 199, 1_000_000] {
             let clock = HostClock { zero_us: 5_000_000_000, drift_ppm };
             for raw in [0, 1, 999_999, 86_400_000_000, 8_640_000_000_001] {
@@ -125,8 +125,9 @@ mod tests {
         }
     }
 
+    /// Processes of one host agree on the time; hosts do not.
     #[test]
-    fn processes_of_one_host_agree_and_hosts_do_not() {
+    fn clocks_agree_within_a_host_only() {
         let here = HostClock { zero_us: 7, drift_ppm: 20 };
         let there = HostClock { zero_us: 90_000_000, drift_ppm: -20 };
         let raw = trace_us();

@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_display_it_says_so_in_one_line_with_the_remedy() {
+    fn missing_display_is_reported_with_its_remedy() {
         let why = at(None).probe().expect_err("no display");
         assert_eq!(why, NoWindow::NoDisplay);
         assert!(why.to_string().contains("holdsafe watch") && !why.to_string().contains('\n'));
@@ -160,14 +160,15 @@ mod tests {
     }
 
     #[test]
-    fn a_display_that_does_not_answer_or_is_none_is_found_out_without_panic() {
+    fn silent_or_invalid_display_is_refused_without_panic() {
         for display in [":65535", "", ":", ":x", "nowhere", "unix:65534.0", ":x.2.3.4", ":99999"] {
             assert!(!answers(display), "{display}");
         }
     }
 
+    /// In the user's folder, or by its path; one that has ended is not found.
     #[test]
-    fn a_compositor_is_found_by_its_name_in_the_users_folder_or_by_its_path_and_one_that_is_gone_is_not() {
+    fn compositor_is_found_by_name_or_path() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("wayland-7");
         let listens = std::os::unix::net::UnixListener::bind(&path).expect("a socket");

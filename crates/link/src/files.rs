@@ -56,8 +56,9 @@ mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
 
+    /// A link to a regular file is read; anything else is neither read nor waited for.
     #[test]
-    fn a_link_to_a_regular_file_is_read_and_nothing_that_is_none_is_or_is_waited_for() {
+    fn only_regular_files_are_opened() {
         let folder = tempfile::tempdir().unwrap();
         let [file, link, pipe, device] = ["file", "link", "pipe", "device"].map(|name| folder.path().join(name));
         std::fs::write(&file, [7; 10]).unwrap();

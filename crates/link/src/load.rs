@@ -241,8 +241,9 @@ pub fn resident_kib() -> u64 {
 mod tests {
     use super::*;
 
+    /// A flood reaches no session.
     #[test]
-    fn every_datagram_is_in_an_account_and_a_flood_reaches_no_session() {
+    fn every_datagram_is_accounted_for_under_flood() {
         let measured = run(Asked { sessions: 20, rate: 20, flood: 2_000, seconds: 1 }).unwrap();
         assert_eq!(measured.opened, 20, "more at once than a calm door lets in");
         assert_eq!(measured.unaccounted, 0, "{measured:?}");

@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_has_an_address_apart_from_the_hosts_programs() {
+    fn run_address_differs_from_the_hosts_programs() {
         for number in [0, 1, 0x00ff_ffff, u32::MAX] {
             let own = LoopbackAddr::of_run(number);
             assert!(LoopbackAddr::try_from(own.socket()).is_ok(), "{own}");

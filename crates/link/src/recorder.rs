@@ -280,8 +280,9 @@ mod tests {
         (Recording::new(folder.clone()), folder)
     }
 
+    /// Frames wait for a file, and are reported in order once they are in one.
     #[test]
-    fn frames_wait_for_a_file_and_are_told_of_in_order_once_they_are_in_one() {
+    fn waiting_frames_are_reported_in_file_order() {
         let parent = tempfile::tempdir().unwrap();
         let (mut recording, folder) = blocked(&parent);
         (1..=3).for_each(|at| recording.receive(frame(at, 10)));
@@ -298,8 +299,9 @@ mod tests {
         assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 
+    /// They never reach the recorder's core.
     #[test]
-    fn what_finds_no_room_to_wait_is_lost_and_never_told_of() {
+    fn frames_beyond_the_room_are_lost_unreported() {
         let parent = tempfile::tempdir().unwrap();
         let (mut recording, _folder) = blocked(&parent);
         let room = ROOM / cost(1000);
@@ -309,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_and_not_flushed_goes_to_the_next_file_once() {
+    fn unflushed_frames_go_to_the_next_file_once() {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("recording");
         let mut recording = Recording::new(folder.clone());

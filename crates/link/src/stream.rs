@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_mouth_tells_what_arrived_and_who_ended_it() {
+    async fn stream_witness_reports_arrivals_and_the_end() {
         for far_ends in [true, false] {
             let (heard, log) = log();
             let (mut far, near) = tokio::io::duplex(64);
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_secure_layers_refusal_is_told_apart_from_a_lost_connection() {
+    async fn secure_layer_refusal_differs_from_connection_loss() {
         let (heard, log) = log();
         let witness = Witness::new(log);
         witness.failed(&Error::new(std::io::ErrorKind::InvalidData, rustls::Error::DecryptError));
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_watched_stream_carries_both_ways_and_ends_with_either_side() {
+    async fn watched_stream_carries_both_ways_until_either_ends() {
         let (heard, log) = log();
         let listener = tokio::net::TcpListener::bind(crate::loopback::LoopbackAddr::ANY_PORT.socket()).await.unwrap();
         let mut far = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();

@@ -236,8 +236,9 @@ mod tests {
         StreamSight { trace_us, sight: Sight::Arrived, stream: 1, offset: 0, length: 3, hash: 4 }
     }
 
+    /// Its process reports the head.
     #[test]
-    fn a_guards_log_is_a_signed_chain_whose_head_its_process_tells() {
+    fn guard_log_is_a_signed_chain() {
         let folder = tempfile::tempdir().unwrap();
         let spec = spec(folder.path());
         let log = WitnessLog::create(&spec).unwrap().unwrap();

@@ -243,8 +243,9 @@ pub(super) mod tests {
         Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap()
     }
 
+    /// One that ended is not.
     #[test]
-    fn a_halted_process_stands_in_the_process_table_as_stopped_and_one_that_ended_does_not() {
+    fn halted_process_is_listed_as_stopped() {
         let folder = tempfile::tempdir().unwrap();
         let mut running = child(&folder, "exec cat");
         assert!(!is_stopped(running.pid()));
@@ -258,7 +259,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn only_a_process_that_sigkill_ended_counts_as_killed() {
+    fn only_sigkill_counts_as_killed() {
         let folder = tempfile::tempdir().unwrap();
         assert!(child(&folder, "exec cat").kill());
         assert!(!child(&folder, "exit 0").killed_after_its_end(), "it ended by itself");

@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_is_told_of_when_it_has_grown() {
+    fn recording_growth_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let mut growth = Growth::of(folder.path().to_owned());
         assert_eq!(growth.look(), None);
@@ -60,8 +60,9 @@ mod tests {
         assert_eq!(growth.look(), Some(Event::Kept { bytes: 15 }));
     }
 
+    /// That of no process is not.
     #[test]
-    fn the_limit_of_a_running_process_is_lowered_and_raised_and_of_none_it_is_not() {
+    fn file_limit_of_a_process_is_adjustable() {
         let writing = crate::child::tests::WRITING.lock().unwrap();
         let mut running = std::process::Command::new("cat").stdin(std::process::Stdio::piped()).spawn().unwrap();
         drop(writing);

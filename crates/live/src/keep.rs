@@ -285,7 +285,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_launcher_did_is_read_from_its_own_lines_and_from_no_others() {
+    fn launcher_faults_are_read_from_its_lines_only() {
         let directory = std::env::temp_dir().join(format!("holdsafe-launched-{}", std::process::id()));
         std::fs::create_dir_all(&directory).expect("a folder");
         let line = |node: &str, event: &str| {

@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_whose_lock_is_held_is_left_alone_and_one_that_is_over_is_removed() {
+    fn locked_run_is_kept_and_finished_one_removed() {
         let (living, kept) = run("living");
         let (over, left) = run("over");
         let held = Mark::set(&living).unwrap();
@@ -193,8 +193,9 @@ mod tests {
         assert!(!kept.exists() && !living.folder.exists());
     }
 
+    /// Its reader was killed behind its janitor.
     #[test]
-    fn the_logs_of_a_run_whose_reader_was_killed_behind_its_janitor_are_removed() {
+    fn logs_of_a_doubly_killed_run_are_removed() {
         let (mut read, _segment) = run("read");
         let logs = read.folder.with_file_name(format!("{SCRATCH}{}", read.prefix));
         std::fs::create_dir_all(logs.join("recording")).unwrap();
@@ -210,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_launcher_that_is_done_leaves_neither_logs_nor_mark() {
+    fn finished_launcher_leaves_neither_logs_nor_mark() {
         let (mut done, segment) = run("done");
         let logs = done.folder.with_file_name(format!("{SCRATCH}{}", done.prefix));
         std::fs::create_dir_all(&logs).unwrap();
@@ -219,8 +220,9 @@ mod tests {
         assert!(!logs.exists() && !done.folder.exists() && !segment.exists() && !path(&done.prefix).exists());
     }
 
+    /// One that names another run or a strange folder.
     #[test]
-    fn a_mark_that_names_another_run_or_a_strange_folder_removes_nothing() {
+    fn foreign_mark_removes_no_file() {
         let (mut liar, kept) = run("liar");
         let own = std::mem::replace(&mut liar.prefix, "hs_other_run_".to_owned());
         std::fs::write(path(&own), serde_json::to_vec(&liar).unwrap()).unwrap();

@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_the_hosts_to_spoil_only_where_its_stall_alone_makes_it_invalid() {
+    fn host_stall_alone_spoils_a_run() {
         let calm = on_a_host_that_overslept(100_000);
         assert_eq!(found(&calm, None), (Outcome::Nominal, None));
         let stalled = on_a_host_that_overslept(312_000);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_that_a_living_recorder_left_empty_is_flawed() {
+    fn empty_recording_of_a_living_recorder_is_flawed() {
         assert!(!custody(&[], &Held::default()).flaws.is_empty());
     }
 }

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_come_in_the_order_of_the_items_however_many_threads_there_are() {
+    fn results_keep_item_order_on_any_threads() {
         let items: Vec<u64> = (0..100).collect();
         let square = |i: &u64| Ok::<u64, ()>(i * i);
         assert_eq!(map(1, &items, square), map(7, &items, square));

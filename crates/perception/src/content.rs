@@ -145,22 +145,24 @@ mod tests {
         (repeats, begins)
     }
 
+    /// It is as old as its content, and counts again with new content.
     #[test]
-    fn a_stuck_sensor_is_told_once_as_old_as_it_is_and_counts_again_with_new_content() {
+    fn stuck_sensor_is_reported_once_and_recovers() {
         assert_eq!(told([1, 2, 3, 3, 3, 3, 3, 3, 4, 5]), (vec![7, 8], vec![(7, 3)]));
         assert_eq!(told([1, 2, 3, 3, 3, 3, 4, 5, 5, 5, 5, 5]), (vec![12], vec![(12, 8)]), "three repetitions are none");
     }
 
     #[test]
-    fn what_is_played_back_late_or_in_a_loop_does_not_count_again() {
+    fn played_back_content_does_not_count_again() {
         let late = (1..=10).chain(5..=20);
         assert_eq!(told(late), ((14..=26).collect(), vec![(14, 8)]));
         let looped = (1..=20).chain((0..30).map(|n| 16 + n % 5));
         assert_eq!(told(looped).1, [(24, 19)]);
     }
 
+    /// Nor do repetitions out of reach.
     #[test]
-    fn empty_contents_scattered_repetitions_and_what_is_out_of_reach_are_none() {
+    fn scattered_or_empty_repetitions_do_not_count() {
         assert!(told([0; 50]).0.is_empty());
         assert!(told((0..200).map(|n| if n % 3 == 0 { 7 } else { 100 + n })).0.is_empty(), "one in three is the same");
         assert!(told((1..=33).chain(1..=33)).0.is_empty(), "33 frames back");

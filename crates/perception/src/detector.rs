@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_detectors_repeat_themselves_to_the_last_bit() {
+    fn shipped_detectors_repeat_to_the_last_bit() {
         for detector in [Detector::built_in().unwrap(), Detector::thermal().unwrap()] {
             let image: Vec<u8> = (0..3 * WIDTH * HEIGHT).map(|k| (k * 7 % 251) as u8).collect();
             assert_eq!(detector.detect(&image, 10).unwrap(), detector.detect(&image, 10).unwrap());
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_model_and_images_of_another_size_are_refused_by_name() {
+    fn wrong_bytes_and_sizes_are_refused_by_name() {
         let junk = b"not a model";
         let model = Model::pinned(junk, &crate::model::hex_digest(junk)).unwrap();
         assert!(matches!(Detector::new(model), Err(DetectorError::Onnx(_))));

@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_of_the_cameras_size_is_passed_on_as_it_is() {
+    fn camera_sized_image_is_passed_on_unchanged() {
         let letterbox = Letterbox::new(HEIGHT, WIDTH).unwrap();
         let rgb = image(|row, column| (row * 7 + column * 3) as u8);
         let tensor = letterbox.tensor(&rgb);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_in_the_camera_is_found_again_where_it_was_for_every_size_of_model() {
+    fn drawn_marks_return_for_every_model_size() {
         for (height, width) in [(128, 160), (320, 320), (640, 640), (96, 64), (32, 640)] {
             let letterbox = Letterbox::new(height, width).unwrap();
             let tensor =
@@ -128,8 +128,9 @@ mod tests {
         }
     }
 
+    /// Sides beyond the bounds are refused.
     #[test]
-    fn what_lies_beside_the_image_is_grey_and_sides_beyond_the_bounds_are_refused() {
+    fn area_beside_the_image_is_grey() {
         let letterbox = Letterbox::new(160, 160).unwrap();
         let tensor = letterbox.tensor(&image(|_, _| 255));
         assert_eq!((tensor[(0, 0, 19, 80)], tensor[(0, 0, 20, 80)]), (GREY, 1.0));

@@ -276,8 +276,9 @@ mod tests {
         assert!(scanner.clusters(&[0; 10]).is_none());
     }
 
+    /// Though its azimuths wrap around.
     #[test]
-    fn an_object_straight_ahead_is_one_cluster_though_its_azimuths_come_round() {
+    fn object_straight_ahead_is_one_cluster() {
         let scanner = Scanner::new(&Lidar::GROUND);
         for slope in [-0.05, 0.0, 0.1] {
             let found = scanner.clusters(&scan(slope, &[(-8, 8, 12.0), (30, 36, 9.0)])).unwrap();

@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shipped_model_is_made_of_what_a_detector_may_have_and_cut_anywhere_it_is_no_model() {
+    fn shipped_model_passes_and_truncated_ones_fail() {
         let shipped = Model::built_in().unwrap().bytes();
         assert_eq!(inspect(shipped), Ok(()));
         // Every cut near a part's edge, and some within the weights.
@@ -351,8 +351,9 @@ mod tests {
         assert!(whole.iter().all(|cut| *cut > shipped.len() - 100), "{whole:?}");
     }
 
+    /// Those that branch, loop or draw, and those of other domains.
     #[test]
-    fn operators_that_branch_loop_or_draw_and_those_of_other_domains_are_refused_by_name() {
+    fn forbidden_operators_are_refused_by_name() {
         assert_eq!(inspect(&operator("Conv")), Ok(()));
         for name in ["If", "Loop", "Scan", "RandomNormal", "Multinomial", "NonMaxSuppression", "conv", ""] {
             let what = format!("the operator `{name}`");
@@ -363,8 +364,9 @@ mod tests {
         assert!(refused.to_string().contains("an operator of `com.microsoft`"), "{refused}");
     }
 
+    /// Half floats, too.
     #[test]
-    fn weights_in_another_file_graphs_in_operators_and_half_floats_are_refused() {
+    fn foreign_weights_and_nested_graphs_are_refused() {
         let external = field(13, &[field(1, b"location"), field(2, b"/etc/passwd")].concat());
         let tensors = [
             (external, "weights in another file"),
@@ -387,13 +389,13 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_are_said_to_be_in_this_file_are_taken() {
+    fn weights_stated_in_this_file_are_accepted() {
         let graph = [field(5, &[14 << 3, 0]), field(1, &field(4, b"Conv"))].concat();
         assert_eq!(inspect(&field(7, &graph)), Ok(()));
     }
 
     #[test]
-    fn a_file_of_many_small_parts_is_refused_before_it_becomes_a_large_graph() {
+    fn many_small_parts_are_refused_before_growth() {
         let nodes = [1 << 3 | 2, 0].repeat(MAX_FIELDS);
         let length = nodes.len();
         let mut bytes = vec![7 << 3 | 2, length as u8 | 0x80, (length >> 7) as u8 | 0x80, (length >> 14) as u8];
@@ -401,8 +403,9 @@ mod tests {
         assert_eq!(inspect(&bytes), Err(OnnxError::TooMany));
     }
 
+    /// Those that would end a C string or nest an expression.
     #[test]
-    fn names_that_would_end_a_c_string_or_nest_an_expression_are_refused() {
+    fn names_with_terminators_or_nesting_are_refused() {
         let named = |name: &[u8]| field(7, &[field(2, name), field(1, &field(4, b"Conv"))].concat());
         assert_eq!(inspect(&named(b"graph")), Ok(()));
         assert!(matches!(inspect(&named(b"gr\0ph")), Err(OnnxError::Unwanted { .. })));

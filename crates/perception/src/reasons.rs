@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_doubt_is_told_once_it_lasts_and_again_after_it_was_gone() {
+    fn lasting_doubt_is_reported_once_per_period() {
         let mut reasons = Reasons::default();
         let mut told = Vec::new();
         for n in 0..30 {
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_doubt_of_one_frame_in_ten_is_never_told() {
+    fn doubt_in_a_tenth_of_frames_is_unreported() {
         let mut reasons = Reasons::default();
         for n in 0..100 {
             let judged = if n % 10 == 0 { vec![cold()] } else { vec![] };
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_is_told_when_it_is_believed_and_when_it_is_taken_for_something_else() {
+    fn track_is_reported_at_belief_and_class_change() {
         let mut reasons = Reasons::default();
         let mut follow = |class| reasons.note(&Camera::GROUND, &frame(1, 60), &[], &[track(class)]).count();
         let told: Vec<usize> = [Class::Decoy, Class::Decoy, Class::Vehicle].map(&mut follow).to_vec();

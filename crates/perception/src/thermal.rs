@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bands_say_how_warm_a_pixel_is_above_the_ground_and_at_all() {
+    fn bands_give_relative_and_absolute_warmth() {
         let mut kelvin = vec![28_800u16; 40 * 30];
         kelvin[..10 * 40].fill(25_800);
         (kelvin[15 * 40 + 5], kelvin[15 * 40 + 6]) = (30_000, 34_800);

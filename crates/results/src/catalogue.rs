@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_without_scenario_or_test_has_to_say_why() {
+    fn row_without_scenario_or_test_needs_a_reason() {
         let bare = catalogue(&(row("N0", "tests = ['a::b']") + &row("A01", "tests = []")));
         let found = bare.disagreements(&[nominal()]);
         assert!(matches!(&found[..], [one] if one.starts_with("A01 has no scenario")), "{found:?}");
@@ -170,8 +170,9 @@ mod tests {
         assert_eq!(told.disagreements(&[nominal()]), Vec::<String>::new());
     }
 
+    /// And their requirement.
     #[test]
-    fn a_scenario_has_the_stride_techniques_and_requirement_of_its_rows() {
+    fn scenario_carries_its_rows_stride_and_techniques() {
         let mut scenario = nominal();
         scenario.stride = scenario::List::of([Stride::Spoofing]);
         scenario.requirement = Requirement::PerceptionIntegrity;

@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_part_are_told_apart_in_the_second_in_which_they_do() {
+    fn diverging_runs_are_located_to_the_second() {
         let run = [revoked(100_000, 1), revoked(2_500_000, 2), revoked(4_000_000, 3)];
         let of = reference(&run);
         assert_eq!(of.again(&of, &run), Again::Same);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_read_as_it_was_written_and_a_damaged_one_is_refused_by_its_line() {
+    fn reference_file_round_trips_or_names_its_line() {
         let whole = References { seed: 7, runs: vec![reference(&[revoked(1, 1)]), reference(&[revoked(2, 1)])] };
         let mut file = Vec::new();
         whole.write(&mut file).expect("memory takes it");

@@ -298,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sabotaged_receipt_that_is_believed_is_unexpected_and_no_other() {
+    fn only_a_believed_sabotage_receipt_is_unexpected() {
         assert!(is_believed(true, true));
         assert!(!is_believed(true, false) && !is_believed(false, true));
     }

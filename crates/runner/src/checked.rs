@@ -237,8 +237,9 @@ mod tests {
         Checked { path: "x".into(), custody }
     }
 
+    /// Unless told otherwise.
     #[test]
-    fn one_that_is_invalid_makes_4_of_every_code_unless_told_otherwise() {
+    fn invalid_input_makes_every_exit_code_4() {
         let (whole, broken) = (checked(None), checked(Some("event 7")));
         let exit = |unverified, read: &[&Checked]| Unverified { unverified }.exit(read, Exit::Unexpected);
         assert_eq!(exit(false, &[&whole]), Exit::Unexpected);
@@ -248,14 +249,14 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_without_its_closing_seal_is_unsound_though_nothing_else_is_found() {
+    fn recording_without_closing_seal_is_unsound() {
         let found = |sealed| unsound(sealed, &[], Path::new("x"));
         assert!(found(false).is_some_and(|why| why.contains("TRUNCATED")));
         assert_eq!(found(true), None);
     }
 
     #[test]
-    fn words_of_a_file_stay_on_one_line_and_obey_no_terminal() {
+    fn foreign_words_stay_on_one_line() {
         let reason = tame(&format!("a\u{1b}[2J\nb{}", "c".repeat(1_000)));
         assert!(!reason.contains(['\n', '\u{1b}']) && reason.chars().count() == MAX_REASON, "{reason}");
     }

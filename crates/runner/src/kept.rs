@@ -139,7 +139,7 @@ mod tests {
     use evidence::trial::Outcome;
 
     #[test]
-    fn what_was_put_is_there_again_and_a_line_cut_short_is_not() {
+    fn kept_trials_return_and_truncated_lines_do_not() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         let shelf = Shelf::open(&path).expect("a new file");

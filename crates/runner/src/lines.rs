@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_cut_short_is_cut_off_and_what_follows_is_whole() {
+    fn truncated_line_is_cut_before_the_next() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         std::fs::write(&path, "1\n22\n33").expect("written");
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_none_is_told_with_its_place_and_a_remedy() {
+    fn malformed_line_is_reported_with_remedy() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         std::fs::write(&path, "1\nx\n3\n").expect("written");

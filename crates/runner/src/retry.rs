@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_the_host_spoilt_is_repeated_and_no_more_often_than_was_asked_for() {
+    fn only_spoilt_trials_are_repeated_as_allowed() {
         let (trial, made) = attempts(&[Some(312.0), None], &setup(2));
         assert_eq!((trial.outcome, trial.host_spoilt_ms, made), (Outcome::HoldSafe, vec![312.0], 2));
         let (trial, made) = attempts(&[Some(312.0)], &setup(0));

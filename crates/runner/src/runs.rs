@@ -95,8 +95,9 @@ pub fn one(dir: &Path) -> Result<PathBuf, Failure> {
 mod tests {
     use super::*;
 
+    /// Of several each is named.
     #[test]
-    fn one_trial_is_found_from_any_level_and_of_several_each_is_named() {
+    fn trial_is_found_from_any_level() {
         let root = tempfile::tempdir().expect("a folder");
         let trial = |name: &str| {
             let path = root.path().join(name);

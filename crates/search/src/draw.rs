@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn guided_drawing_deals_every_move_once_before_any_comes_again() {
+    fn guided_drawing_deals_every_move_before_repeating() {
         let alphabet = alphabet();
         let mut first = kinds(&mut guided(&alphabet), alphabet.moves.len());
         first.sort_unstable();
@@ -282,8 +282,9 @@ mod tests {
         assert!(first.len() >= alphabet.moves.len() - alphabet.longest.unsigned() as usize, "{first:?}");
     }
 
+    /// Every move goes on being dealt.
     #[test]
-    fn a_move_that_gains_is_dealt_more_often_and_every_move_goes_on_being_dealt() {
+    fn gaining_moves_are_dealt_more_often() {
         let alphabet = alphabet();
         let mut drawer = guided(&alphabet);
         for _ in 0..200 {
@@ -298,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn known_words_are_changed_only_once_fresh_ones_cease_to_show_anything_new() {
+    fn known_words_change_once_fresh_ones_are_stale() {
         let alphabet = alphabet();
         let changed = |new: bool| {
             let mut drawer = guided(&alphabet);

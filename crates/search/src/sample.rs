@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_gives_one_word_and_it_is_of_its_stratum() {
+    fn seed_gives_one_word_of_its_stratum() {
         let (ground, found) = (ground(), [Outcome::HoldSafe]);
         let sample = |of: Stratum, seed| ground.sample(of, &ends_in(&found), seed, &Stop::default()).unwrap();
         let safe = sample(Stratum::Safe, 1).unwrap();
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_edge_of_a_length_is_the_first_millisecond_that_holds() {
+    fn edge_of_a_length_is_its_first_millisecond() {
         let mut ground = ground();
         ground.alphabet = ground.alphabet.in_milliseconds();
         let kind = ground.alphabet.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();

@@ -249,7 +249,7 @@ mod tests {
 
     /// Every sequence with a silence of half a second and a delay of at least 300 ms in it, at any time, is a finding.
     #[test]
-    fn words_that_mean_the_same_end_as_the_same_word_whichever_move_began_first() {
+    fn equivalent_words_shrink_to_the_same_word() {
         let ground = ground();
         let (silence, delay, copies) =
             (kind(&ground, "command-stall"), kind(&ground, "hold-up"), kind(&ground, "copy"));

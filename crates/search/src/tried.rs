@@ -162,7 +162,7 @@ mod tests {
     use scenario::{find_root, load};
 
     #[test]
-    fn a_run_too_long_to_keep_has_no_trunk_and_its_words_are_tried_all_the_same() {
+    fn long_run_has_no_trunk_and_still_runs() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();

@@ -105,7 +105,7 @@ mod tests {
     use crate::moments::Moments;
 
     #[test]
-    fn a_word_short_of_a_limit_of_time_is_moved_by_what_was_missing_or_a_little_more() {
+    fn word_short_of_a_limit_moves_to_it() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let bounds = Bounds::GROUND;

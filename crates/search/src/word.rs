@@ -99,12 +99,12 @@ mod tests {
     }
 
     #[test]
-    fn a_word_is_the_same_in_whatever_order_its_letters_come() {
+    fn word_is_independent_of_letter_order() {
         assert_eq!(Word::new(vec![letter(5, 0), letter(2, 1)]), Word::new(vec![letter(2, 1), letter(5, 0)]));
     }
 
     #[test]
-    fn its_subwords_are_every_choice_of_so_many_letters_once() {
+    fn subwords_are_every_choice_of_letters_once() {
         let word = Word::new((0..4).map(|i| letter(i, 0)).collect());
         let counts: Vec<usize> = (0..=4).map(|n| word.subwords(n).len()).collect();
         assert_eq!(counts, [1, 4, 6, 4, 1]);

@@ -310,7 +310,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drift_grows_with_time_and_ends_with_its_fault() {
+    fn drift_grows_and_ends_with_its_fault() {
         let disturbance = Disturbance::Drift { east_mm_s: 500, north_mm_s: -100 };
         let fault = Fault {
             sensor: Sensor::Localisation,
@@ -326,8 +326,9 @@ mod tests {
         assert_eq!(faults.at(Span::ms(5000), Sensor::Localisation), Effect::NONE);
     }
 
+    /// Not before the time of the fault.
     #[test]
-    fn a_fault_that_waits_starts_when_its_step_is_called_and_not_before_its_time() {
+    fn waiting_fault_starts_with_its_step() {
         let step = StepName::new("blind");
         let (sensor, disturbance) = (Sensor::Thermal, Disturbance::Dropout);
         let fault = Fault { sensor, disturbance, start_ms: 1000, duration_ms: 500, step, waits_ms: Some(100) };
@@ -343,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_multiplies_the_noise_that_is_there_without_it() {
+    fn noise_fault_multiplies_the_present_noise() {
         let (sensor, disturbance) = (Sensor::Rgb, Disturbance::Noise { factor: 4 });
         let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1000, step: None, waits_ms: None };
         let faults = Faults::new(&[fault]).unwrap().over(0.5);

@@ -54,8 +54,9 @@ impl Default for Fidelity {
 mod tests {
     use super::*;
 
+    /// So is one that is no number.
     #[test]
-    fn a_factor_beyond_its_range_and_one_that_is_no_number_are_refused() {
+    fn factor_out_of_range_is_refused() {
         assert_eq!(Fidelity::SHIPPED.check(), Ok(()));
         for noise in [0.0, 11.0, f32::NAN, f32::INFINITY] {
             let refused = Fidelity { noise, ..Fidelity::SHIPPED }.check();

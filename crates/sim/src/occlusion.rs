@@ -359,7 +359,7 @@ mod tests {
 
     /// Of the same scene from the same place, pixel by pixel. A cell of the grid is the least that can be told.
     #[test]
-    fn what_is_left_of_a_covered_vehicle_is_what_a_rendered_frame_shows_of_it() {
+    fn covered_vehicle_matches_its_rendered_part() {
         let walls: [&[([f32; 2], [f32; 3])]; 5] = [
             &[],
             &[([-5.0, -4.2], [3.0, 0.5, 1.0])],
@@ -394,8 +394,9 @@ mod tests {
         assert!(parts >= 4, "{parts}");
     }
 
+    /// None comes from behind a wall.
     #[test]
-    fn beams_come_back_from_what_no_wall_covers_and_from_nothing_behind_one() {
+    fn beams_return_from_uncovered_parts_only() {
         let of = |walls: &[([f32; 2], [f32; 3])]| {
             let scene = scene(walls);
             let (world, plant) = settled(&scene, Start { east: -2.0, north: -5.0, heading: 0.0 }).unwrap();

@@ -54,8 +54,9 @@ pub fn field(at: usize, width: usize, height: usize) -> usize {
 mod tests {
     use super::*;
 
+    /// It is cut off at black and white.
     #[test]
-    fn a_perturbation_shifts_each_field_by_no_more_than_its_strength_and_holds_at_black_and_white() {
+    fn perturbation_shifts_fields_within_its_strength() {
         let mut fields = vec![[0; 3]; ROWS * COLUMNS];
         (fields[0], fields[1], fields[ROWS * COLUMNS - 1]) = ([127, -128, 5], [9; 3], [-5; 3]);
         let pattern = Perturbation::new(fields).unwrap();

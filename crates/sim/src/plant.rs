@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_vehicle_follows_a_set_point_and_brakes_when_its_lease_lapses() {
+    fn vehicle_follows_set_points_and_brakes_without_lease() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
         let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
@@ -264,8 +264,9 @@ mod tests {
         assert!(plant.state(&world).speed().abs() < STANDSTILL);
     }
 
+    /// However slowly or backwards it went.
     #[test]
-    fn a_lease_ends_at_its_time_and_the_vehicle_stands_however_slow_or_backwards_it_went() {
+    fn lease_end_stops_the_vehicle() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         for speed in [3.0, 1.0, 0.49, 0.3, 0.1, 0.06, -0.06, -0.4, -1.0] {
             let mut world = World::new(Arc::new(scene.clone()));
@@ -286,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn no_lease_is_honoured_for_longer_than_the_plant_allows() {
+    fn lease_is_bounded_by_the_plant() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         for speed in [2.0, 0.2] {
             let mut world = World::new(Arc::new(scene.clone()));
@@ -297,8 +298,9 @@ mod tests {
         }
     }
 
+    /// The brakes know of neither.
     #[test]
-    fn with_more_load_or_less_grip_than_its_brakes_know_of_it_takes_longer_to_stop() {
+    fn load_or_low_grip_lengthens_the_stop() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let left = |fidelity: Fidelity| {
             let mut world = World::new(Arc::new(scene.clone()));
@@ -316,8 +318,9 @@ mod tests {
         assert!(shipped + 0.05 < laden && shipped + 0.05 < slippery, "{shipped} {laden} {slippery}");
     }
 
+    /// It brakes with at least 3 m/s².
     #[test]
-    fn from_full_speed_in_the_tightest_curve_it_stays_upright_and_brakes_with_at_least_3_m_s2() {
+    fn tight_curve_at_full_speed_stays_upright() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
         let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);

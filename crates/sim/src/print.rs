@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_print_runs_along_each_side_and_from_the_top_down_and_leaves_the_roof() {
+    fn print_runs_along_sides_and_spares_the_roof() {
         assert_eq!(field([-0.99, 1.0, 0.99]), Some(0));
         assert_eq!(field([0.97, 1.0, 0.97]), Some(COLUMNS - 1));
         assert_eq!(field([-0.97, -1.0, -0.97]), Some((ROWS - 1) * COLUMNS));

@@ -130,7 +130,7 @@ mod tests {
 
     /// The attacker's computed image equals the rendered one, to the rounding of a byte.
     #[test]
-    fn a_print_changes_the_pixels_that_show_it_by_what_their_skin_says_and_no_others() {
+    fn print_changes_its_pixels_by_their_skin_alone() {
         let fields: Vec<[i8; 3]> = (0..ROWS * COLUMNS).map(|k| [(k % 41) as i8 - 20, 17, -9]).collect();
         let (none, neutral) = (frame(None), frame(Print::new(vec![[0; 3]; ROWS * COLUMNS])));
         assert_eq!((&none.rgb, none.skin.iter().flatten().count()), (&neutral.rgb, 0));
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heated_print_is_as_warm_as_it_says_field_by_field_and_nothing_else_is() {
+    fn heated_print_is_warm_field_by_field_only() {
         let heat: Vec<u8> = (0..ROWS * COLUMNS).map(|k| (k * 7 % 161) as u8).collect();
         let print = || Print::new(vec![[0; 3]; ROWS * COLUMNS]).unwrap();
         let cold = frame(print().heated(vec![0; ROWS * COLUMNS]));

@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ride_drives_on_and_gives_the_same_frames_of_the_same_seed() {
+    fn ride_repeats_its_frames_for_a_seed() {
         let scene = Scene::default();
         let ride = |seed| Ride::new(&scene, (1.0, 0.0), NoiseModel::default(), seed).unwrap();
         let (mut a, mut b, mut other) = (ride(3), ride(3), ride(4));

@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fence_margin_is_the_distance_to_its_nearest_side() {
+    fn fence_margin_is_distance_to_the_nearest_side() {
         let scene = Scene::default();
         assert_eq!(scene.margin([0.0, 0.0]), 40.0);
         assert_eq!(scene.margin([37.0, 10.0]), 3.0);
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_path_comes_round_and_an_open_one_ends() {
+    fn closed_path_repeats_and_open_path_ends() {
         let mut object = Scene::default().objects[1].clone();
         object.path = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]];
         object.speed = 1.0;

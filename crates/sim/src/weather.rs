@@ -104,8 +104,9 @@ impl Weather {
 mod tests {
     use super::*;
 
+    /// Clear air takes none.
     #[test]
-    fn at_the_visibility_a_twentieth_of_the_contrast_is_left_and_clear_air_takes_nothing() {
+    fn contrast_at_visibility_is_a_twentieth() {
         let fog = Weather { visibility_m: Some(40.0), ..Weather::CLEAR };
         assert!((fog.clarity(40.0) - 0.05).abs() < 1e-3);
         assert_eq!([Weather::CLEAR.clarity(60.0), Weather::CLEAR.warmth(60.0), Weather::CLEAR.gain()], [1.0; 3]);
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn weather_beyond_what_the_model_is_for_is_refused_by_name() {
+    fn weather_beyond_the_model_is_refused_by_name() {
         let dark = Weather { light: 0.0, ..Weather::CLEAR };
         assert!(matches!(dark.check(), Err(SceneError::OutOfRange { field: "weather.light", .. })));
         let opaque = Weather { visibility_m: Some(f32::NAN), ..Weather::CLEAR };

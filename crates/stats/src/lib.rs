@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn no_failure_in_n_bounds_the_rate_as_the_tables_say() {
+    fn zero_failures_bound_the_rate_as_tabulated() {
         near(rate_upper(0, 5, LEVEL), 0.4507, 5e-5);
         near(rate_upper(0, 59, LEVEL), 0.0495, 5e-5);
         near(rate_upper(0, 299, LEVEL), 0.00997, 5e-6);

@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_interval_is_a_factor_either_way_by_the_tables_of_t() {
+    fn interval_is_a_factor_by_the_t_table() {
         let mean = Mean::of(&[0.1, 0.2, 0.3]);
         assert!((mean.mean - 0.2).abs() < 1e-12 && (mean.standard_error - 0.1 / 3f64.sqrt()).abs() < 1e-12);
         // t of 2 degrees at 97.5 %: 4.30265.
@@ -55,8 +55,9 @@ mod tests {
         assert_eq!(Mean::of(&[0.2, 0.9, 1.0]).interval_95.unwrap()[1], 1.0, "a probability");
     }
 
+    /// Never seen, always seen, or seen once.
     #[test]
-    fn what_was_never_seen_always_seen_or_seen_once_has_no_interval() {
+    fn degenerate_shares_have_no_interval() {
         assert_eq!(Mean::of(&[1.0, 1.0, 1.0]).interval_95, None);
         assert_eq!(Mean::of(&[0.0, 0.0]).interval_95, None);
         assert_eq!(Mean::of(&[0.5]).interval_95, None);

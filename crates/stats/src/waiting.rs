@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_median_lies_between_the_ranks_that_the_binomial_names() {
+    fn median_lies_between_the_binomial_ranks() {
         // n = 20: P(Binomial(20, 1/2) < 6) = 0.0207 and < 7 is 0.0577; the tables have ranks 6 and 15 for 95 %.
         let of = Median::of(&came((1..=20).rev()), 0.95).unwrap();
         assert_eq!((of.median.waited, of.interval.unwrap().map(|end| end.waited)), (11.0, [6.0, 15.0]));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_come_stands_after_all_that_did_and_makes_a_bound() {
+    fn missing_events_rank_last_and_give_a_bound() {
         let half = [in_vain(12, 5.0), came(1..=8)].concat();
         let of = Median::of(&half, 0.95).unwrap();
         assert_eq!(of.median, Wait { waited: 5.0, came: false });
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ratio_is_as_sure_as_what_it_rests_on() {
+    fn ratio_is_as_certain_as_its_medians() {
         let (fast, slow) = (came(1..=20), came((1..=20).map(|i| i * 100)));
         let ratio = Ratio::of(&fast, &slow);
         // At 97.5 % the ranks are 5 and 16.

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_drawn_without_its_age_and_nothing_lasts_that_is_not_told_again() {
+    fn every_element_has_age_and_expires() {
         let messages = Onlooker::default().look(5_000_000, SHOWN).unwrap();
         let scene = scene(&messages);
         let texts: Vec<&str> = scene.entities.iter().flat_map(|of| &of.texts).map(|text| text.text.as_str()).collect();
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_stands_is_told_once_and_again_when_it_is_back() {
+    fn standing_alarm_is_logged_once_per_occurrence() {
         let mut onlooker = Onlooker::default();
         let mut told = |picture: &str| {
             let messages = onlooker.look(0, picture).unwrap();

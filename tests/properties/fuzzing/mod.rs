@@ -20,7 +20,7 @@ use system::System;
 use transitions::Transitions;
 
 #[test]
-fn whatever_a_relay_without_a_key_does_every_assertion_holds() {
+fn assertions_hold_against_a_keyless_relay() {
     fuzz("path");
 }
 
@@ -30,7 +30,7 @@ fn whatever_a_hostile_broker_does_every_assertion_holds() {
 }
 
 #[test]
-fn whatever_a_gateway_in_other_hands_does_to_the_display_every_assertion_holds() {
+fn assertions_hold_against_a_hostile_gateway() {
     fuzz("display");
 }
 
@@ -50,22 +50,23 @@ fn whatever_an_admitted_teammate_says_every_assertion_holds() {
 }
 
 #[test]
-fn whatever_a_second_operators_station_orders_every_assertion_holds() {
+fn assertions_hold_against_a_second_operator() {
     fuzz("stations");
 }
 
 #[test]
-fn whatever_a_station_without_an_operators_key_asks_for_every_assertion_holds() {
+fn assertions_hold_against_a_keyless_station() {
     fuzz("roles");
 }
 
 #[test]
-fn whatever_a_process_without_a_key_writes_to_shared_memory_every_assertion_holds() {
+fn assertions_hold_against_a_keyless_memory_writer() {
     fuzz("memory");
 }
 
+/// But for a fabricated vehicle.
 #[test]
-fn whatever_the_holder_of_perceptions_keys_writes_but_a_vehicle_every_assertion_holds() {
+fn assertions_hold_against_perceptions_keys() {
     fuzz("perception");
 }
 
@@ -104,7 +105,7 @@ fn every_regression_stays_mended() {
 }
 
 #[test]
-fn every_assertion_fails_on_a_trial_that_breaks_it() {
+fn every_assertion_fails_on_a_breaking_trial() {
     for assertion in assertions::all() {
         let (sound, broken) = (assertion.examples)();
         assert_eq!((assertion.holds)(&sound), Ok(()), "{}: on a sound trial", assertion.name);
@@ -114,7 +115,7 @@ fn every_assertion_fails_on_a_trial_that_breaks_it() {
 
 /// An assertion that cannot be broken is no test.
 #[test]
-fn every_assertion_that_one_check_carries_breaks_without_it() {
+fn every_single_check_assertion_breaks_without_it() {
     let unbroken = assertions::all().filter_map(|assertion| {
         let (check, alphabet) = assertion.carried_by?;
         let transitions = Transitions::of(alphabet).without(check);

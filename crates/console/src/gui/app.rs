@@ -271,14 +271,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_is_current_for_a_second_and_no_longer() {
+    fn picture_is_current_for_one_second() {
         assert_eq!(behind(lain(7.0, 6.0)), None);
         assert_eq!(behind(lain(7.5, 6.0)), Some(Span::ms(1500)));
         assert_eq!(behind(lain(6.0, 7.0)), None, "a clock that runs backwards is no alarm");
     }
 
     #[test]
-    fn a_picture_has_lain_since_it_came_and_no_time_where_a_clock_runs_backwards() {
+    fn picture_age_is_zero_under_a_backward_clock() {
         assert_eq!(lain(7.5, 6.0), Span::ms(1500));
         assert_eq!(lain(6.0, 7.0), Span::ZERO);
     }

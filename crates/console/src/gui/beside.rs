@@ -153,8 +153,9 @@ fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
 mod tests {
     use super::*;
 
+    /// Its bytes do not match its size, or no graphics card takes it.
     #[test]
-    fn an_image_whose_bytes_are_not_those_of_its_size_or_that_no_graphics_card_takes_is_not_drawn() {
+    fn mismatched_or_oversized_image_is_not_drawn() {
         let of = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }, 2_048).is_some();
         assert!(of(4, 2, 24) && of(2_048, 1, 6_144));
         assert!(![of(4, 2, 23), of(0, 2, 0), of(usize::MAX, 2, 6), of(4, 2, 25)].contains(&true));

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_of_a_line_lies_at_its_height() {
+    fn line_points_lie_at_their_height() {
         // A slope to the east: 0.1 m a column.
         let found = lines(&relief(9, |column, _| column as f32 * 0.1 + 0.03)).unwrap();
         assert!((found.step - 0.1).abs() < 1e-6);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hill_has_closed_lines_and_a_saddle_two_pieces() {
+    fn hill_lines_close_and_a_saddle_splits() {
         let hill =
             lines(&relief(17, |c, r| 1.0 - ((c as f32 - 8.0).powi(2) + (r as f32 - 8.0).powi(2)) / 64.0)).unwrap();
         let inner: Vec<_> = hill.segments.iter().flatten().filter(|p| p.iter().all(|at| at.is_finite())).collect();
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn of_flat_ground_of_no_grid_and_of_hostile_numbers_nothing_is_drawn() {
+    fn flat_empty_or_hostile_ground_has_no_lines() {
         assert!(lines(&relief(5, |_, _| 0.31)).is_none());
         for columns in [0, 1, 65, usize::MAX] {
             assert!(lines(&Relief { columns, ..relief(5, |c, _| c as f32) }).is_none());

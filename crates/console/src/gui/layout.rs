@@ -320,8 +320,9 @@ impl Behavior<Pane> for Panes<'_> {
 mod tests {
     use super::*;
 
+    /// Or repeated.
     #[test]
-    fn a_saved_layout_is_read_again_and_no_other_that_hides_or_repeats_a_pane() {
+    fn saved_layout_is_read_unless_panes_are_missing() {
         for preset in Preset::ALL {
             let mut layouts = Layouts::new(preset);
             layouts.keep("night");
@@ -342,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layout_is_kept_by_a_name_and_as_many_as_there_is_room_for() {
+    fn named_layouts_are_kept_as_room_allows() {
         let mut layouts = Layouts::new(Preset::Map);
         let names = ["a", "b", "c", "d", "e", "f", "g"];
         names.iter().for_each(|name| layouts.keep(name));
@@ -361,8 +362,9 @@ mod tests {
         assert!(saved.len() < MAX_SAVED / 2, "as many as are kept can be read: {}", saved.len());
     }
 
+    /// A layout forgotten here does not come back.
     #[test]
-    fn what_another_window_kept_meanwhile_is_kept_and_what_was_forgotten_here_is_not_back() {
+    fn layouts_of_another_window_are_merged() {
         let mut last = Layouts::default();
         last.keep("old");
         let mut ours = Layouts::read(&last.saved().unwrap()).unwrap();
@@ -376,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layout_that_goes_in_a_circle_is_not_drawn() {
+    fn cyclic_layout_is_not_drawn() {
         let mut layouts = Layouts::new(Preset::Map);
         let tree = &mut layouts.now.0;
         let root = tree.root().unwrap();

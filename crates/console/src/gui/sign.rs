@@ -162,8 +162,9 @@ pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, 
 mod tests {
     use super::*;
 
+    /// So no label is told by colour alone.
     #[test]
-    fn no_two_words_share_a_shape_so_that_none_is_told_by_colour_alone() {
+    fn labels_never_share_a_shape() {
         let all = [Freshness::Fresh, Freshness::Late, Freshness::Stale, Freshness::Lost].map(freshness);
         let modes = Mode::ALL.map(mode);
         for at in 0..all.len() {

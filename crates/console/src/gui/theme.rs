@@ -212,8 +212,9 @@ mod tests {
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
+    /// From each other and from grey.
     #[test]
-    fn no_two_hues_look_alike_nor_like_grey_to_anybody() {
+    fn hues_differ_for_every_kind_of_sight() {
         for p in [Palette::DARK, Palette::LIGHT] {
             let hues = [p.alarm, p.caution, p.advice, p.mark];
             let texts = [p.strong, p.text, p.weak];
@@ -250,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn every_text_can_be_read_on_every_surface_and_on_every_block() {
+    fn every_text_is_readable_on_every_surface() {
         for p in [Palette::DARK, Palette::LIGHT] {
             let texts = [p.strong, p.text, p.weak, p.alarm, p.caution, p.advice, p.mark];
             for (text, surface) in texts.iter().flat_map(|t| [p.ground, p.pane, p.raised].map(|s| (*t, s))) {

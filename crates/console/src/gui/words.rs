@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_age_is_written_shorter_and_no_time_that_is_left_longer_than_it_is() {
+    fn written_ages_round_up_and_time_left_down() {
         let ages = [(1, "0.01 s", "0.00 s"), (299_999, "0.30 s", "0.29 s"), (10_000_001, "10.1 s", "10.0 s")];
         let long = [(149_000_000, "3 min", "2 min"), (6_000_000_001, "2 h", "1 h"), (1_420_000, "1.42 s", "1.42 s")];
         for (us, age, rest) in ages.into_iter().chain(long) {

@@ -204,7 +204,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn acts_that_do_not_fit_are_given_back_and_no_two_have_one_number() {
+    fn refused_acts_are_returned_and_numbers_unique() {
         let (hand, _acts) = link::drive::hands();
         let mut person = Person::new(hand);
         let given = (0..2 * drive::ACTS).filter(|_| person.does(Act::Withdraw)).count();

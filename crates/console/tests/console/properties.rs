@@ -45,8 +45,9 @@ fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// When the unit refuses too.
 #[test]
-fn a_refusal_of_which_note_was_taken_is_not_raised_again_when_the_unit_refuses_too() {
+fn noted_refusal_is_not_raised_again() {
     through(Role::Supervise, &refused_by_both(), &noted_once).unwrap();
 }
 

@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_variation_that_left_its_classes_flips_a_conclusion() {
+    fn variation_outside_its_classes_flips_a_conclusion() {
         let text = said(&[row("1", r#"{"REJECTED":9}"#, 0), row("2", r#"{"REJECTED":7,"FALSE_TRIP":2}"#, 2)]);
         assert!(text.contains("| `models.noise` 1 | holds |"), "{text}");
         assert!(text.contains("- `replay` flips at `models.noise` 2 (2 of 9)"), "{text}");
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_sets_anything_but_a_model_is_no_question_of_fidelity() {
+    fn non_model_settings_are_no_fidelity_question() {
         let row = row("2", r#"{"REJECTED":9}"#, 0).replace("models.noise", "delay.0.by_ms");
         assert_eq!(said(&[row]), "");
     }

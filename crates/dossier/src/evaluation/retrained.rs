@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn retraining_helps_only_where_the_intervals_do_not_meet() {
+    fn retraining_helps_only_with_disjoint_intervals() {
         assert_eq!(said((20, 0.83, 1.0), (0, 0.0, 0.17)), Status::Reproduced);
         assert_eq!(said((12, 0.36, 0.81), (9, 0.23, 0.68)), Status::NotReproduced);
         assert_eq!(said((0, 0.0, 0.17), (20, 0.83, 1.0)), Status::NotReproduced);

@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_fill_the_bar_and_nothing_is_drawn_of_what_is_not_there() {
+    fn bar_parts_fill_it_and_absent_ones_vanish() {
         let text = bars(&[bar("a", &[1.0, 0.0, 2.0]), bar("b", &[0.0])], None).inline("x");
         assert_eq!(text.matches("<rect").count(), 2);
         assert!(
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_name_is_cut_between_letters_and_whole_in_the_table() {
+    fn long_name_is_cut_in_the_drawing_only() {
         let name = "ü".repeat(60);
         let long = [bar(&name, &[1.0])];
         assert!(bars(&long, None).inline("x").contains(&format!(">{}…<", "ü".repeat(LETTERS))));

@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wide_range_is_drawn_in_equal_steps_and_a_narrow_one_to_scale() {
+    fn wide_range_has_equal_steps() {
         assert_eq!(along(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
         assert_eq!(along(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
         assert_eq!((along(&[3.0]), along(&[])), (vec![0.0], vec![]));

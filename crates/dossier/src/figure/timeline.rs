@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lasted_no_time_can_still_be_seen_and_names_do_not_run_into_each_other() {
+    fn instant_events_are_visible_without_overlapping_names() {
         let lane = Lane {
             name: "faults".to_owned(),
             spans: vec![span("thermal", 1.0, 1.0), span("rgb", 1.1, 9.0)],
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_the_end_is_drawn_at_the_end() {
+    fn span_beyond_the_end_is_drawn_there() {
         let lane = Lane { name: "modes".to_owned(), spans: vec![span("READY", 8.0, 99.0)], named: false };
         let text = lanes(&[lane], 10.0).inline("x");
         assert!(text.contains("x=\"730.0\"") && text.contains("width=\"150.0\""), "{text}");

@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trials_of_several_places_are_told_apart_and_the_worst_is_said_first() {
+    fn places_of_evidence_are_separate_worst_first() {
         let places = |off| [(Evidence::Model, 9, off), (Evidence::Stack, 0, 0), (Evidence::Live, 5, 0)];
         assert!(sentence(&[(Evidence::Model, 0, 0)]).starts_with("No trials"));
         assert_eq!(sentence(&places(0)).matches("9 in the twin, 5 live").count(), 1);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_counts_once_in_however_many_rows_it_stands() {
+    fn trial_in_several_rows_counts_once() {
         let text = include_str!("../../tests/results/matrix.json");
         let read = |text: &str| {
             let mut results = crate::results::Results::default();

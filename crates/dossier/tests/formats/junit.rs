@@ -124,8 +124,9 @@ fn kept(name: &str, text: String) -> String {
     text
 }
 
+/// A wrong file is noticed.
 #[test]
-fn the_file_is_what_the_xsd_asks_for_and_a_wrong_one_is_noticed() {
+fn junit_file_satisfies_the_xsd() {
     let text = kept("holdsafe.junit.xml", junit(&everything()));
     assert_eq!(against_schema(&text), Vec::<String>::new());
     let wrong = text.replacen("testcase name", "testcase title", 1).replacen("system-out", "skipped-out", 2);
@@ -133,7 +134,7 @@ fn the_file_is_what_the_xsd_asks_for_and_a_wrong_one_is_noticed() {
 }
 
 #[test]
-fn a_suite_counts_the_cases_that_failed_and_those_without_evidence() {
+fn suite_counts_failures_and_errors() {
     let all = elements(&kept("matrix.junit.xml", junit(&given(&["matrix.json"]))));
     let suite =
         |id: &str| all.iter().find(|e| e.name == "testsuite" && e.attributes["name"].starts_with(id)).expect("a suite");
@@ -147,7 +148,7 @@ fn a_suite_counts_the_cases_that_failed_and_those_without_evidence() {
 }
 
 #[test]
-fn a_failure_says_what_was_expected_and_how_to_run_it_again() {
+fn failure_names_expectation_and_reproduction_line() {
     let all = elements(&kept("runs.junit.xml", junit(&given(&["runs.json"]))));
     let failure = all.iter().find(|e| e.name == "failure").expect("a failure");
     assert_eq!(failure.attributes["message"], "2 of 2 trials not as expected (HOLD_SAFE 2); expected DEGRADED");
@@ -159,7 +160,7 @@ fn a_failure_says_what_was_expected_and_how_to_run_it_again() {
 }
 
 #[test]
-fn no_text_of_a_result_makes_it_ill_formed() {
+fn result_text_cannot_break_the_xml() {
     let text = kept("hostile.junit.xml", junit(&hostile("\"></testcase>&amp;]]>\u{0}\u{1b}\u{ffff}\r é")));
     assert_eq!(against_schema(&text), Vec::<String>::new());
     assert!(!text.contains(['\u{0}', '\u{1b}', '\u{ffff}']));

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_prefix_of_a_run_may_be_swept() {
+    fn only_a_run_prefix_may_be_swept() {
         assert!(checked_prefix("hs_run1_v_").is_some());
         for prefix in ["", "hs_", "hs_a", "iox2_", "hs_../x", "hs_A12", "hs_*", "xhs_run1"] {
             assert!(checked_prefix(prefix).is_none(), "{prefix}");
@@ -81,8 +81,9 @@ mod tests {
         }
     }
 
+    /// Shared memory is closed to group and others.
     #[test]
-    fn no_other_user_may_open_what_a_domain_keeps_in_shared_memory() {
+    fn other_users_cannot_open_a_domains_memory() {
         let folder = tempfile::tempdir().unwrap();
         let prefix = format!("hs_t{:x}_modes_", std::process::id());
         let domain = crate::bus::Domain::new(folder.path(), &prefix).unwrap();
@@ -99,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn shared_memory_counts_as_mapped_as_long_as_a_process_has_it() {
+    fn memory_counts_as_mapped_while_processes_hold() {
         let folder = tempfile::tempdir().unwrap();
         let prefix = format!("hs_t{:x}_mapped_", std::process::id());
         assert!(!mapped(&prefix));

@@ -119,8 +119,9 @@ mod tests {
         hello
     }
 
+    /// While few handshakes are open a hello is let in as it is.
     #[tokio::test(start_paused = true)]
-    async fn a_calm_door_lets_a_hello_in_and_a_busy_one_asks_for_a_proof_first() {
+    async fn busy_door_asks_for_proof_first() {
         let mut door = Door::new().unwrap();
         let hello = first(1);
         assert_eq!(door.judge(at(1), &hello, CALM - 1, Instant::now()), Answer::Admit);
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_is_no_hello_is_refused_by_name_however_calm_the_door() {
+    async fn malformed_hello_is_always_refused_by_name() {
         let mut door = Door::new().unwrap();
         let mut broken = first(1);
         broken[13 + 12 + 35] = 9;

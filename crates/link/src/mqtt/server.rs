@@ -284,8 +284,9 @@ mod tests {
     use crate::mqtt::Mqtt;
     use crate::pki::{Authority, Role};
 
+    /// A client's publication reaches the core, and the core's its subscriber.
     #[tokio::test]
-    async fn what_one_client_publishes_reaches_the_core_and_what_the_core_publishes_its_subscriber() {
+    async fn publications_pass_between_clients_and_core() {
         crate::crypto::init();
         let authority = Authority::new().unwrap();
         let credential = |peer| authority.issue(peer, Role::Both).unwrap();

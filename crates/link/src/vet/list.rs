@@ -93,7 +93,7 @@ mod tests {
     use wire::id::PeerId;
 
     #[test]
-    fn a_list_is_taken_when_it_is_newer_and_the_authoritys_own() {
+    fn only_a_newer_list_of_the_authority_counts() {
         let (authority, other) = (Authority::new().unwrap(), Authority::new().unwrap());
         let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
         let held = Revocations::of(&unit).unwrap();

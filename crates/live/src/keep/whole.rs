@@ -115,7 +115,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn what_differs_in_a_directory_is_told_file_by_file() {
+    fn directory_differences_are_listed_by_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("guard")).expect("a folder");

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_borne_out_by_what_is_warm_like_one_where_it_is_and_by_nothing_else() {
+    fn vehicle_needs_vehicle_like_warmth_in_place() {
         let bounds = PixelBox { x0: 40, y0: 50, x1: 60, y1: 60 };
         let claim = |class, blob| judge(&Detection { class, score: 900, bounds }, Some(&[blob]));
         assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 42)), Warmth::Fits);

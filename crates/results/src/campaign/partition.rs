@@ -43,8 +43,9 @@ mod tests {
     use super::super::example::plan;
     use super::*;
 
+    /// Over the campaign and within each variation.
     #[test]
-    fn parts_hold_every_trial_once_and_are_even_over_the_campaign_and_within_each_variation() {
+    fn parts_partition_trials_evenly() {
         for (trials, of) in [(10, 7), (299, 7), (3, 7), (100, 2), (7, 1)] {
             let plan = plan(trials);
             let parts: Vec<Partition> = (1..=of).map(|i| format!("{i}/{of}").parse().unwrap()).collect();

@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_check_is_worth_something_alone_in_a_pair_or_not_at_all() {
+    fn check_benefit_is_alone_paired_or_none() {
         let compared = Compared { seed: 1, build: String::new(), attacks: 1, trials: 20, screened: 3 };
         let row = |name: &str, through| CheckRow::new(name.to_owned(), vec![attack_row(through)], None);
         let overlap = Overlap {

@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_is_shown_alone_and_not_together_by_as_many_trials_as_it_takes_alone() {
+    fn single_claim_needs_fewer_trials_than_joint() {
         let object = campaign(&claiming("unsafe<1%@95", false), 299, |_| Outcome::HoldSafe);
         let claims = Claims { shown: 2, refuted: 0, open: 0, shown_together: false };
         assert_eq!((object.complete, object.claim), (true, Some(claims)));
@@ -304,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn with_a_trial_missing_nothing_is_bounded_and_nothing_claimed() {
+    fn incomplete_campaign_has_neither_bound_nor_claim() {
         let object = campaign(&claiming("unsafe<1%@95", false), 298, |_| Outcome::HoldSafe);
         assert_eq!((object.complete, object.claim, object.trials, object.planned), (false, None, 596, 598));
         assert!(object.rows.iter().all(|row| row.bounds.is_none() && row.claim.is_none()));
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_trial_is_counted_and_keeps_the_claim_from_being_shown() {
+    fn invalid_trial_is_counted_and_blocks_the_claim() {
         let outcome = |i| if i == 0 { Outcome::Invalid } else { Outcome::HoldSafe };
         let object = campaign(&claiming("unsafe<1%@95", false), 299, outcome);
         assert_eq!(object.claim.map(|claims| (claims.shown, claims.open)), Some((0, 2)));
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_for_a_fixed_number_are_left_out_where_the_number_depended_on_what_was_seen() {
+    fn fixed_bounds_are_omitted_for_adaptive_numbers() {
         let object = campaign(&claiming("unsafe<5%@95", true), 299, |_| Outcome::HoldSafe);
         assert!(object.rows[0].bounds.is_none());
         let claim = object.rows[0].claim.unwrap();
@@ -331,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn the_object_has_the_keys_that_docs_campaigns_names() {
+    fn campaign_object_has_the_documented_keys() {
         let object =
             campaign(
                 &claiming("unsafe<1%@95", false),

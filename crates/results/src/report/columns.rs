@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn every_trial_is_a_row_with_what_was_set_and_drawn() {
+    fn every_trial_is_a_row_with_its_settings() {
         let mut plan = plan(3);
         plan.terms.draws.insert("loss.0.direction".into(), Distribution::Choice(vec!["up".into(), 7.into()]));
         let bytes = written(&plan, 3);
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_trials_are_the_same_bytes_over_more_than_one_row_group() {
+    fn rows_repeat_bytewise_over_row_groups() {
         let plan = plan(GROUP as u64);
         let bytes = written(&plan, 20_000);
         assert_eq!(bytes, written(&plan, 20_000));

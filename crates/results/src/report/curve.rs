@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_value_detected_before_harm_is_read_off() {
+    fn smallest_value_detected_before_harm_is_found() {
         let points = vec![point(0.1, 0, 0), point(0.2, 7, 3), point(0.4, 10, 0), point(0.8, 9, 0), point(1.6, 10, 0)];
         let line = CurveLine::new(None, "default", points);
         let reading = line.reading;

@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quoted_refusal_cannot_end_a_label_of_the_diagram() {
+    fn quoted_refusal_cannot_end_a_diagram_label() {
         assert_eq!(plain("a\"] --> evil[\"<b>"), "a   --  evil   b ");
     }
 }

@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn n_is_added_up_within_a_kind_and_never_across() {
+    fn counts_add_up_within_a_kind_only() {
         let runs = vec![
             run("replay", Mode::Twin, false, 59),
             run("replay", Mode::Twin, false, 40),
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_cell_is_not_averaged_away_by_good_ones() {
+    fn bad_cell_is_not_averaged_away() {
         let (good, mut bad) = (run("replay", Mode::Twin, false, 299), run("replay", Mode::Twin, false, 299));
         bad.summary.outcomes = [(Outcome::Rejected, 290), (Outcome::Unsafe, 9)].into();
         let alone = matrix(vec![bad.clone()]).rows[0].kinds[0].unsafe_upper_95;
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn n_in_the_model_is_no_evidence_of_a_row_that_asks_for_the_real_mechanism() {
+    fn model_trials_are_no_real_mechanism_evidence() {
         let catalogue = Catalogue::load().expect("the catalogue");
         let of = |id: &str| {
             let row = MatrixRow::new(catalogue.row(id).expect("a row"), vec![run("replay", Mode::Twin, false, 5)]);
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outcome_outside_the_expected_classes_is_counted_and_shown() {
+    fn unexpected_outcome_is_counted_and_shown() {
         let matrix = matrix(vec![run("loss", Mode::Twin, false, 3)]);
         assert!(!matrix.as_expected);
         let table = matrix_table(&matrix);
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn the_object_has_a_row_for_each_threat_with_its_id() {
+    fn object_has_a_row_for_each_threat() {
         let object = serde_json::to_value(matrix(Vec::new())).expect("an object");
         assert_eq!((&object["schema_version"], &object["rows"][0]["id"]), (&1.into(), &"A01".into()));
         assert!(object["rows"][0]["kinds"].as_array().is_some_and(Vec::is_empty));

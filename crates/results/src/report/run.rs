@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn an_attempt_that_the_host_spoilt_is_counted_and_never_silent() {
+    fn spoilt_attempt_is_counted_and_reported() {
         let mut repeated = Trial::example(7, Outcome::HoldSafe);
         repeated.host_spoilt_ms = vec![312.0, 140.0];
         let trials = vec![Trial::example(6, Outcome::HoldSafe), repeated];
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn datagrams_of_outsiders_are_told_with_the_place_they_came_to() {
+    fn outsider_datagrams_are_reported_with_their_place() {
         let mut met = Trial::example(7, Outcome::Nominal);
         met.outsiders = BTreeMap::from([("relay-telemetry".to_owned(), 12)]);
         let text = super::super::run_table(&RunObject::new("nominal", Mode::Live, 7, vec![met], &[]));

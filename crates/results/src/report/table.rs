@@ -200,7 +200,7 @@ mod tests {
     use crate::mode::Mode;
 
     #[test]
-    fn a_table_fits_its_width_and_says_what_its_columns_mean() {
+    fn table_fits_its_width_and_has_a_legend() {
         let mut trials: Vec<_> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
             trials[0].dropped.insert(reason.to_owned(), 100_000);

@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_exact_answer_is_what_can_be_counted_by_hand() {
+    fn exact_answer_matches_hand_counting() {
         // Two in a row among three: llx, xll, and lll is one of the first.
         assert!((exactly(0.5, 3, 2) - 3.0 / 8.0).abs() < 1e-15);
         assert!((exactly(0.1, 4, 4) - 1e-4).abs() < 1e-15);
@@ -247,7 +247,7 @@ mod tests {
 
     /// Seeds were fixed before the first run. 400 intervals of 10 repetitions of 100 trials a stage.
     #[test]
-    fn the_interval_covers_an_exactly_known_probability_as_often_as_it_says() {
+    fn interval_covers_a_known_probability_as_stated() {
         let levels: Vec<f64> = (1..=ROW).map(|row| row as f64).collect();
         let (exact, seeds) = (exactly(RATE, MESSAGES, ROW), 400);
         let means = means(&levels, 100, 0..seeds);
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_are_passed_in_one_leap_cost_nothing_and_bias_nothing() {
+    fn leaping_over_levels_is_free_and_unbiased() {
         let exact = exactly(RATE, MESSAGES, 3);
         let means = means(&[0.5, 0.9, 1.0, 1.5, 3.0], 100, 1_000..1_050);
         let all = Mean::of(&means.iter().map(|mean| mean.mean).collect::<Vec<_>>());
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_result_does_not_depend_on_threads_and_differs_by_seed() {
+    fn result_is_thread_independent_and_differs_by_seed() {
         let levels = [1.0, 3.0, 5.0];
         let rows = |seed, threads| -> Vec<(u64, u64, u64)> {
             let all = estimates(&plan(&levels, 300, seed), threads);
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_that_nobody_reaches_ends_the_repetition_with_an_estimate_of_zero() {
+    fn unreached_level_gives_an_estimate_of_zero() {
         let all = estimates(&plan(&[1.0, f64::INFINITY, f64::INFINITY], 20, 1), 1);
         assert!(all.iter().all(|one| one.stages.len() == 2 && one.estimate() == 0.0), "{all:?}");
     }
