@@ -19,7 +19,7 @@ fn without(name: &str, check: Check) -> Ready {
     ready
 }
 
-/// What the unit said to orders of this kind, in order: carried out, or why not.
+/// The unit's answers to orders of this kind, in order: carried out, or the reason.
 fn answers(run: &Run, wanted: &str) -> Vec<Option<Reason>> {
     let answer = |w: &Witnessed| match w.entry.event {
         Event::Executed { kind, refused, .. } if w.entry.node == NodeId::UNIT_A && kind.name() == wanted => {
@@ -34,7 +34,7 @@ fn acts(run: &Run) -> usize {
     run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count()
 }
 
-/// How the display showed commands of this kind, in order.
+/// Displays of commands of this kind, in order.
 fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
     let given = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Intended { command, kind } if kind.name() == wanted.name() => Some(command),
@@ -57,8 +57,9 @@ fn counted(run: &Run, wanted: Reason) -> u64 {
     of.sum()
 }
 
+/// Captured by a hostile broker; the act happens once.
 #[test]
-fn captured_orders_that_a_hostile_broker_delivers_again_are_refused_and_the_act_happens_once() {
+fn redelivered_orders_are_refused() {
     for run in shipped("command_replay").expect(SEEDS) {
         let confirmed = answers(&run, "confirm");
         assert_eq!(confirmed.iter().filter(|a| a.is_none()).count(), 1, "{confirmed:?}");
@@ -67,8 +68,9 @@ fn captured_orders_that_a_hostile_broker_delivers_again_are_refused_and_the_act_
     }
 }
 
+/// The mode still stops a repeated confirmation.
 #[test]
-fn without_the_idempotency_key_the_mode_stops_a_repeated_confirmation_and_nothing_a_repeated_arming() {
+fn idempotency_waiver_lets_repeated_arming_through() {
     let run = without("command_replay", Check::Duplicate).run(1);
     assert_eq!(acts(&run), 1);
     assert!(answers(&run, "confirm").contains(&Some(Reason::Interlock)), "{:?}", answers(&run, "confirm"));
@@ -78,7 +80,7 @@ fn without_the_idempotency_key_the_mode_stops_a_repeated_confirmation_and_nothin
 }
 
 #[test]
-fn an_arming_that_the_operator_took_back_is_not_carried_out_again() {
+fn withdrawn_arming_is_not_repeated() {
     for run in shipped("command_rearm").expect(SEEDS) {
         let armed = answers(&run, "arm");
         assert!(armed[1..].iter().all(|a| *a == Some(Reason::Duplicate)) && armed.len() > 2, "{armed:?}");
@@ -86,7 +88,7 @@ fn an_arming_that_the_operator_took_back_is_not_carried_out_again() {
 }
 
 #[test]
-fn orders_that_a_hostile_broker_keeps_for_three_seconds_are_late_and_nothing_is_done() {
+fn orders_kept_three_seconds_are_refused_late() {
     for run in shipped("command_late").expect(SEEDS) {
         let confirmed = answers(&run, "confirm");
         assert!(!confirmed.is_empty() && confirmed.iter().all(|a| *a == Some(Reason::Late)), "{confirmed:?}");
@@ -95,7 +97,7 @@ fn orders_that_a_hostile_broker_keeps_for_three_seconds_are_late_and_nothing_is_
 }
 
 #[test]
-fn without_the_nonces_age_an_order_that_was_kept_is_carried_out_late() {
+fn nonce_age_waiver_executes_a_kept_order() {
     let run = without("command_late", Check::Late).run(1);
     assert!(!answers(&run, "confirm").contains(&Some(Reason::Late)));
 }
@@ -109,7 +111,7 @@ fn a_doubled_order_is_carried_out_once() {
 }
 
 #[test]
-fn a_confirmation_that_a_hold_has_overtaken_is_refused() {
+fn confirmation_overtaken_by_a_hold_is_refused() {
     for run in shipped("command_reorder").expect(SEEDS) {
         assert_eq!((answers(&run, "hold"), answers(&run, "confirm")), (vec![None], vec![Some(Reason::Duplicate)]));
         assert_eq!(acts(&run), 0);
@@ -117,15 +119,16 @@ fn a_confirmation_that_a_hold_has_overtaken_is_refused() {
 }
 
 #[test]
-fn a_retained_order_is_refused_when_the_unit_comes_back() {
+fn retained_order_is_refused_after_return() {
     for run in shipped("command_retain").expect(SEEDS) {
         let armed = answers(&run, "arm");
         assert!(matches!(armed[..], [None, Some(Reason::Duplicate | Reason::Late)]), "{armed:?}");
     }
 }
 
+/// After the session was lost.
 #[test]
-fn an_order_towards_safe_that_comes_again_after_the_session_was_lost_is_refused_as_seen() {
+fn repeated_safe_order_is_refused_as_seen() {
     for ready in variations("command_again") {
         let kind = ready.cell.clone().expect("cells are named after orders");
         for run in ready.expect(SEEDS) {
@@ -143,29 +146,30 @@ fn an_order_towards_safe_that_comes_again_after_the_session_was_lost_is_refused_
     }
 }
 
+/// It is obeyed when it is given anew.
 #[test]
-fn an_arming_that_was_kept_until_the_session_was_lost_is_void_and_is_obeyed_when_it_is_given_anew() {
+fn arming_kept_past_a_session_is_void() {
     for run in shipped("command_void").expect(SEEDS) {
         assert_eq!(answers(&run, "arm"), [Some(Reason::Late), None]);
     }
 }
 
 #[test]
-fn a_spliced_arming_that_nothing_else_speaks_against_is_refused_by_its_confirmation() {
+fn spliced_arming_fails_at_its_confirmation() {
     for run in shipped("command_splice_once").expect(SEEDS) {
         assert_eq!(answers(&run, "arm"), [Some(Reason::Confirmation)]);
     }
 }
 
 #[test]
-fn a_hold_that_was_kept_back_is_not_done_because_another_order_was() {
+fn delayed_hold_is_not_hidden_by_other_orders() {
     for run in shipped("hold_block_disarm").expect(SEEDS) {
         assert_eq!((answers(&run, "hold"), answers(&run, "disarm")), (vec![], vec![None]));
     }
 }
 
 #[test]
-fn what_a_hostile_broker_makes_in_the_operators_name_is_refused_by_name() {
+fn forged_operator_messages_are_refused_by_name() {
     for run in shipped("command_invent").expect(SEEDS) {
         let invented = answers(&run, "confirm");
         assert!(!invented.is_empty() && invented.iter().all(|a| *a == Some(Reason::Signature)), "{invented:?}");
@@ -179,7 +183,7 @@ fn what_a_hostile_broker_makes_in_the_operators_name_is_refused_by_name() {
 }
 
 #[test]
-fn an_intent_that_the_unit_never_heard_with_the_confirmation_of_another_is_refused_by_its_confirmation() {
+fn unheard_intent_cannot_use_anothers_confirmation() {
     for run in shipped("command_splice").expect(SEEDS) {
         let spliced = answers(&run, "arm");
         assert!(spliced.len() >= 3 && spliced.iter().all(|a| *a == Some(Reason::Confirmation)), "{spliced:?}");
@@ -188,14 +192,14 @@ fn an_intent_that_the_unit_never_heard_with_the_confirmation_of_another_is_refus
 }
 
 #[test]
-fn without_signatures_an_invented_confirmation_is_an_act_that_no_operator_asked_for() {
+fn signature_waiver_admits_an_invented_confirmation() {
     let run = without("command_invent", Check::Signature).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe);
     assert_eq!(acts(&run), 1, "{:?}", run.verdict.findings);
 }
 
 #[test]
-fn a_forged_acknowledgement_is_refused_and_the_hold_takes_hold_by_the_lease() {
+fn forged_acknowledgement_is_refused_and_lease_holds() {
     for run in shipped("ack_forge").expect(SEEDS) {
         let refused = run.evidence.entries.iter().filter(|w| {
             let signature =
@@ -210,14 +214,15 @@ fn a_forged_acknowledgement_is_refused_and_the_hold_takes_hold_by_the_lease() {
 }
 
 #[test]
-fn without_signatures_a_forged_acknowledgement_is_shown_as_done() {
+fn signature_waiver_shows_a_forged_acknowledgement() {
     let run = without("ack_forge", Check::Signature).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
     assert!(shown(&run, CommandKind::Hold).iter().any(|(_, s)| *s == ShownAs::Executed));
 }
 
+/// No command is shown as done.
 #[test]
-fn a_missing_acknowledgement_is_shown_within_a_second_and_nothing_is_shown_as_done() {
+fn missing_acknowledgement_shows_within_a_second() {
     for name in ["ack_suppress", "hold_block"] {
         let kind = if name == "hold_block" { "hold" } else { "confirm" };
         for run in shipped(name).expect(SEEDS) {

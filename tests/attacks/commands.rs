@@ -11,7 +11,7 @@ use wire::stream::{Sight, StreamEffect};
 use crate::SEEDS;
 
 #[test]
-fn a_hold_in_a_stalled_command_stream_is_not_needed_and_comes_too_late() {
+fn stalled_hold_is_late_and_unneeded() {
     for run in shipped("command_stall").expect(SEEDS) {
         let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
             Event::Intended { kind: CommandKind::Hold, .. } => Some(w.at as f64 / 1000.0),
@@ -30,7 +30,7 @@ fn a_hold_in_a_stalled_command_stream_is_not_needed_and_comes_too_late() {
 }
 
 #[test]
-fn a_cut_command_connection_loses_the_hold_and_comes_back_by_itself() {
+fn cut_command_connection_loses_hold_and_recovers() {
     for run in shipped("command_cut").expect(SEEDS) {
         let done = |wanted: CommandKind| {
             let one = |w: &&Witnessed| match w.entry.event {
@@ -43,8 +43,9 @@ fn a_cut_command_connection_loses_the_hold_and_comes_back_by_itself() {
     }
 }
 
+/// By the secure layer.
 #[test]
-fn a_damaged_confirmation_is_refused_by_the_secure_layer_and_no_act_follows_from_it() {
+fn damaged_confirmation_is_refused_without_act() {
     for run in shipped("command_corrupt").expect(SEEDS) {
         let times = |test: &dyn Fn(&Event) -> bool| {
             let found = run.evidence.entries.iter().filter(|w| test(&w.entry.event)).map(|w| w.at);
@@ -59,7 +60,7 @@ fn a_damaged_confirmation_is_refused_by_the_secure_layer_and_no_act_follows_from
 }
 
 #[test]
-fn a_session_that_a_thief_takes_is_an_alarm_voids_what_was_under_way_and_is_won_back() {
+fn stolen_session_is_alarmed_voided_and_recovered() {
     for ready in variations("session_takeover") {
         let whose = if ready.cell.as_deref() == Some("gateway") { PeerId::GATEWAY } else { PeerId::UNIT_A };
         for run in ready.expect(SEEDS) {

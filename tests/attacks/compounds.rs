@@ -1,4 +1,4 @@
-//! Campaigns of several hands at once (K1, K3): what holds against each alone has to hold against them together.
+//! Campaigns of several attackers at once (K1, K3): defences against each alone have to hold against them together.
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask};
@@ -12,8 +12,9 @@ use wire::refusal::Reason;
 
 use crate::SEEDS;
 
+/// The unit holds, and no old value is shown fresh.
 #[test]
-fn with_the_link_down_liveness_faked_and_the_view_kept_the_unit_holds_and_nothing_old_is_shown_fresh() {
+fn combined_link_liveness_and_view_attack_holds() {
     for run in shipped("link_down_view_kept").expect(SEEDS) {
         let bounds = &run.evidence.bounds;
         let begun = |of: &Event| matches!(of, Event::Step { step, begun: true } if step.as_str() == "cut");
@@ -31,8 +32,9 @@ fn with_the_link_down_liveness_faked_and_the_view_kept_the_unit_holds_and_nothin
     }
 }
 
+/// The operator's counter is run ahead and the HOLD kept back.
 #[test]
-fn an_operator_whose_counter_is_run_ahead_and_whose_hold_is_kept_back_is_heard_by_the_silence() {
+fn silence_reveals_counter_and_hold_attack() {
     for run in shipped("locked_out_then_drift").expect(SEEDS) {
         let jumps = run.evidence.entries.iter().filter(|w| {
             let jump = matches!(w.entry.event, Event::Refused { reason: Reason::Jump, .. });
@@ -52,7 +54,7 @@ fn an_operator_whose_counter_is_run_ahead_and_whose_hold_is_kept_back_is_heard_b
     }
 }
 
-/// What each step of the demo is to bring about, and nothing worse, until the next one begins.
+/// Mode that each step of the demo is to bring about, and none worse, until the next one begins.
 const DEMO: [(&str, Mode); 9] = [
     ("replay", Mode::Ready),
     ("stranger", Mode::Ready),
@@ -65,8 +67,9 @@ const DEMO: [(&str, Mode); 9] = [
     ("drift", Mode::HoldSafe),
 ];
 
+/// The operator goes on after it.
 #[test]
-fn each_attack_of_the_demo_brings_about_what_was_stated_for_it_and_the_operator_goes_on_after_it() {
+fn each_demo_attack_has_its_stated_effect() {
     for run in shipped("demo/demo").expect(1..4) {
         assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);
         let begun = |name: &str| {
@@ -101,7 +104,7 @@ fn beside(name: &str, tables: &[(&str, Value)]) -> Ready {
 }
 
 #[test]
-fn an_attack_that_another_leaves_nothing_to_do_is_masked_by_name_and_the_trial_is_judged_by_the_other() {
+fn masked_attack_is_named_and_other_judged() {
     let kill = |process: &str, at_s: f64| json!({ "process": process, "at_s": at_s, "step": "end" });
     let hang = json!({ "process": "perception", "ending": "hang", "at_s": 5.2, "duration_s": 2.0, "step": "hang" });
     let jump =
@@ -139,7 +142,7 @@ fn an_attack_that_another_leaves_nothing_to_do_is_masked_by_name_and_the_trial_i
 }
 
 #[test]
-fn an_order_that_was_never_given_cannot_be_kept_back_and_a_trial_of_that_alone_is_no_evidence() {
+fn delaying_a_missing_order_is_no_evidence() {
     let mut ready = shipped("gateway_hold");
     ready.scenario.operator = Default::default();
     let verdict = ready.run(1).verdict;

@@ -1,4 +1,4 @@
-//! Controls: nothing done, done and not arrived, said and not done.
+//! Controls: no attack, an attack that did not arrive, and a claimed attack.
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
@@ -11,16 +11,16 @@ use wire::id::NodeId;
 use crate::SEEDS;
 
 #[test]
-fn null_attack_trips_nothing_and_the_operator_gets_the_mission_done() {
+fn null_attack_trips_nothing_and_completes_the_mission() {
     for run in shipped("nominal").expect(SEEDS) {
         let acts = run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count();
         assert_eq!(acts, 1, "{:?}", run.verdict.transitions);
     }
 }
 
-/// A lossy link is weather, not an attack: what it costs is a false trip.
+/// A lossy link is weather, not an attack: its cost is a false trip.
 #[test]
-fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
+fn hold_by_link_loss_is_a_false_trip() {
     let mut ready = shipped("nominal");
     ready.scenario = ready.scenario.soak(60.0, 0.35);
     let verdicts = (1..=8).map(|seed| ready.run(seed).verdict);
@@ -32,10 +32,10 @@ fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
     }
 }
 
-/// What the adversary claims in a run with the attack, put into the log of the same run without it: the claims name the
-/// right streams and places, and nothing of them is true.
+/// The adversary's claims in a run with the attack, put into the log of the same run without it: they name the right
+/// streams and places, and are all untrue.
 #[test]
-fn a_stream_relay_that_says_it_acted_and_did_not_has_no_receipt() {
+fn claimed_stream_attack_has_no_receipt() {
     for name in ["command_stall", "command_cut", "command_corrupt"] {
         let mut ready = shipped(name);
         let attacked = ready.run(1);
@@ -55,7 +55,7 @@ fn a_stream_relay_that_says_it_acted_and_did_not_has_no_receipt() {
 
 /// Live, the gateway sends an order and says so, and the broker may be quicker to say that it kept it.
 #[test]
-fn the_sender_of_what_was_kept_back_may_say_so_a_moment_after_the_broker() {
+fn sender_may_report_just_after_the_broker() {
     let run = shipped("command_splice").run(1);
     for (lag, receipt) in [(0, true), (20_000, true), (100_000, false)] {
         let mut evidence = run.evidence.clone();
@@ -66,9 +66,10 @@ fn the_sender_of_what_was_kept_back_may_say_so_a_moment_after_the_broker() {
     }
 }
 
-/// Somebody on the same host sends to gateway, unit or relay: told, and neither in the class nor in the accounts.
+/// Datagrams of another program on the same host to gateway, unit or relay: reported, and neither in the class nor in
+/// the accounts.
 #[test]
-fn what_outsiders_send_is_told_apart_and_changes_neither_class_nor_account() {
+fn outsider_datagrams_leave_class_and_accounts_unchanged() {
     for name in ["nominal", "delay"] {
         let run = shipped(name).run(1);
         let mut evidence = run.evidence.clone();
@@ -96,7 +97,7 @@ fn what_outsiders_send_is_told_apart_and_changes_neither_class_nor_account() {
 }
 
 #[test]
-fn a_datagram_that_leaves_the_relay_and_is_in_no_account_makes_the_run_invalid() {
+fn unaccounted_relay_datagram_invalidates_the_run() {
     let run = shipped("nominal").run(1);
     assert_eq!(run.verdict.findings, []);
     for node in [NodeId::GATEWAY, NodeId::UNIT_A] {

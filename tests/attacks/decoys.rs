@@ -1,4 +1,4 @@
-//! What stands in the scene is made to look like a vehicle, to one modality after another.
+//! An object in the scene is disguised as a vehicle, to one modality after another.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned};
@@ -14,7 +14,7 @@ use wire::sensor::{Class, Modalities, Modality};
 
 use crate::SEEDS;
 
-/// What perception doubted, by modality that spoke against it.
+/// Perception's doubts, by objecting modality.
 fn doubts(run: &Run) -> Vec<Modalities> {
     let entries = run.evidence.entries.iter();
     entries
@@ -29,7 +29,7 @@ fn authority(run: &Run) -> bool {
     run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Minted { .. }))
 }
 
-/// Every trial is refused, by a doubt of each of these modalities, and nobody gets authority.
+/// Every trial is refused, by a doubt of each of these modalities, and no unit gets authority.
 fn refused_by(name: &str, modalities: &[Modality]) {
     for run in shipped(name).expect(SEEDS) {
         let doubts = doubts(&run);
@@ -48,7 +48,7 @@ fn without(name: &str, checks: &[Check]) -> Run {
 }
 
 #[test]
-fn a_vehicle_painted_on_a_wall_is_refused_by_its_size() {
+fn painted_vehicle_is_refused_by_size() {
     refused_by("billboard", &[Modality::Depth]);
 }
 
@@ -58,7 +58,7 @@ fn a_heated_wall_is_refused_by_its_size() {
 }
 
 #[test]
-fn a_cold_inflatable_is_refused_by_the_thermal_camera_alone() {
+fn cold_inflatable_is_refused_by_thermal_camera() {
     refused_by("decoy_cold", &[Modality::Thermal]);
     for run in shipped("decoy_cold").expect(SEEDS) {
         let thermal = Modalities::default().with(Modality::Thermal);
@@ -66,22 +66,23 @@ fn a_cold_inflatable_is_refused_by_the_thermal_camera_alone() {
     }
 }
 
+/// It deceives every modality, and the operator consents.
 #[test]
-fn an_inflatable_that_deceives_every_modality_is_acted_on_with_the_operators_consent() {
+fn full_decoy_is_acted_on_with_consent() {
     for run in shipped("decoy_warm").expect(SEEDS) {
         assert!(doubts(&run).is_empty() && authority(&run), "{:?}", run.verdict.transitions);
     }
 }
 
 #[test]
-fn a_decoy_earns_nothing_while_the_modality_that_would_veto_it_is_gone() {
+fn decoy_earns_nothing_while_its_vetoer_is_gone() {
     for run in shipped("decoy_thermal_lost").expect(SEEDS) {
         assert!(!authority(&run), "{:?}", run.verdict.transitions);
     }
 }
 
 #[test]
-fn without_the_check_that_stopped_it_each_decoy_is_acted_on() {
+fn each_decoy_works_without_its_check() {
     let walls = [Check::Extent, Check::Cluster, Check::Warmth];
     for (name, checks) in
         [("decoy_cold", &[Check::Warmth][..]), ("billboard_warm", &walls[..2]), ("billboard", &walls[..])]
@@ -92,7 +93,7 @@ fn without_the_check_that_stopped_it_each_decoy_is_acted_on() {
 }
 
 #[test]
-fn a_print_made_with_the_detectors_weights_deceives_it_and_is_refused_by_the_thermal_camera() {
+fn print_deceives_the_detector_not_thermal() {
     let [run] = &shipped("rendered/decoy_printed").expect(1..2)[..] else { panic!("one run") };
     let thermal = Modalities::default().with(Modality::Thermal);
     assert!(doubts(run).contains(&thermal) && !authority(run), "{:?}", doubts(run));
@@ -100,8 +101,9 @@ fn a_print_made_with_the_detectors_weights_deceives_it_and_is_refused_by_the_the
     assert_eq!(unheard.verdict.outcome, Outcome::Unsafe, "{:?}", unheard.verdict.transitions);
 }
 
+/// Without the print it is not taken for a vehicle.
 #[test]
-fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes_it_for_a_vehicle() {
+fn printed_heated_inflatable_is_acted_on() {
     let mut heated = shipped("rendered/decoy_printed_heated");
     assert_eq!(heated.run(1).verdict.outcome, Outcome::Unsafe);
     let none = Settings::one("scene.object.0.print.strength", 0.into());
@@ -111,10 +113,10 @@ fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes
     assert!(plain.verdict.receipt && !authority(&plain));
 }
 
-/// Made against detector, thermal stage and corroboration at once (`trainer joint`). What is left of the bounds of temperature
-/// holds: a vehicle's warmest part is at least 300 K, 12 above this ground.
+/// Made against detector, thermal stage and corroboration at once (`trainer joint`). The remaining bounds of temperature hold:
+/// a vehicle's warmest part is at least 300 K, 12 above this ground.
 #[test]
-fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_it_earns_nothing() {
+fn warm_colour_print_is_acted_on() {
     let mut joint = shipped("rendered/decoy_joint");
     let run = joint.run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
@@ -125,10 +127,10 @@ fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_i
     assert!(doubts(&run).contains(&Modalities::default().with(Modality::Thermal)) && !authority(&run));
 }
 
-/// Made with the detector's weights and judged in other places (`trainer perturbations`). What is as cold as the ground is refused, and by
-/// the thermal camera alone; a heated decoy nobody takes for a vehicle until the pattern is added.
+/// Made with the detector's weights and judged in other places (`trainer perturbations`). An object as cold as the ground is refused, and
+/// by the thermal camera alone; a heated decoy is not taken for a vehicle until the pattern is added.
 #[test]
-fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_thermal_camera() {
+fn pattern_deceives_the_detector_not_thermal() {
     let mut cells = variations("rendered/perturbation").into_iter();
     let (mut cold, mut heated) = (cells.next().unwrap(), cells.next().unwrap());
     let [run] = &cold.expect(1..2)[..] else { panic!("one run") };
@@ -145,9 +147,9 @@ fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_th
     assert!(plain.verdict.receipt && !authority(&plain), "{:?}", plain.verdict.transitions);
 }
 
-/// What was said of images that perception was never given is no receipt, whatever it looked at.
+/// A claim about images that perception was never given is no receipt, whatever it looked at.
 #[test]
-fn a_perturbation_or_a_print_that_is_claimed_and_was_not_there_has_no_receipt() {
+fn claimed_perturbation_or_print_has_no_receipt() {
     for name in ["perturbation", "decoy_printed", "decoy_printed_heated", "decoy_joint"] {
         let ready = shipped(&format!("rendered/{name}"));
         let done = sabotage(&ready.scenario, &ready.setup, 1).unwrap();
@@ -158,16 +160,16 @@ fn a_perturbation_or_a_print_that_is_claimed_and_was_not_there_has_no_receipt() 
 
 /// The sim tells of no print, so none arrived, whatever perception looked at.
 #[test]
-fn a_print_that_the_sim_knows_nothing_of_has_no_receipt() {
+fn print_unknown_to_sim_has_no_receipt() {
     let mut quiet = shipped("nominal").run(1);
     quiet.evidence.planned = vec![Plan::from(Planned::Print(ObjectId(0), Class::Decoy))];
     let verdict = judge(&quiet.evidence);
     assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid));
 }
 
-/// A disguise of what nobody took for a vehicle, put into the plan of a run without one.
+/// A disguise of an object that was not taken for a vehicle, put into the plan of a run without one.
 #[test]
-fn a_disguise_that_nobody_fell_for_or_doubted_has_no_receipt() {
+fn ineffective_disguise_has_no_receipt() {
     let mut quiet = shipped("nominal").run(1);
     let disguised = |object| vec![Plan::from(Planned::Disguise(ObjectId(object), Class::Vehicle))];
     for object in [1, 2, 3] {

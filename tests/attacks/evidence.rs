@@ -1,4 +1,4 @@
-//! What the evidence is worth: receipts that are denied, recordings that somebody had in his hands.
+//! Strength of the evidence: denied receipts, recordings in an attacker's hands.
 
 use std::collections::BTreeSet;
 
@@ -22,9 +22,9 @@ use adversary::plan::Tampering;
 
 use crate::SEEDS;
 
-/// N1: what the actors of each shipped scenario claim, in the log of the same trial in which nobody acted.
+/// N1: claims of the actors of each shipped scenario, in the log of the same trial without their actions.
 #[test]
-fn of_no_scenario_is_an_injection_believed_that_did_not_happen() {
+fn no_scenario_yields_a_false_receipt() {
     let (mut denied, mut believed) = (0, Vec::new());
     for file in scenario::shipped(&root()).expect("scenarios") {
         let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
@@ -45,7 +45,7 @@ fn of_no_scenario_is_an_injection_believed_that_did_not_happen() {
 }
 
 #[test]
-fn what_one_table_of_a_scenario_did_is_no_receipt_for_another() {
+fn receipt_of_one_table_serves_no_other() {
     for (name, node) in [("view_forged", NodeId::INSIDER_GATEWAY), ("role_gateway", NodeId::INSIDER_OPERATOR)] {
         let run = shipped(name).run(1);
         assert!(run.verdict.receipt, "{name}");
@@ -64,15 +64,16 @@ fn what_one_table_of_a_scenario_did_is_no_receipt_for_another() {
 }
 
 #[test]
-fn in_the_trial_in_which_nobody_acts_the_recording_is_left_alone() {
+fn recording_is_untouched_when_actors_are_idle() {
     let ready = shipped("hostile_recorder");
     let run = ready.run(1);
     assert!(run.cast.hands().is_some());
     assert!(run.cast.disarmed(&ready.scenario).hands().is_none());
 }
 
+/// Edited, reordered or cut.
 #[test]
-fn a_recording_that_is_edited_reordered_or_cut_is_invalid_and_the_place_is_told() {
+fn edited_recording_is_invalid_and_located() {
     for run in shipped("evidence_tampered").expect(1..11) {
         let first = run.evidence.custody.first().expect("a flaw");
         assert!(first.at > 0, "{first}");
@@ -80,7 +81,7 @@ fn a_recording_that_is_edited_reordered_or_cut_is_invalid_and_the_place_is_told(
 }
 
 #[test]
-fn a_recorder_whose_story_holds_together_is_found_out_by_what_it_cannot_sign_and_does_not_hold() {
+fn consistent_forgery_fails_on_signatures_and_heads() {
     for run in shipped("hostile_recorder").expect(1..10) {
         assert!(!run.evidence.custody.is_empty());
     }
@@ -98,7 +99,8 @@ const ALL: [Tampering; 9] = [
     Tampering::Retime,
 ];
 
-/// A finished run's recording, and what is held of it outside the recorder: nothing of guards and launcher, which it has no hands on.
+/// A finished run's recording, and its trust anchors outside the recorder: without the logs of guards and launcher, which it cannot
+/// touch.
 fn recorded() -> (Run, Vec<Kept>) {
     let mut run = shipped("nominal").run(1);
     run.held.heads.retain(|head| by_recorder(head.node));
@@ -106,7 +108,7 @@ fn recorded() -> (Run, Vec<Kept>) {
     (run, kept)
 }
 
-/// What those wrote of whom that is true.
+/// Logs of those writers for which that is true.
 fn kept_of(run: &Run, of: impl Fn(NodeId) -> bool) -> Vec<Kept> {
     let kept = run.log.iter().filter(|l| of(l.node));
     kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect()
@@ -122,7 +124,7 @@ fn judged(kept: &[Kept], held: &Held) -> Verification {
 
 /// Every kind of tampering, each at forty places.
 #[test]
-fn every_kind_of_tampering_is_found_wherever_it_is_done() {
+fn every_tampering_is_found_everywhere() {
     let (run, kept) = recorded();
     assert_eq!(judged(&kept, &run.held).flaws, [], "untouched");
     let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
@@ -143,9 +145,9 @@ fn every_kind_of_tampering_is_found_wherever_it_is_done() {
     }
 }
 
-/// What each of the two defences behind the chains is worth: with one gone, something gets through that the other found.
+/// Benefit of each of the two defences behind the chains: without one, an attack gets through that the other found.
 #[test]
-fn without_signatures_or_without_heads_outside_a_hostile_recorder_gets_through() {
+fn missing_signatures_or_heads_admit_forgeries() {
     let (run, kept) = recorded();
     let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     let after = |does| {
@@ -166,9 +168,9 @@ fn without_signatures_or_without_heads_outside_a_hostile_recorder_gets_through()
     }
 }
 
-/// A guard sees what a receipt rests on; its log is a chain like any other.
+/// A guard observes the basis of a receipt; its log is a chain like any other.
 #[test]
-fn what_a_guard_saw_or_the_launcher_noted_cannot_be_changed_left_out_or_ended_early() {
+fn guard_and_launcher_logs_resist_tampering() {
     let run = shipped("process_ends").run(1);
     let whole = kept_of(&run, |_| true);
     assert_eq!(judged(&whole, &run.held).flaws, [], "untouched");
@@ -215,7 +217,7 @@ fn what_a_guard_saw_or_the_launcher_noted_cannot_be_changed_left_out_or_ended_ea
 }
 
 #[test]
-fn a_service_that_the_recorder_leaves_out_altogether_is_missed() {
+fn service_left_out_by_the_recorder_is_missed() {
     let (run, mut kept) = recorded();
     kept.retain(|one| one.node != NodeId::CONSOLE);
     let flaws = judged(&kept, &run.held).flaws;
@@ -230,7 +232,7 @@ fn of_life(kept: &[Kept], life: Life) -> Vec<Kept> {
 }
 
 #[test]
-fn the_life_of_a_unit_before_it_was_started_again_is_held_by_its_signatures_alone() {
+fn life_before_a_restart_rests_on_signatures() {
     let mut ready = shipped("process_ends");
     let change = (DisplayedState::Ready, DisplayedState::PrepareToAct);
     ready.scenario = ready.scenario.ending_at(Process::Autonomy, Ending::Kill, change);
@@ -273,7 +275,7 @@ fn the_life_of_a_unit_before_it_was_started_again_is_held_by_its_signatures_alon
 }
 
 #[test]
-fn an_entry_that_is_kept_as_anothers_is_a_flaw() {
+fn entry_kept_as_anothers_is_a_flaw() {
     let (run, mut kept) = recorded();
     let i = kept.iter().position(|one| one.node == NodeId::CONSOLE).expect("an entry of the console's");
     kept[i].node = NodeId::GATEWAY;
@@ -281,9 +283,9 @@ fn an_entry_that_is_kept_as_anothers_is_a_flaw() {
     assert_eq!(flaws.iter().map(|f| f.at).collect::<Vec<_>>(), [i + 1], "{flaws:?}");
 }
 
-/// Behind the recorder's own last word stands nothing that would cover it.
+/// The recorder's own last entry has no later entry that would cover it.
 #[test]
-fn no_entry_not_even_the_very_last_can_have_its_own_time_moved_by_a_microsecond() {
+fn no_entrys_time_can_be_moved() {
     let (run, kept) = recorded();
     for i in 0..kept.len() {
         let mut hands = kept.clone();
@@ -296,7 +298,7 @@ fn no_entry_not_even_the_very_last_can_have_its_own_time_moved_by_a_microsecond(
 }
 
 #[test]
-fn no_secret_of_a_run_is_in_what_is_held_of_it_or_in_its_log() {
+fn anchors_and_log_hold_no_secret() {
     let run = shipped("nominal").run(1);
     let text = serde_json::to_vec(&run.held).expect("JSON");
     for member in &run.cast.members {
@@ -330,7 +332,7 @@ fn observed(cell: &str) -> Vec<Trial> {
 }
 
 #[test]
-fn who_sees_every_byte_of_the_telemetry_link_reads_nothing_but_the_certificates_of_its_ends() {
+fn telemetry_observer_reads_only_certificates() {
     for trial in observed("telemetry/path") {
         assert_eq!(trial.findings.len(), 4, "{:?}", trial.findings);
         for what in
@@ -344,7 +346,7 @@ fn who_sees_every_byte_of_the_telemetry_link_reads_nothing_but_the_certificates_
 }
 
 #[test]
-fn who_sees_every_byte_of_the_command_plane_reads_nothing_but_the_name_of_the_broker() {
+fn command_observer_reads_only_the_broker_name() {
     for trial in observed("command/path") {
         assert_eq!(trial.findings, ["in the clear: the name of broker"]);
         assert_eq!((trial.receipt, trial.accepted), (true, 16));
@@ -352,7 +354,7 @@ fn who_sees_every_byte_of_the_command_plane_reads_nothing_but_the_name_of_the_br
 }
 
 #[test]
-fn where_a_link_protects_nothing_the_same_search_reads_every_word() {
+fn unprotected_link_reveals_every_word() {
     let read = |cell: &str, what: &str| {
         let counts = observed(cell).into_iter().map(|t| t.findings.iter().filter(|f| f.contains(what)).count());
         counts.collect::<Vec<_>>()

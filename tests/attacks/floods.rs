@@ -1,6 +1,6 @@
-//! A flood of refusals at the gateway, from its core to the console's: what comes of it on the display.
+//! A flood of refusals at the gateway, from its core to the console's: its effect on the display.
 //!
-//! The two cores that are really there, joined by the channels that they share; time is virtual, so the rate is exact.
+//! The two real cores, joined by the channels that they share; time is virtual, so the rate is exact.
 
 use console::shown::Shown;
 use console::{Console, ConsoleConfig};
@@ -124,8 +124,9 @@ fn times(shown: &Shown, reason: Reason) -> u64 {
     shown.refusals.iter().filter(|refused| refused.reason == reason && !refused.here).map(|refused| refused.n).sum()
 }
 
+/// Every one of fifty thousand a second, from twenty messages a second.
 #[test]
-fn of_fifty_thousand_refusals_a_second_the_display_has_every_one_within_two_seconds_from_twenty_messages_a_second() {
+fn refusal_flood_is_displayed_within_two_seconds() {
     let mut pair = Pair::new();
     for (session, peer) in [(1, PeerId::UNIT_A), (2, PeerId::UNIT_B)] {
         pair.at_gateway(&Input::Opened { session: SessionId(session), peer });

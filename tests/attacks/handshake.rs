@@ -23,7 +23,7 @@ fn expected(name: &str) -> Vec<(String, Trial)> {
 }
 
 #[test]
-fn a_certificate_that_is_no_good_is_refused_under_a_name_of_its_own() {
+fn bad_certificate_is_refused_by_name() {
     for (cell, trial) in expected("certificates") {
         let certificate = cell.rsplit('/').next().expect("a name");
         let name = match certificate {
@@ -41,7 +41,7 @@ fn a_certificate_that_is_no_good_is_refused_under_a_name_of_its_own() {
 }
 
 #[test]
-fn a_handshake_below_the_pinned_protocol_is_refused_by_name() {
+fn weak_protocol_handshake_is_refused_by_name() {
     for (cell, trial) in expected("downgrade") {
         let name = match cell.rsplit('/').next().expect("a name") {
             "version" => "version",
@@ -53,7 +53,7 @@ fn a_handshake_below_the_pinned_protocol_is_refused_by_name() {
 }
 
 #[test]
-fn a_record_that_is_sent_again_comes_out_once() {
+fn repeated_record_is_delivered_once() {
     for (cell, trial) in expected("record_replay") {
         let discarded = trial.dropped.get("discarded").copied().unwrap_or(0);
         assert_eq!(discarded, if cell == "replay" { 64 } else { 0 }, "{cell}");
@@ -66,12 +66,13 @@ fn copies_are_discarded_and_order_is_not_promised() {
 }
 
 #[test]
-fn a_changed_record_is_discarded_and_the_association_goes_on() {
+fn changed_record_is_discarded() {
     expected("record_damage");
 }
 
+/// They cost honest ends nothing and keep no newcomer out.
 #[test]
-fn strangers_by_the_hundred_cost_honest_ends_nothing_and_keep_no_newcomer_out() {
+fn hundreds_of_strangers_block_no_peer() {
     for (cell, trial) in expected("hello_storm") {
         let name = if cell.starts_with("broken") || cell.starts_with("noise") {
             ["malformed", "stranger"]
@@ -83,7 +84,7 @@ fn strangers_by_the_hundred_cost_honest_ends_nothing_and_keep_no_newcomer_out() 
 }
 
 #[test]
-fn plaintext_ends_nothing_and_without_the_guard_one_datagram_ends_the_association() {
+fn plaintext_ends_an_association_without_guard_only() {
     for (cell, trial) in expected("record_plaintext") {
         let off = cell.ends_with("guard-off");
         assert_eq!(trial.outcome == Outcome::Late, off, "{cell}");

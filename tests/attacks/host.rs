@@ -23,7 +23,7 @@ fn refused(run: &Run, node: NodeId, topic: Topic) -> Vec<Reason> {
     run.evidence.entries.iter().filter_map(on).collect()
 }
 
-/// How often a rogue says that it did `wanted`.
+/// Number of a rogue's claims of `wanted`.
 fn did(run: &Run, wanted: Action) -> usize {
     let one = |w: &&Witnessed| matches!(w.entry.event, Event::Attack { action, .. } if action == wanted);
     run.evidence.entries.iter().filter(one).count()
@@ -37,7 +37,7 @@ fn waiving(name: &str, checks: &[Check], guards: &[Guard]) -> Ready {
 }
 
 #[test]
-fn tracks_that_are_forged_for_a_dead_perception_are_refused_by_their_tag() {
+fn forged_tracks_for_dead_perception_are_refused() {
     for run in shipped("masquerade_forged").expect(SEEDS) {
         let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
         assert_eq!(refused.iter().filter(|r| **r == Reason::Tag).count(), did(&run, Action::Forge));
@@ -52,7 +52,7 @@ fn tracks_that_are_forged_for_a_dead_perception_are_refused_by_their_tag() {
 }
 
 #[test]
-fn genuine_tracks_of_a_dead_perception_published_again_are_refused_as_old() {
+fn replayed_tracks_of_dead_perception_are_refused() {
     for run in shipped("masquerade_replay").expect(SEEDS) {
         let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
         assert!(did(&run, Action::Republish) > 0 && refused.iter().all(|r| *r == Reason::Stale), "{refused:?}");
@@ -66,8 +66,9 @@ fn genuine_tracks_of_a_dead_perception_published_again_are_refused_as_old() {
     assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "the frames in them are still old");
 }
 
+/// Under perception's own key.
 #[test]
-fn a_heartbeat_under_perceptions_own_key_without_its_work_keeps_nothing_alive() {
+fn heartbeat_without_work_keeps_no_liveness() {
     for run in shipped("masquerade_beat").expect(SEEDS) {
         assert!(did(&run, Action::Forge) > 0 && refused(&run, NodeId::UNIT_A, Topic::Tracks).is_empty());
     }
@@ -82,12 +83,12 @@ fn a_heartbeat_under_perceptions_own_key_without_its_work_keeps_nothing_alive() 
 }
 
 #[test]
-fn grants_of_a_dead_gateway_sent_again_renew_no_lease() {
+fn replayed_grants_of_dead_gateway_renew_nothing() {
     shipped("masquerade_gateway").expect(SEEDS);
 }
 
 #[test]
-fn seals_that_are_forged_for_a_dead_recorder_seal_nothing() {
+fn forged_seals_for_dead_recorder_seal_nothing() {
     for run in shipped("masquerade_recorder").expect(SEEDS) {
         let refused = refused(&run, NodeId::UNIT_A, Topic::Seals);
         assert!(!refused.is_empty() && refused.iter().all(|r| *r == Reason::Tag));
@@ -95,7 +96,7 @@ fn seals_that_are_forged_for_a_dead_recorder_seal_nothing() {
 }
 
 #[test]
-fn a_rogue_without_a_key_is_refused_by_its_tag_on_every_channel() {
+fn keyless_rogue_is_refused_on_every_channel() {
     for run in shipped("rogue_ipc").expect(SEEDS) {
         let readers = [
             (NodeId::PERCEPTION, Topic::Candidates),
@@ -119,14 +120,14 @@ fn a_rogue_without_a_key_is_refused_by_its_tag_on_every_channel() {
 }
 
 #[test]
-fn under_a_flood_of_forged_tracks_the_genuine_ones_come_through() {
+fn genuine_tracks_pass_a_flood_of_forgeries() {
     for run in shipped("rogue_flood").expect(SEEDS) {
         assert!(did(&run, Action::Forge) > 2_900);
     }
 }
 
 #[test]
-fn perception_which_reads_navigation_cannot_write_it_to_autonomy() {
+fn perception_cannot_write_navigation_to_autonomy() {
     for run in shipped("rogue_reader").expect(SEEDS) {
         let refused = refused(&run, NodeId::UNIT_A, Topic::Navigation);
         assert_eq!(refused.iter().filter(|r| **r == Reason::Tag).count(), did(&run, Action::Forge));
@@ -134,9 +135,9 @@ fn perception_which_reads_navigation_cannot_write_it_to_autonomy() {
 }
 
 /// One service acting for another: each channel of the platform, written with the keys of each other service of its host.
-/// Where that service reads the channel it can deceive itself and nobody else.
+/// Where that service reads the channel it can deceive only itself.
 #[test]
-fn no_service_can_act_for_another_on_any_channel_before_a_third() {
+fn services_cannot_impersonate_on_any_channel() {
     let vehicle = ["sim", "perception", "autonomy", "recorder"];
     let control = ["gateway", "console"];
     let channels = [
@@ -195,8 +196,9 @@ fn pair(topic: &str, holder: &str) -> Ready {
     Ready { cell: None, scenario, setup }
 }
 
+/// Under the right key; they leave no trace.
 #[test]
-fn synthetic_and_played_back_tracks_under_the_right_key_are_refused_and_leave_no_trace() {
+fn synthetic_and_replayed_tracks_are_refused() {
     for run in shipped("synthetic_product").expect(SEEDS) {
         let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
         assert_eq!(refused.len(), did(&run, Action::Forge));
@@ -207,7 +209,7 @@ fn synthetic_and_played_back_tracks_under_the_right_key_are_refused_and_leave_no
 }
 
 #[test]
-fn a_vehicle_that_perception_fabricates_is_stopped_by_the_operators_consent_alone() {
+fn fabricated_vehicle_is_stopped_by_consent_alone() {
     shipped("fabricated_track").expect(SEEDS);
     for run in shipped("fabricated_track_declined").expect(SEEDS) {
         assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::PlantAct { .. })));

@@ -9,7 +9,7 @@ use wire::id::NodeId;
 use crate::SEEDS;
 
 #[test]
-fn replayed_records_of_the_same_session_are_never_delivered() {
+fn replayed_session_records_are_never_delivered() {
     for run in shipped("replay").expect(SEEDS) {
         let gateway = NodeId::GATEWAY.guard().expect("a guard");
         let count = |node: NodeId, wanted: Account| {
@@ -45,8 +45,9 @@ fn loss() {
     shipped("loss").expect(SEEDS);
 }
 
+/// Though it hears everything.
 #[test]
-fn a_unit_that_is_no_longer_heard_is_granted_nothing_and_holds_though_it_hears_all() {
+fn unheard_unit_gets_no_grants_and_holds() {
     for run in shipped("uplink_loss").expect(SEEDS) {
         let lapsed = run.verdict.transitions.iter().any(|t| t.to == "HOLD_SAFE" && t.cause == "lost:lease");
         assert!(lapsed, "{:?}", run.verdict.transitions);
@@ -60,8 +61,9 @@ fn a_unit_that_is_no_longer_heard_is_granted_nothing_and_holds_though_it_hears_a
     }
 }
 
+/// Without the lease it is late.
 #[test]
-fn a_silence_just_longer_than_its_bound_holds_and_without_the_lease_is_late() {
+fn silence_beyond_the_bound_holds() {
     for ready in variations("brief_silence") {
         ready.expect(SEEDS);
     }
@@ -80,7 +82,7 @@ fn a_naive_relay_gets_no_record_in() {
 }
 
 #[test]
-fn without_the_age_bound_a_replay_of_old_state_is_still_not_delivered_by_the_session() {
+fn age_bound_waiver_still_blocks_session_replay() {
     let ready = under("replay", "session-only");
     for seed in SEEDS {
         let outcome = ready.run(seed).verdict.outcome;
@@ -88,8 +90,9 @@ fn without_the_age_bound_a_replay_of_old_state_is_still_not_delivered_by_the_ses
     }
 }
 
+/// Without the guard a series of them holds.
 #[test]
-fn a_keyless_alert_ends_nothing_and_without_the_guard_a_series_of_them_holds() {
+fn keyless_alerts_are_harmless_with_guard() {
     for run in shipped("alert").expect(SEEDS) {
         assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::Session { open: false, .. })));
     }
@@ -99,8 +102,9 @@ fn a_keyless_alert_ends_nothing_and_without_the_guard_a_series_of_them_holds() {
     }
 }
 
+/// Even when the association must come back.
 #[test]
-fn one_silent_hello_keeps_nobody_out_even_when_the_association_must_come_back() {
+fn silent_hello_blocks_no_peer() {
     shipped("silent_hello").expect(SEEDS);
     for seed in SEEDS {
         let run = under("silent_hello", "guard-off").run(seed);

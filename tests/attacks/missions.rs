@@ -1,5 +1,5 @@
-//! What a trial shows only where its mission took place: what the operator was to do before the attack, done; and what stands
-//! in the way of seeing it.
+//! Trials that are evidence only where their mission took place: the operator's steps before the attack, done; and the
+//! obstacles to seeing it.
 
 use evidence::Property;
 use evidence::trial::Outcome;
@@ -22,13 +22,13 @@ fn with(name: &str, path: &str, value: serde_json::Value) -> Ready {
     ready
 }
 
-/// A scenario whose operator finds nothing to arm on, for the car is gone.
+/// A scenario whose operator finds no track to arm on, for the car is gone.
 fn without_the_car(name: &str) -> Ready {
     with(name, "scene.object", json!([]))
 }
 
 #[test]
-fn what_scenario_new_writes_arms_in_the_twin_and_rendered() {
+fn new_scenario_arms_in_twin_and_rendered() {
     let text = template(&Name::new("x").expect("a name"));
     let scenario = parse("x.toml", "x", &text).expect("the template is a scenario");
     for (rendered, seeds) in [(false, 1..4), (true, 1..3)] {
@@ -41,7 +41,7 @@ fn what_scenario_new_writes_arms_in_the_twin_and_rendered() {
 }
 
 #[test]
-fn a_quiet_run_in_which_nothing_was_armed_shows_nothing() {
+fn quiet_run_without_arming_is_inconclusive() {
     let run = without_the_car("nominal").run(1);
     assert_eq!(run.verdict.outcome, Outcome::Invalid, "{:?}", run.verdict.transitions);
     let told = "arm, due at 2500 ms: never, no vehicle shown";
@@ -49,7 +49,7 @@ fn a_quiet_run_in_which_nothing_was_armed_shows_nothing() {
 }
 
 #[test]
-fn a_loss_that_met_a_unit_without_authority_shows_nothing() {
+fn loss_without_authority_is_inconclusive() {
     for name in ["thermal_loss", "loss"] {
         let run = without_the_car(name).run(1);
         assert!(run.verdict.receipt, "{name}");
@@ -64,7 +64,7 @@ fn walled(at: [f64; 2], size: [f64; 3]) -> Ready {
 }
 
 #[test]
-fn a_cold_obstacle_that_covers_the_vehicle_in_part_is_not_taken_for_it_unrendered() {
+fn cold_partial_cover_is_not_taken_for_vehicle() {
     let walls = [
         ([-5.0, -4.2], [3.0, 0.5, 1.0]),
         ([-2.0, -4.2], [3.0, 0.5, 1.0]),

@@ -1,5 +1,5 @@
-//! Attacks on the detector's file: swapped, edited, cut, or made of what no detector needs. What a runtime does with files
-//! that pass is asked in processes of their own, by `campaign`'s command tests.
+//! Attacks on the detector's file: swapped, edited, cut, or with parts that no detector needs. A runtime's behaviour on
+//! files that pass is tested in processes of their own, by `campaign`'s command tests.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn seed(name: &str) -> PathBuf {
     root().join("fuzz/corpus/model").join(name)
 }
 
-/// What the classes of those files mean: red is a vehicle, green nothing, blue a person.
+/// Meaning of the classes of those files: red is a vehicle, green none, blue a person.
 fn colours(head: &str) -> Head {
     let text = format!("head = \"{head}\"\n[classes]\ncount = 3\nvehicle = [0]\nperson = [2]\n");
     parse_labels("colours.toml", &text).expect("labels").head
@@ -39,8 +39,9 @@ fn square(left: usize, top: usize, side: usize, colour: [u8; 3]) -> Vec<u8> {
     (0..HEIGHT * WIDTH).flat_map(|k| if inside(k) { colour } else { [90, 90, 90] }).collect()
 }
 
+/// Edited after it was pinned, too.
 #[test]
-fn a_model_file_that_was_swapped_or_edited_after_it_was_pinned_is_refused_before_it_is_read_as_one() {
+fn swapped_model_is_refused_before_reading() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("detector.onnx");
     fs::copy(seed("yolo-v8"), &file).expect("a copy");
@@ -60,8 +61,9 @@ fn a_model_file_that_was_swapped_or_edited_after_it_was_pinned_is_refused_before
     assert!(matches!(load(&pinned), Err(LoadError::Pin { why: ModelError::TooLarge { .. }, .. })));
 }
 
+/// Weights elsewhere, loops, chance or half floats.
 #[test]
-fn a_model_with_weights_elsewhere_loops_chance_or_half_floats_is_refused_by_its_parts() {
+fn model_with_forbidden_parts_is_refused() {
     for (name, said) in [
         ("hostile-external-data", "weights in another file"),
         ("hostile-endless-loop", "the operator `Loop`"),
@@ -76,8 +78,9 @@ fn a_model_with_weights_elsewhere_loops_chance_or_half_floats_is_refused_by_its_
     }
 }
 
+/// Another shape, type or head.
 #[test]
-fn a_model_of_another_shape_type_or_head_is_refused_before_the_first_frame() {
+fn mismatched_model_is_refused_before_first_frame() {
     let cases = [
         ("other-gives-integers", "yolo-v8", "expected one float32 tensor [1, 7, N]"),
         ("other-takes-any-size", "yolo-v8", "with H and W fixed"),
@@ -94,7 +97,7 @@ fn a_model_of_another_shape_type_or_head_is_refused_before_the_first_frame() {
 }
 
 #[test]
-fn a_file_cut_at_any_byte_is_no_model() {
+fn truncated_file_is_no_model() {
     for name in ["yolo-v8", "yolo-v5"] {
         let whole = fs::read(seed(name)).expect("a seed");
         for cut in 0..whole.len() {
@@ -108,9 +111,9 @@ fn a_file_cut_at_any_byte_is_no_model() {
     }
 }
 
-/// The control: what is refused above is not refused for being brought.
+/// The control: the refusals above are not for being a custom model.
 #[test]
-fn an_honest_detector_of_either_head_sees_what_is_there_where_it_is() {
+fn honest_custom_detector_works_with_either_head() {
     for head in ["yolo-v8", "yolo-v5"] {
         let detector: Detector = load(&brought(&seed(head), colours(head))).expect("an honest model");
         for (colour, class) in

@@ -12,7 +12,7 @@ use wire::refusal::Reason;
 
 use crate::SEEDS;
 
-/// What the first operator asked for, by kind.
+/// The first operator's requests, by kind.
 fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
     let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Intended { command, kind } if kind.name() == wanted => Some((w.at, command)),
@@ -21,7 +21,7 @@ fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
     of.collect()
 }
 
-/// Whether the unit carried it out.
+/// True if the unit carried it out.
 fn executed(run: &Run, wanted: CommandId) -> bool {
     run.evidence.entries.iter().any(|w| match w.entry.event {
         Event::Executed { command, refused: None, .. } => w.entry.node == NodeId::UNIT_A && command == wanted,
@@ -29,12 +29,12 @@ fn executed(run: &Run, wanted: CommandId) -> bool {
     })
 }
 
-/// What the first operator asked for was carried out, by kind.
+/// True if the first operator's request was carried out, by kind.
 fn obeyed(run: &Run, kind: &str) -> bool {
     asked(run, kind).iter().any(|(_, id)| executed(run, *id))
 }
 
-/// How often `node` told of a refusal at `at` for this reason.
+/// Number of refusals at `at` for this reason that `node` reported.
 fn refused(run: &Run, node: NodeId, at: Interface, wanted: Reason) -> usize {
     let one = |w: &&evidence::Witnessed| match w.entry.event {
         Event::Refused { at: interface, reason, .. } => (w.entry.node, interface, reason) == (node, at, wanted),
@@ -55,8 +55,9 @@ fn got_through(run: &Run) -> Vec<CommandKind> {
     rogue.filter(|(id, _)| given(id) && executed(run, *id)).map(|(_, kind)| kind).collect()
 }
 
+/// Broker, gateway and unit each refuse it by themselves.
 #[test]
-fn a_vehicles_credential_that_orders_is_refused_by_the_broker_by_the_gateway_and_by_the_unit_each_by_itself() {
+fn vehicle_credential_cannot_order() {
     for run in shipped("role_broker").expect(SEEDS) {
         assert_eq!(refused(&run, NodeId::BROKER, Interface::Broker, Reason::Role), 9);
         assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Role), 0, "nothing came so far");
@@ -85,8 +86,9 @@ fn without_the_role_check_anybodys_good_signature_acts() {
     }
 }
 
+/// It runs its counter ahead; the operator is heard and has it revoked.
 #[test]
-fn a_rogue_station_runs_its_counter_ahead_and_the_operator_is_heard_and_has_it_revoked() {
+fn rogue_station_cannot_silence_the_operator() {
     for run in shipped("rogue_station").expect(SEEDS) {
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Jump) > 0);
         assert_eq!(got_through(&run), [CommandKind::Disarm], "what it did before it was revoked was to stop something");
@@ -103,8 +105,9 @@ fn a_rogue_station_runs_its_counter_ahead_and_the_operator_is_heard_and_has_it_r
     assert_eq!(run.verdict.outcome, Outcome::Unsafe);
 }
 
+/// By running the counter ahead.
 #[test]
-fn a_stolen_key_cannot_run_the_counter_so_far_ahead_that_its_operator_is_locked_out() {
+fn stolen_key_cannot_lock_out_its_operator() {
     for run in shipped("stolen_key").expect(SEEDS) {
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Jump) > 0);
         for kind in ["disarm", "hold", "resume"] {
@@ -117,8 +120,9 @@ fn a_stolen_key_cannot_run_the_counter_so_far_ahead_that_its_operator_is_locked_
     assert!(!run.verdict.transitions.iter().any(|t| t.from == "HOLD_SAFE"), "the thief has locked the operator out");
 }
 
+/// Nor ids from a boot before.
 #[test]
-fn a_stolen_key_cannot_give_another_order_under_an_id_that_was_counted_nor_from_a_boot_before() {
+fn stolen_key_cannot_reuse_counted_ids() {
     for ready in variations("stolen_key_reused") {
         for run in ready.expect(SEEDS) {
             let given = asked(&run, "hold").last().expect("the operator held").1;
@@ -138,7 +142,7 @@ fn a_stolen_key_cannot_give_another_order_under_an_id_that_was_counted_nor_from_
 }
 
 #[test]
-fn a_confirmation_for_another_track_than_authority_is_held_on_is_refused_and_nothing_is_done() {
+fn confirmation_for_another_track_is_refused() {
     for run in shipped("confirm_other_track").expect(SEEDS) {
         let other = run.evidence.entries.iter().find_map(|w| match w.entry.event {
             Event::Rogue { kind: CommandKind::Confirm(track), .. } => Some(track),
@@ -155,7 +159,7 @@ fn a_confirmation_for_another_track_than_authority_is_held_on_is_refused_and_not
 }
 
 #[test]
-fn of_a_burst_of_sound_disarms_only_the_rate_refuses_some() {
+fn sound_disarm_burst_is_refused_by_rate_only() {
     for run in shipped("disarm_burst").expect(SEEDS) {
         assert!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Rate) > 0);
         let others = run.evidence.entries.iter().filter(|w| match w.entry.event {
@@ -167,7 +171,7 @@ fn of_a_burst_of_sound_disarms_only_the_rate_refuses_some() {
 }
 
 #[test]
-fn a_unit_within_the_margin_of_its_fence_is_not_enabled() {
+fn unit_near_its_fence_is_not_enabled() {
     for run in shipped("fence_start").expect(SEEDS) {
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock) > 0);
         assert!(run.verdict.transitions.iter().all(|t| t.to == "IDLE"), "{:?}", run.verdict.transitions);
@@ -175,7 +179,7 @@ fn a_unit_within_the_margin_of_its_fence_is_not_enabled() {
 }
 
 #[test]
-fn an_operator_whose_time_is_over_is_refused_and_without_the_check_is_one() {
+fn expired_operator_is_refused_unless_waived() {
     for run in shipped("expired_operator").expect(SEEDS) {
         assert_eq!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Expired), 4);
         assert_eq!(got_through(&run), []);
@@ -184,7 +188,7 @@ fn an_operator_whose_time_is_over_is_refused_and_without_the_check_is_one() {
 }
 
 #[test]
-fn a_hold_comes_through_a_flood_in_time_at_the_gateway_and_at_the_unit() {
+fn hold_passes_a_flood_in_time() {
     let at_gateway = (NodeId::GATEWAY, Interface::Requests);
     for (name, (node, at)) in [
         ("order_flood", at_gateway),
@@ -206,9 +210,9 @@ fn a_hold_comes_through_a_flood_in_time_at_the_gateway_and_at_the_unit() {
     }
 }
 
-/// A thief of the operator's own key asks for what does not stop the unit, as fast as it can.
+/// A thief of the operator's own key requests orders that do not stop the unit, as fast as it can.
 #[test]
-fn a_flood_of_disarms_under_the_operators_own_key_does_not_keep_the_operators_hold_out() {
+fn own_key_disarm_flood_cannot_block_hold() {
     let mut ready = shipped("order_flood_unit");
     for (path, value) in [("rogue.0.holds", "operator-1"), ("rogue.0.order", "disarm")] {
         ready.scenario = Settings::one(path, value.into()).applied_to(&ready.scenario).expect("it is in the scenario");
@@ -224,8 +228,9 @@ fn a_flood_of_disarms_under_the_operators_own_key_does_not_keep_the_operators_ho
     }
 }
 
+/// Before the mission; all values are refused under way.
 #[test]
-fn legal_values_that_are_unsafe_together_are_refused_before_the_mission_and_all_values_under_way() {
+fn unsafe_combined_values_are_refused() {
     for run in shipped("unsafe_values").expect(SEEDS) {
         assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Joint), 4);
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock) > 0);

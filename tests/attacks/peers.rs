@@ -14,8 +14,9 @@ use wire::refusal::Reason;
 
 use crate::SEEDS;
 
+/// A teammate forwards a third unit's telemetry.
 #[test]
-fn a_teammate_forwards_a_third_units_telemetry_in_every_form_under_every_policy() {
+fn forwarded_telemetry_in_every_form_and_policy() {
     for cell in variations("teammate") {
         cell.expect(1..3);
     }
@@ -30,7 +31,7 @@ fn malformed_but_authenticated_records_are_refused_by_name() {
 }
 
 #[test]
-fn a_record_that_one_check_alone_refuses_is_refused_by_that_check() {
+fn record_is_refused_by_its_one_check() {
     for (name, reason) in
         [("session", Reason::Session), ("version", Reason::Version), ("jump", Reason::Jump), ("origin", Reason::Role)]
     {
@@ -52,7 +53,7 @@ fn said(run: &Run) -> Claims {
     claims(&run.evidence, None)
 }
 
-/// Why the gateway refused B's records, from `since` on, microseconds.
+/// Reasons for which the gateway refused B's records, from `since` on, microseconds.
 fn refusals(run: &Run, since: u64) -> Vec<Reason> {
     let of = |event: &Event| match event {
         Event::Refused { at: Interface::Uplink, peer: Some(PeerId::UNIT_B), reason, .. } => Some(*reason),
@@ -77,7 +78,7 @@ fn all_refused(run: &Run) {
 }
 
 #[test]
-fn what_a_teammate_said_in_an_earlier_session_is_refused_every_time() {
+fn earlier_session_records_are_always_refused() {
     for run in cell("session_replay", "full").expect(SEEDS) {
         all_refused(&run);
     }
@@ -93,7 +94,7 @@ fn what_a_teammate_said_in_an_earlier_session_is_refused_every_time() {
 }
 
 #[test]
-fn what_a_teammate_said_before_its_restart_is_refused_by_its_boot() {
+fn records_before_a_restart_fail_by_boot() {
     for run in cell("restart_replay", "full").expect(SEEDS) {
         all_refused(&run);
     }
@@ -106,8 +107,9 @@ fn what_a_teammate_said_before_its_restart_is_refused_by_its_boot() {
     }
 }
 
+/// Played back ones, too.
 #[test]
-fn a_synthetic_or_played_back_report_and_one_in_another_time_base_are_refused_by_name() {
+fn synthetic_or_foreign_time_reports_are_refused() {
     let expected = [
         ("synthetic", Reason::Product),
         ("replayed", Reason::Product),
@@ -128,7 +130,7 @@ fn a_synthetic_or_played_back_report_and_one_in_another_time_base_are_refused_by
 }
 
 #[test]
-fn a_teammates_falsehoods_are_noticed_as_far_as_they_contradict_themselves() {
+fn self_contradictory_teammate_claims_are_noticed() {
     use Inconsistency::{Exclusion, Kinematics, Residual};
     let expected = [
         ("hidden/1", Some(Residual)),
@@ -146,7 +148,7 @@ fn a_teammates_falsehoods_are_noticed_as_far_as_they_contradict_themselves() {
 }
 
 #[test]
-fn without_the_guard_over_teammates_a_noticed_falsehood_changes_nothing() {
+fn unguarded_teammate_falsehood_changes_nothing() {
     let mut ready = cell("teammate_lies", "hidden/1");
     ready.setup.policy.guards.insert(Guard::Teammates, Requirement::Waived);
     let run = ready.run(1);
@@ -161,8 +163,9 @@ fn drift(rate: f64) -> Ready {
     Ready { scenario, ..ready }
 }
 
+/// Before harm, from the rate that the bounds state.
 #[test]
-fn a_hidden_drift_is_noticed_before_harm_from_the_rate_that_the_bounds_state_and_not_below_the_floor() {
+fn hidden_drift_is_noticed_above_the_floor() {
     let outcome = |rate: f64| drift(rate).run(1).verdict.outcome;
     assert_eq!([0.18, 0.20].map(outcome), [Outcome::Undetected, Outcome::HoldSafe], "floor: 0.1875 m/s");
     let believed = |rate: f64| {

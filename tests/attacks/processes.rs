@@ -21,7 +21,7 @@ fn killing(process: Process, expected: Outcome) -> Ready {
 }
 
 #[test]
-fn when_autonomy_is_killed_the_plant_brakes_by_its_own_lease() {
+fn plant_brakes_by_lease_after_autonomy_dies() {
     for run in killing(Process::Autonomy, Outcome::HoldSafe).expect(SEEDS) {
         let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
         let plant = response.plant.expect("the world lives on");
@@ -33,8 +33,9 @@ fn when_autonomy_is_killed_the_plant_brakes_by_its_own_lease() {
     }
 }
 
+/// Whether it drives or stands when autonomy ends.
 #[test]
-fn when_autonomy_ends_the_plants_lease_ends_with_its_last_set_point_whether_it_drives_or_stands() {
+fn plant_lease_ends_with_the_last_set_point() {
     for ready in variations("autonomy_ends") {
         for run in ready.expect(SEEDS) {
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
@@ -47,7 +48,7 @@ fn when_autonomy_ends_the_plants_lease_ends_with_its_last_set_point_whether_it_d
 }
 
 #[test]
-fn a_unit_that_asked_for_a_lease_beyond_th_and_is_killed_is_stopped_by_the_plant_within_th() {
+fn long_lease_of_killed_unit_stops_within_th() {
     let mut ready = killing(Process::Autonomy, Outcome::HoldSafe);
     ready.setup.bounds.set_point_lease_ms = 5000;
     for run in ready.expect(SEEDS) {
@@ -57,7 +58,7 @@ fn a_unit_that_asked_for_a_lease_beyond_th_and_is_killed_is_stopped_by_the_plant
 }
 
 #[test]
-fn every_process_that_is_killed_leaves_the_platform_in_the_mode_that_was_stated() {
+fn each_killed_process_leaves_its_stated_mode() {
     for (process, expected) in [
         (Process::Sim, Outcome::HoldSafe),
         (Process::Perception, Outcome::HoldSafe),
@@ -74,7 +75,7 @@ fn every_process_that_is_killed_leaves_the_platform_in_the_mode_that_was_stated(
     }
 }
 
-/// The mission of `process_ends` with something else befalling somebody at one change of mode.
+/// The mission of `process_ends` with another fault of a process at one change of mode.
 fn ending_at(process: Process, ending: Ending, change: (DisplayedState, DisplayedState)) -> Ready {
     let mission = shipped("process_ends");
     Ready { scenario: mission.scenario.ending_at(process, ending, change), ..mission }
@@ -83,7 +84,7 @@ fn ending_at(process: Process, ending: Ending, change: (DisplayedState, Displaye
 const ARMING: (DisplayedState, DisplayedState) = (DisplayedState::Ready, DisplayedState::PrepareToAct);
 
 #[test]
-fn a_gateway_that_hangs_at_arming_takes_its_grants_with_it_and_brings_nothing_back() {
+fn hung_gateway_at_arming_restores_no_grants() {
     for run in shipped("process_ends").expect(SEEDS) {
         let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
         assert!(response.kept && response.fate == ProcessFault::Hang, "{response:?} {:?}", run.verdict.findings);
@@ -92,7 +93,7 @@ fn a_gateway_that_hangs_at_arming_takes_its_grants_with_it_and_brings_nothing_ba
 }
 
 #[test]
-fn a_unit_that_did_not_run_holds_before_it_hears_what_waited_for_it() {
+fn resumed_unit_holds_before_reading_backlog() {
     for run in ending_at(Process::Autonomy, Ending::Hang, ARMING).expect(SEEDS) {
         let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
         let lease = response.plant.and_then(|plant| plant.lease_ended_ms);
@@ -103,7 +104,7 @@ fn a_unit_that_did_not_run_holds_before_it_hears_what_waited_for_it() {
 }
 
 #[test]
-fn a_unit_that_did_not_run_for_less_than_its_products_live_goes_on() {
+fn short_pause_within_product_life_continues() {
     let mut ready = ending_at(Process::Autonomy, Ending::Hang, ARMING);
     let short = serde_json::json!(0.15);
     ready.scenario = Settings::one("kill.0.duration_s", short).applied_to(&ready.scenario).expect("a duration");
@@ -116,7 +117,7 @@ fn a_unit_that_did_not_run_for_less_than_its_products_live_goes_on() {
 }
 
 #[test]
-fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
+fn restarted_unit_is_idle_and_unarmed() {
     let mut ready = ending_at(Process::Autonomy, Ending::Kill, ARMING);
     let again = serde_json::json!(1.0);
     ready.scenario = Settings::one("kill.0.restart_after_s", again).applied_to(&ready.scenario).expect("a restart");
@@ -139,7 +140,7 @@ fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
 }
 
 #[test]
-fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
+fn restarted_judge_resumes_the_remaining_validity() {
     let ready = shipped("expired_operator");
     let (cast, _) = twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
     let mandate = |member: &topology::Member| match &member.role {
@@ -160,7 +161,7 @@ fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
 }
 
 #[test]
-fn a_slow_broker_holds_something_up_wherever_it_begins() {
+fn slow_broker_delays_a_message_from_any_start() {
     use DisplayedState::{HoldSafe, PrepareToAct, Ready};
     for change in [ARMING, (PrepareToAct, Ready), (Ready, HoldSafe), (HoldSafe, Ready)] {
         for run in ending_at(Process::Broker, Ending::Slow, change).expect(SEEDS) {
@@ -170,7 +171,7 @@ fn a_slow_broker_holds_something_up_wherever_it_begins() {
 }
 
 #[test]
-fn a_stop_that_is_shorter_than_every_bound_owes_nothing_and_a_longer_one_does() {
+fn short_stop_owes_nothing_and_long_one_does() {
     let owed = |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.owed);
     for process in [Process::Sim, Process::Perception, Process::Autonomy, Process::Gateway, Process::Recorder] {
         assert!(owed(process, Ending::Hang) && owed(process, Ending::Kill), "{process:?}");
@@ -180,14 +181,14 @@ fn a_stop_that_is_shorter_than_every_bound_owes_nothing_and_a_longer_one_does() 
 }
 
 #[test]
-fn a_plant_whose_world_was_stopped_obeys_once_that_goes_on() {
+fn stopped_plant_obeys_after_resuming() {
     for run in ending_at(Process::Sim, Ending::Hang, ARMING).expect(SEEDS) {
         assert!(run.verdict.responses.iter().all(|r| r.owed && r.kept), "{:?}", run.verdict.findings);
     }
 }
 
 #[test]
-fn a_process_that_is_said_to_hang_and_goes_on_writing_is_no_evidence() {
+fn claimed_hang_with_writes_is_no_evidence() {
     let attacked = shipped("process_ends").run(1);
     let mut ready = shipped("process_ends");
     ready.scenario.kill = Default::default();
@@ -213,14 +214,15 @@ fn longest_pause(times: &[u64]) -> u64 {
     times.windows(2).map(|pair| pair[1] - pair[0]).max().expect("several reports")
 }
 
-/// When the recorder's disk was said to be full, or to have room again.
+/// Time at which the recorder's disk was reported full, or to have room again.
 fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
     let told = |on: bool| Event::DiskFull { node: NodeId::RECORDER, on };
     run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)
 }
 
+/// Within the seal limit.
 #[test]
-fn a_full_disk_takes_authority_within_the_seal_limit_and_holds_nothing_up() {
+fn full_disk_revokes_authority_without_blocking() {
     let undisturbed = longest_pause(&reported(&shipped("nominal").run(1)));
     for cell in variations("disk_full") {
         for run in cell.expect(SEEDS) {
@@ -237,8 +239,9 @@ fn a_full_disk_takes_authority_within_the_seal_limit_and_holds_nothing_up() {
     }
 }
 
+/// The unit recovers by itself.
 #[test]
-fn a_disk_that_has_room_again_loses_nothing_and_the_unit_recovers_and_arms_nothing_by_itself() {
+fn freed_disk_loses_nothing_and_arms_nothing() {
     let cells = variations("disk_full");
     let cell = cells.iter().find(|cell| cell.cell.as_deref() == Some("for_a_time")).expect("it is there");
     for run in cell.expect(SEEDS) {
@@ -257,7 +260,7 @@ fn a_disk_that_has_room_again_loses_nothing_and_the_unit_recovers_and_arms_nothi
 }
 
 #[test]
-fn a_disk_that_is_said_to_be_full_counts_only_while_the_recording_is_seen_to_stand() {
+fn claimed_full_disk_needs_a_stalled_recording() {
     for cell in variations("disk_full") {
         let run = cell.run(1);
         let full = disk(&run, true).expect("it is full");
@@ -273,8 +276,9 @@ fn a_disk_that_is_said_to_be_full_counts_only_while_the_recording_is_seen_to_sta
     }
 }
 
+/// In time, with half and with a quarter of it.
 #[test]
-fn losses_are_noticed_in_time_with_half_and_with_a_quarter_of_the_processor() {
+fn losses_are_noticed_on_a_slow_processor() {
     for name in ["constrained_loss", "constrained_blackout"] {
         let cells = variations(name);
         assert_eq!(cells.len(), 2);
@@ -283,13 +287,13 @@ fn losses_are_noticed_in_time_with_half_and_with_a_quarter_of_the_processor() {
 }
 
 #[test]
-fn products_that_miss_their_deadline_are_a_lost_stage() {
+fn late_products_are_a_lost_stage() {
     shipped("slow_inference").expect(SEEDS);
 }
 
 /// The same log without the hold: the judge has to miss it.
 #[test]
-fn a_unit_that_goes_on_after_a_hang_as_if_nothing_had_been_is_late() {
+fn unit_ignoring_its_hang_is_late() {
     let mut run = ending_at(Process::Autonomy, Ending::Hang, ARMING).run(1);
     let holds = |event: &Event| matches!(event, Event::Transition { to: Mode::HoldSafe, .. });
     run.evidence.entries.retain(|w| !holds(&w.entry.event));

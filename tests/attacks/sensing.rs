@@ -18,21 +18,21 @@ use wire::sensor::Class;
 use crate::SEEDS;
 
 #[test]
-fn loss_of_the_thermal_camera_degrades_and_revokes_authority() {
+fn thermal_loss_degrades_and_revokes_authority() {
     for run in shipped("thermal_loss").expect(SEEDS) {
         assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
     }
 }
 
 #[test]
-fn loss_of_the_colour_camera_degrades_and_revokes_authority() {
+fn colour_loss_degrades_and_revokes_authority() {
     for run in shipped("rgb_loss").expect(SEEDS) {
         assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
     }
 }
 
 #[test]
-fn a_unit_that_says_degraded_and_drives_on_at_full_speed_is_late() {
+fn degraded_unit_at_full_speed_is_late() {
     let mut ready = shipped("thermal_loss");
     let bounds = ready.setup.bounds;
     ready.setup.misset = Some(Bounds { degraded_speed_mm_s: bounds.max_speed_mm_s, ..bounds });
@@ -56,8 +56,9 @@ fn unchecked(name: &str, check: Check, seed: u64) -> Run {
     ready.run(seed)
 }
 
+/// Without the check it is not noticed in time.
 #[test]
-fn a_camera_that_repeats_its_last_picture_is_lost_and_without_the_content_check_nobody_notices_in_time() {
+fn frozen_camera_is_lost_by_content_check() {
     for (name, cause) in [("rgb_freeze", "lost:rgb"), ("thermal_freeze", "lost:thermal")] {
         for run in shipped(name).expect(SEEDS) {
             assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
@@ -69,8 +70,9 @@ fn a_camera_that_repeats_its_last_picture_is_lost_and_without_the_content_check_
     }
 }
 
+/// By four frames as by all that are remembered.
 #[test]
-fn a_camera_that_shows_the_past_is_lost_for_good_whether_by_four_frames_or_by_all_that_are_remembered() {
+fn delayed_camera_is_lost_for_good() {
     for (name, cause) in [("rgb_skew", "lost:rgb"), ("thermal_skew", "lost:thermal")] {
         for cell in variations(name) {
             for run in cell.expect(SEEDS) {
@@ -81,8 +83,9 @@ fn a_camera_that_shows_the_past_is_lost_for_good_whether_by_four_frames_or_by_al
     }
 }
 
+/// Nor the act.
 #[test]
-fn chaff_fills_no_table_and_takes_neither_the_track_nor_the_act() {
+fn chaff_takes_neither_table_nor_track() {
     for run in shipped("chaff").expect(SEEDS) {
         let events = || run.evidence.entries.iter().map(|w| w.entry.event);
         let acts: Vec<_> = events()
@@ -110,7 +113,7 @@ fn chaff_fills_no_table_and_takes_neither_the_track_nor_the_act() {
 }
 
 #[test]
-fn chaff_that_is_painted_crowds_the_shipped_detectors_list() {
+fn painted_chaff_crowds_the_detectors_list() {
     for run in rendered("chaff").expect(1..3) {
         let mut told = run.evidence.entries.iter().map(|w| w.entry.event);
         assert!(told.any(
@@ -139,8 +142,9 @@ fn holds_within_th(name: &str) {
     }
 }
 
+/// Whether or not one fix gives it away.
 #[test]
-fn a_jump_of_localisation_holds_in_time_whether_or_not_one_fix_gives_it_away() {
+fn localisation_jump_holds_in_time() {
     holds_within_th("localisation_jump");
     holds_within_th("localisation_jump_small");
 }
@@ -152,7 +156,7 @@ fn a_frozen_or_noisy_localisation_holds_in_time() {
 }
 
 #[test]
-fn jamming_with_fixes_in_between_degrades_and_does_not_flicker() {
+fn jamming_with_fixes_degrades_without_flicker() {
     for run in shipped("localisation_jam").expect(SEEDS) {
         let modes: Vec<&str> = run.verdict.transitions.iter().map(|t| t.to.as_str()).collect();
         assert_eq!(modes.iter().filter(|mode| **mode == "DEGRADED").count(), 1, "{modes:?}");
@@ -166,8 +170,9 @@ fn without(name: &str, guard: Guard, seed: u64) -> Run {
     ready.run(seed)
 }
 
+/// Without the drift test the unit leaves it.
 #[test]
-fn a_slow_drift_is_found_before_the_fence_and_without_the_drift_test_the_unit_leaves_it() {
+fn slow_drift_is_found_before_the_fence() {
     for run in shipped("localisation_drift").expect(SEEDS) {
         let lost = run.verdict.transitions.iter().any(|t| t.cause == "lost:drift");
         assert!(lost, "{:?}", run.verdict.transitions);
@@ -177,9 +182,9 @@ fn a_slow_drift_is_found_before_the_fence_and_without_the_drift_test_the_unit_le
     assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
 }
 
-/// The floor of detection, from below: what is too small to be noticed arrived all the same, and says so.
+/// The floor of detection, from below: a fault too small to be noticed arrived all the same, and is reported so.
 #[test]
-fn a_fault_too_small_to_be_noticed_is_undetected_and_not_invalid() {
+fn tiny_fault_is_undetected_not_invalid() {
     for (name, sets, undetected) in [
         ("localisation_jump", [("fault.0.magnitude.1", 0.1), ("fault.0.duration_s", 1.0)].as_slice(), true),
         ("rgb_freeze", &[("fault.0.duration_s", 0.3)], true),
@@ -203,9 +208,9 @@ fn a_fault_too_small_to_be_noticed_is_undetected_and_not_invalid() {
     }
 }
 
-/// What the sim says that it imposed, put into the log of a run without it: nobody else saw anything of the kind.
+/// The sim's claims of a fault, put into the log of a run without it: no other party saw anything of the kind.
 #[test]
-fn a_sensor_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
+fn claimed_sensor_fault_has_no_receipt() {
     for name in [
         "localisation_jump",
         "localisation_freeze",
@@ -233,7 +238,7 @@ fn a_sensor_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
 }
 
 #[test]
-fn fixes_that_are_flagged_and_used_all_the_same_are_a_finding() {
+fn flagged_but_used_fixes_are_a_finding() {
     let run = shipped("localisation_jump").run(1);
     let mut evidence = run.evidence;
     for w in &mut evidence.entries {

@@ -13,8 +13,9 @@ use wire::time::{AgeBound, Echo, Instant, MAX_DRIFT_PPM, PeerStamp, Span};
 
 use crate::SEEDS;
 
+/// Steps, running back or away; no stale record is accepted.
 #[test]
-fn a_receivers_time_that_steps_runs_back_or_away_holds_and_nothing_stale_is_accepted() {
+fn receiver_time_attacks_hold() {
     for name in ["time_step", "time_rollback", "time_drift"] {
         for run in shipped(name).expect(SEEDS) {
             let lost = run.verdict.transitions.iter().any(|t| t.cause == "lost:time_base");
@@ -26,7 +27,7 @@ fn a_receivers_time_that_steps_runs_back_or_away_holds_and_nothing_stale_is_acce
     }
 }
 
-/// No age, lease or freshness rests on the receiver's time: without its guard nothing comes of steering it.
+/// No age, lease or freshness rests on the receiver's time: without its guard steering it has no effect.
 #[test]
 fn without_its_guard_a_steered_time_changes_nothing() {
     let mut ready = shipped("time_rollback");
@@ -38,14 +39,15 @@ fn without_its_guard_a_steered_time_changes_nothing() {
 }
 
 #[test]
-fn a_delay_that_was_there_before_the_first_record_is_not_taken_for_usual() {
+fn initial_delay_is_not_taken_for_usual() {
     for run in shipped("delay_at_handshake").expect(SEEDS) {
         assert_eq!(run.verdict.transitions, [], "never enabled");
     }
 }
 
+/// Every record is still younger than the window.
 #[test]
-fn a_creeping_delay_ends_supervision_while_every_record_is_still_younger_than_the_window() {
+fn creeping_delay_ends_supervision_within_the_window() {
     for run in shipped("delay_creeping").expect(1..2) {
         assert_eq!(run.verdict.findings, []);
     }
@@ -53,7 +55,7 @@ fn a_creeping_delay_ends_supervision_while_every_record_is_still_younger_than_th
 
 /// At the edge of the window the mode changes at most once in ten windows by itself.
 #[test]
-fn at_the_edge_of_the_window_the_mode_does_not_flicker() {
+fn mode_is_steady_at_the_windows_edge() {
     let ready = shipped("delay_edge");
     let apart = 10.0 * ready.setup.bounds.freshness_ms as f64;
     for run in ready.expect(1..60) {
@@ -63,8 +65,9 @@ fn at_the_edge_of_the_window_the_mode_does_not_flicker() {
     }
 }
 
+/// It goes on only when the operator says so.
 #[test]
-fn contact_by_turns_holds_in_each_gap_and_goes_on_only_when_the_operator_says_so() {
+fn alternating_contact_holds_in_each_gap() {
     for run in shipped("contact_windows").expect(SEEDS) {
         let held = |run: &Run| run.verdict.transitions.iter().filter(|t| t.to == "HOLD_SAFE").count();
         assert_eq!(held(&run), 3, "{:?}", run.verdict.transitions);
@@ -74,9 +77,9 @@ fn contact_by_turns_holds_in_each_gap_and_goes_on_only_when_the_operator_says_so
     }
 }
 
-/// The check on stale acceptance has been seen to fail: without freshness, what was held back for longer than *Tf* gets in.
+/// The check on stale acceptance has been seen to fail: without freshness, records held back for longer than *Tf* get in.
 #[test]
-fn without_freshness_stale_records_are_accepted_and_the_oracle_says_so() {
+fn freshness_waiver_accepts_stale_and_is_detected() {
     let mut ready = shipped("delay");
     ready.setup.policy.boundary.insert(Check::Freshness, Requirement::Waived);
     let run = ready.run(1);
@@ -88,8 +91,8 @@ fn without_freshness_stale_records_are_accepted_and_the_oracle_says_so() {
     assert!(!stale(&judge(&evidence).findings));
 }
 
-/// Ages that a peer's records get whose clock runs `ppm` too fast, with `way` microseconds from one to the other: each with
-/// the time since the challenge went out.
+/// Ages of the records of a peer with a clock `ppm` too fast, with `way` microseconds from one to the other: each with the
+/// time since the challenge went out.
 fn ages(ppm: i64, way: u64) -> Vec<(u64, Option<u64>)> {
     let ours = |true_us: u64| Instant(1_000_000_000 + true_us);
     let theirs =
@@ -101,8 +104,9 @@ fn ages(ppm: i64, way: u64) -> Vec<(u64, Option<u64>)> {
     written.map(|t| (t, bound.age(theirs(t), ours(t + way)).map(|age| age.upper().0))).collect()
 }
 
+/// Or hides little.
 #[test]
-fn a_host_whose_clock_runs_wrong_ages_its_records_or_hides_little_or_loses_supervision() {
+fn wrong_host_clock_costs_age_or_supervision() {
     for way in [300, 3_000, 30_000] {
         for ppm in [-100_000, -1_000, 0, MAX_DRIFT_PPM as i64] {
             assert!(ages(ppm, way).iter().all(|(_, age)| age.is_some_and(|age| age + 1 >= way)), "{ppm} {way}");

@@ -1,4 +1,4 @@
-//! Attacks composed in time: steps that wait for a mode, for traffic, for what is heard, for each other.
+//! Attacks composed in time: steps that wait for a mode, for traffic, for a received message, for each other.
 
 use evidence::Witnessed;
 use evidence::trial::Outcome;
@@ -11,7 +11,7 @@ use wire::mode::Mode;
 
 use crate::SEEDS;
 
-/// When the step of this name began or ended.
+/// Time at which the step of this name began or ended.
 fn told(run: &Run, name: &str, begun: bool) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
         Event::Step { step, begun: is } if step.as_str() == name && is == begun => Some(w.at),
@@ -34,7 +34,7 @@ fn entered(run: &Run, mode: Mode) -> Option<u64> {
 }
 
 #[test]
-fn a_link_cut_at_arming_is_cut_then_and_the_unit_holds() {
+fn link_cut_at_arming_holds() {
     for run in shipped("cut_at_arming").expect(SEEDS) {
         let armed = entered(&run, Mode::PrepareToAct).expect("it arms");
         let cut = told(&run, "cut", true).expect("the step begins");
@@ -43,7 +43,7 @@ fn a_link_cut_at_arming_is_cut_then_and_the_unit_holds() {
     }
 }
 
-/// When the unit's session opened or ended, from `from` on.
+/// Time at which the unit's session opened or ended, from `from` on.
 fn session(run: &Run, is: bool, from: u64) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
         Event::Session { open, .. } if open == is && w.entry.node == NodeId::UNIT_A && w.at >= from => Some(w.at),
@@ -51,9 +51,10 @@ fn session(run: &Run, is: bool, from: u64) -> Option<u64> {
     })
 }
 
-/// As live: who hears nothing for two seconds dials again, and the six flights of that handshake need the path like any datagram.
+/// As live: an end without input for two seconds dials again, and the six flights of that handshake need the path like any
+/// datagram.
 #[test]
-fn a_session_that_a_long_cut_ends_comes_back_by_a_handshake_after_the_cut_and_not_through_it() {
+fn cut_session_returns_after_the_cut() {
     /// Lengths of the two ClientHellos.
     const HELLOS: [u16; 2] = [149, 169];
     for run in shipped("cut_at_arming").expect(SEEDS) {
@@ -72,7 +73,7 @@ fn a_session_that_a_long_cut_ends_comes_back_by_a_handshake_after_the_cut_and_no
 }
 
 #[test]
-fn an_attack_whose_moment_never_comes_is_no_evidence() {
+fn attack_without_its_moment_is_no_evidence() {
     let mut ready = shipped("cut_at_arming");
     ready.scenario.operator = Default::default();
     for seed in SEEDS {
@@ -83,7 +84,7 @@ fn an_attack_whose_moment_never_comes_is_no_evidence() {
 }
 
 #[test]
-fn a_step_that_is_claimed_and_whose_deed_is_not_seen_is_no_evidence() {
+fn claimed_step_without_effect_is_no_evidence() {
     let attacked = shipped("cut_at_arming").run(1);
     let mut ready = shipped("cut_at_arming");
     ready.scenario.loss = Default::default();
@@ -95,7 +96,7 @@ fn a_step_that_is_claimed_and_whose_deed_is_not_seen_is_no_evidence() {
 }
 
 #[test]
-fn a_storm_a_cut_and_a_mute_follow_each_other_and_the_unit_holds() {
+fn storm_cut_and_mute_in_sequence_hold() {
     for run in shipped("storm_then_cut").expect(SEEDS) {
         let at = |name, begun| told(&run, name, begun).unwrap_or_else(|| panic!("{name} {begun} is not told"));
         let (storm, over) = (at("storm", true), at("storm", false));
@@ -108,8 +109,9 @@ fn a_storm_a_cut_and_a_mute_follow_each_other_and_the_unit_holds() {
     }
 }
 
+/// That it hears.
 #[test]
-fn an_insider_forwards_from_the_first_report_of_authority_on_that_it_hears() {
+fn insider_forwards_from_the_first_authority_report() {
     for run in shipped("heard_then_forward").expect(SEEDS) {
         let armed = entered(&run, Mode::PrepareToAct).expect("it arms");
         let began = told(&run, "forward", true).expect("the step begins");
@@ -120,7 +122,7 @@ fn an_insider_forwards_from_the_first_report_of_authority_on_that_it_hears() {
 
 /// Without the moment the same forwarding is the table's; under a boundary that asks who speaks it is refused all the same.
 #[test]
-fn a_well_chosen_moment_does_not_get_a_forwarded_report_past_attribution() {
+fn timing_does_not_defeat_attribution() {
     let ready = under("heard_then_forward", "session-bound");
     for seed in SEEDS {
         assert_eq!(ready.run(seed).verdict.outcome, Outcome::Rejected);

@@ -1,4 +1,4 @@
-//! Attacks by the holder of the gateway's keys on what the operator sees, and on what the operator asks for.
+//! Attacks by the holder of the gateway's keys on the operator's picture, and on the operator's requests.
 
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped};
@@ -19,7 +19,7 @@ fn without(name: &str, rule: DisplayRule) -> Ready {
     ready
 }
 
-/// Why the console refused what the gateway told it.
+/// Reasons for which the console refused the gateway's messages.
 fn refused(run: &Run) -> Vec<Reason> {
     let reason = |event: &Event| match *event {
         Event::Refused { at: Interface::Bus(Topic::Feed), reason, .. } => Some(reason),
@@ -29,7 +29,7 @@ fn refused(run: &Run) -> Vec<Reason> {
     console.filter_map(|w| reason(&w.entry.event)).collect()
 }
 
-/// What the display showed of the unit: when, in which mode, how fresh.
+/// Displays of the unit: time, mode, freshness.
 fn displayed(run: &Run) -> Vec<(u64, Mode, Freshness)> {
     let shown = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Displayed { unit: UnitId::A, mode, freshness, .. } => Some((w.at, mode, freshness)),
@@ -39,7 +39,7 @@ fn displayed(run: &Run) -> Vec<(u64, Mode, Freshness)> {
 }
 
 #[test]
-fn a_hold_that_is_given_under_a_stale_display_stops_the_unit() {
+fn hold_under_a_stale_display_stops_the_unit() {
     for run in shipped("hold_stale_view").expect(SEEDS) {
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
         assert_eq!(held.cause, "operator");
@@ -49,8 +49,9 @@ fn a_hold_that_is_given_under_a_stale_display_stops_the_unit() {
     }
 }
 
+/// Changed, signed or relabelled by the gateway.
 #[test]
-fn a_report_that_the_gateway_changed_signed_or_relabelled_is_not_displayed() {
+fn altered_reports_are_not_displayed() {
     for run in shipped("view_forged").expect(SEEDS) {
         let refused = refused(&run);
         assert!(refused.contains(&Reason::Signature) && refused.contains(&Reason::Unit), "{refused:?}");
@@ -59,7 +60,7 @@ fn a_report_that_the_gateway_changed_signed_or_relabelled_is_not_displayed() {
 }
 
 #[test]
-fn without_the_units_signature_the_display_shows_what_the_gateway_likes() {
+fn unit_signature_waiver_lets_gateway_forge_display() {
     let run = without("view_forged", DisplayRule::Signature).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
     assert!(
@@ -67,8 +68,9 @@ fn without_the_units_signature_the_display_shows_what_the_gateway_likes() {
     );
 }
 
+/// The operator acts on none of them.
 #[test]
-fn withheld_reports_age_out_on_the_display_and_the_operator_acts_on_none_of_them() {
+fn withheld_reports_age_out_unused() {
     for run in shipped("view_withheld").expect(SEEDS) {
         let zero = run.verdict.zero.expect("a receipt");
         // Fresh for Tf, late for two periods more; the last report was younger than a period when the withholding began.
@@ -80,8 +82,9 @@ fn withheld_reports_age_out_on_the_display_and_the_operator_acts_on_none_of_them
     }
 }
 
+/// No longer than they are young.
 #[test]
-fn reports_chosen_by_what_they_say_show_an_old_mode_no_longer_than_they_are_young() {
+fn chosen_reports_show_old_modes_briefly() {
     for run in shipped("view_selected").expect(SEEDS) {
         let after =
             run.verdict.transitions.iter().find(|t| t.from == "PREPARE_TO_ACT").expect("disarmed").t_ms * 1000.0;
@@ -94,8 +97,9 @@ fn reports_chosen_by_what_they_say_show_an_old_mode_no_longer_than_they_are_youn
     }
 }
 
+/// Whatever the gateway claims.
 #[test]
-fn a_report_that_the_gateway_kept_is_shown_as_old_as_it_is_whatever_the_gateway_says() {
+fn kept_report_is_shown_at_its_age() {
     for name in ["view_late", "view_young"] {
         for run in shipped(name).expect(SEEDS) {
             let zero = run.verdict.zero.expect("a receipt");
@@ -109,7 +113,7 @@ fn a_report_that_the_gateway_kept_is_shown_as_old_as_it_is_whatever_the_gateway_
 }
 
 #[test]
-fn without_the_displays_own_challenge_the_gateway_makes_a_kept_report_young() {
+fn challenge_waiver_lets_gateway_rejuvenate_reports() {
     let run = without("view_young", DisplayRule::Watch).run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
     let honest = without("view_late", DisplayRule::Watch).run(1);
@@ -117,16 +121,17 @@ fn without_the_displays_own_challenge_the_gateway_makes_a_kept_report_young() {
 }
 
 #[test]
-fn an_old_report_that_is_said_to_be_new_is_refused() {
+fn old_report_claimed_new_is_refused() {
     for run in shipped("view_replayed").expect(SEEDS) {
         assert!(refused(&run).contains(&Reason::Stale), "{:?}", refused(&run));
         assert!(displayed(&run).iter().filter(|(at, ..)| *at > 2_000_000).all(|(_, mode, _)| *mode != Mode::Idle));
     }
 }
 
-/// What a gateway that keeps on granting can do to a HOLD is listed, not closed: the operator is told, the unit is not.
+/// The effect of a gateway that keeps on granting on a HOLD is listed, not closed: the operator is told, the unit is
+/// not.
 #[test]
-fn a_hold_that_the_gateway_swallows_is_shown_as_not_acknowledged_and_the_unit_drives_on() {
+fn swallowed_hold_is_shown_as_unacknowledged() {
     for run in shipped("gateway_hold").expect(SEEDS) {
         let given = run
             .evidence

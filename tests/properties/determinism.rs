@@ -11,7 +11,7 @@ use scenario::Settings;
 use topology::{RunSecret, cast};
 
 #[test]
-fn the_same_seed_gives_the_same_log_and_another_seed_another() {
+fn same_seed_same_log() {
     for name in ["nominal", "replay", "loss"] {
         let ready = shipped(name);
         let of = |seed| hashes(&ready.run(seed).evidence.entries);
@@ -48,13 +48,13 @@ fn no_scenario_hangs_on_anything_but_its_seed() {
     assert_eq!(differ.into_iter().flatten().collect::<Vec<_>>(), [""; 0]);
 }
 
-/// When what is planned begins, under this seed.
+/// Start of the planned attack, under this seed.
 fn planned(ready: &Ready, seed: u64) -> Vec<Plan> {
     cast(&ready.scenario, &ready.setup, seed, &RunSecret::seeded(seed)).planned
 }
 
 #[test]
-fn an_injection_is_planned_at_another_time_under_another_seed_over_all_of_its_phase() {
+fn seed_moves_an_injection_over_its_phase() {
     const SEEDS: u64 = 40;
     let mut varied = 0;
     for name in names() {
@@ -74,7 +74,7 @@ fn an_injection_is_planned_at_another_time_under_another_seed_over_all_of_its_ph
 }
 
 #[test]
-fn an_injection_takes_hold_when_it_is_planned_under_every_seed() {
+fn injection_starts_as_planned_under_every_seed() {
     for name in ["thermal_loss", "loss", "localisation_jump"] {
         let ready = shipped(name);
         let mut zeros = BTreeSet::new();
@@ -90,7 +90,7 @@ fn an_injection_takes_hold_when_it_is_planned_under_every_seed() {
 }
 
 #[test]
-fn every_model_that_a_scenario_says_is_off_reaches_the_world_and_changes_what_happens() {
+fn every_model_error_reaches_the_world() {
     let ready = shipped("nominal");
     let as_shipped = hashes(&ready.run(1).evidence.entries).0;
     for (path, factor) in [("models.noise", 2.0), ("models.load", 1.5), ("models.grip", 0.1)] {
@@ -109,7 +109,7 @@ fn every_model_that_a_scenario_says_is_off_reaches_the_world_and_changes_what_ha
 const ONE_IN: usize = 4;
 
 #[test]
-fn runs_come_to_what_they_came_to_when_their_references_were_committed() {
+fn runs_reproduce_their_committed_references() {
     let name = format!("references/{}-{}.jsonl", std::env::consts::ARCH, std::env::consts::OS);
     let Ok(file) = File::open(root().join(&name)) else {
         eprintln!("{name} is not committed: nothing is compared on this architecture");
@@ -127,5 +127,5 @@ fn runs_come_to_what_they_came_to_when_their_references_were_committed() {
     }
 }
 
-/// What to do when that is wanted.
+/// Remedy for an intended change.
 const RENEW: &str = "if it is meant to be otherwise now, `holdsafe reproduce --renew` writes references anew, and their change is reviewed";

@@ -1,4 +1,4 @@
-//! Why a mode changed, told from what the services logged; and told the same without anybody else's word.
+//! Reason for a change of mode, from the services' logs; and the same without any other log.
 
 use evidence::Witnessed;
 use explain::{Explanation, Log, Place, Stage, explain, why_not};
@@ -97,7 +97,7 @@ fn what_looks_alike_is_told_apart() {
 }
 
 #[test]
-fn a_frozen_camera_is_dated_from_its_last_new_frame() {
+fn frozen_camera_is_dated_from_its_last_frame() {
     let run = shipped("thermal_freeze").run(1);
     let told = explain(&run.evidence.entries, &run.evidence.bounds);
     let loss = told.iter().find(|e| e.restricts()).expect("a loss");
@@ -106,8 +106,9 @@ fn a_frozen_camera_is_dated_from_its_last_new_frame() {
     assert!(loss.origin.since_us <= zero && zero < loss.at_us, "injected at {zero}: {loss:#?}");
 }
 
+/// And from one that died later.
 #[test]
-fn a_link_that_holds_everything_back_is_told_from_a_gateway_that_stood_still_and_one_that_died_later() {
+fn holding_link_differs_from_a_stalled_gateway() {
     let of = |name: &str, moves: &[(&str, u32, &[u32])]| {
         let (mut ready, alphabet) = (shipped("nominal"), alphabet(name));
         let letters = moves.iter().map(|(name, begins, places)| {
@@ -133,8 +134,9 @@ fn a_link_that_holds_everything_back_is_told_from_a_gateway_that_stood_still_and
     assert_eq!(place(&cut), (Place::Telemetry, vec![]));
 }
 
+/// It is told from a fault of the order path.
 #[test]
-fn a_console_that_hangs_and_then_gives_a_hold_too_late_is_told_from_what_carries_orders() {
+fn late_hold_of_a_hung_console_is_recognised() {
     // In that alphabet the operator gives a HOLD at 7 s.
     let mut ready = shipped("nominal");
     ready.scenario = Word::default().in_scenario(&alphabet("stations"), &ready.scenario).expect("it fits");
@@ -142,8 +144,9 @@ fn a_console_that_hangs_and_then_gives_a_hold_too_late_is_told_from_what_carries
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Console, &[][..]), "{loss:#?}");
 }
 
+/// From the link of one.
 #[test]
-fn a_gateway_of_several_units_that_stood_still_is_told_by_the_others_from_the_link_of_one() {
+fn stalled_gateway_is_told_by_other_units() {
     for lasts in [1_200, 2_400, 4_000] {
         for (moved, of, place) in [("gateway-hangs", "processes", Place::Gateway), ("cut", "path", Place::Telemetry)] {
             let mut ready = shipped("nominal");
@@ -154,9 +157,9 @@ fn a_gateway_of_several_units_that_stood_still_is_told_by_the_others_from_the_li
     }
 }
 
-/// To the end of the run, and its teammates had nothing to say: what is left is that the unit heard no more.
+/// To the end of the run, while its teammates were silent: the only fact left is that the unit heard no more.
 #[test]
-fn where_nothing_tells_a_link_that_failed_from_a_gateway_that_stood_still_both_are_named() {
+fn ambiguous_link_and_gateway_are_both_named() {
     for (moved, of) in [("gateway-hangs", "processes"), ("cut", "path")] {
         let mut ready = shipped("nominal");
         ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
@@ -171,7 +174,7 @@ fn where_nothing_tells_a_link_that_failed_from_a_gateway_that_stood_still_both_a
 }
 
 #[test]
-fn an_order_that_whoever_took_a_session_swallowed_goes_back_to_when_it_was_taken() {
+fn swallowed_order_traces_to_the_session_takeover() {
     let loss = first_loss(shipped("nominal"), "stations", &[("take-session", 4_500, 3_900)]);
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");
     assert!(loss.origin.since_us.abs_diff(4_500_000) < DATED_BACK, "{loss:#?}");
@@ -188,11 +191,11 @@ fn an_order_that_whoever_took_a_session_swallowed_goes_back_to_when_it_was_taken
     assert!(loss.origin.since_us > 6_300_000, "{loss:#?}");
 }
 
-/// What is missed is dated by the last of it that was good, at the most this much before, microseconds.
+/// A missing product is dated by the last good one, at the most this much before, microseconds.
 const DATED_BACK: u64 = 400_000;
 
 #[test]
-fn the_first_loss_of_each_kind_of_attack_goes_back_to_where_it_was_done() {
+fn first_loss_traces_to_its_attack() {
     for (name, place) in ORIGINS {
         let run = shipped(name).run(1);
         let told = explain(&run.evidence.entries, &run.evidence.bounds);
@@ -205,7 +208,7 @@ fn the_first_loss_of_each_kind_of_attack_goes_back_to_where_it_was_done() {
 }
 
 #[test]
-fn a_chain_leads_from_its_cause_to_the_display_in_order() {
+fn chain_leads_from_cause_to_display() {
     let run = shipped("thermal_loss").run(1);
     let told = explain(&run.evidence.entries, &run.evidence.bounds);
     let loss = told.iter().find(|e| e.restricts()).expect("a loss");
@@ -217,7 +220,7 @@ fn a_chain_leads_from_its_cause_to_the_display_in_order() {
 }
 
 #[test]
-fn an_explanation_needs_no_word_of_an_adversary_a_guard_or_the_launcher() {
+fn explanation_needs_only_the_services_logs() {
     for (name, _) in ORIGINS {
         let run = shipped(name).run(2);
         let all = &run.evidence.entries;
@@ -235,7 +238,7 @@ fn an_explanation_needs_no_word_of_an_adversary_a_guard_or_the_launcher() {
 }
 
 #[test]
-fn what_keeps_a_held_unit_from_ready_is_said_until_it_is_ready() {
+fn obstacles_to_ready_are_named_until_ready() {
     let run = shipped("loss").run(1);
     let log = Log::of(&run.evidence.entries, run.evidence.bounds);
     let held = why_not(&log, Mode::Ready, run.evidence.duration);

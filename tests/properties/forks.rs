@@ -1,5 +1,5 @@
-//! A fork goes on exactly as the run it was taken from, and leaves that run alone; a branch goes on by chances of its own,
-//! in what the scenario lets vary and nothing else.
+//! A fork continues exactly as the run it was taken from, and leaves that run alone; a branch continues by random draws of
+//! its own, in the values that the scenario lets vary and in no others.
 
 use evidence::log::{Logged, hashes};
 use evidence::reading::read;
@@ -8,7 +8,7 @@ use twin::Twin;
 use twin::trial::start;
 use wire::id::WorldId;
 
-/// What is logged of a run to its end.
+/// The log of a run to its end.
 pub(super) fn finish(mut twin: Twin, end: u64) -> Vec<Logged> {
     twin.run_until(end);
     twin.finish(1_500_000);
@@ -30,7 +30,7 @@ fn forks_agree(ready: &Ready, seed: u64, ticks: impl Iterator<Item = u64>) {
 }
 
 #[test]
-fn forks_at_a_hundred_ticks_end_as_the_unforked_run() {
+fn forks_end_as_the_unforked_run() {
     // Ascending ticks drawn by a fixed linear congruence over the 9 s of the run.
     let ready = shipped("nominal");
     let mut ticks: Vec<u64> = (0..100u64).map(|i| (i * 7_919 + 13) * 104_729 % 9_000_000).collect();
@@ -39,16 +39,16 @@ fn forks_at_a_hundred_ticks_end_as_the_unforked_run() {
 }
 
 #[test]
-fn forks_in_the_middle_of_an_attack_end_as_the_unforked_run() {
+fn forks_during_an_attack_end_the_same() {
     for name in ["replay", "thermal_loss"] {
         forks_agree(&shipped(name), 5, [4_050_000, 4_400_000, 5_000_000].into_iter());
     }
 }
 
-/// When branches are taken: behind the act, so that no authority names a world any more.
+/// Time of branching: behind the act, so that no authority names a world any more.
 const BRANCHES_AT: u64 = 6_000_000;
 
-/// What a fork and two kinds of branches log behind `BRANCHES_AT`.
+/// Logs of a fork and two kinds of branches behind `BRANCHES_AT`.
 fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
     let (cast, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
     trunk.run_until(BRANCHES_AT);
@@ -59,7 +59,7 @@ fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
 }
 
 #[test]
-fn a_branch_goes_on_by_the_chances_of_its_seed_and_has_no_recording_to_show() {
+fn branch_draws_by_its_seed_without_recording() {
     let ready = shipped("nominal");
     let (fork, [one, same]) = behind(&ready, [7, 7]);
     assert_eq!(one, same, "the same seed");
@@ -70,7 +70,7 @@ fn a_branch_goes_on_by_the_chances_of_its_seed_and_has_no_recording_to_show() {
 }
 
 #[test]
-fn a_branch_draws_nothing_anew_that_the_scenario_does_not_vary() {
+fn branch_redraws_only_varied_values() {
     let mut ready = shipped("nominal");
     (ready.scenario.varies.noise, ready.scenario.varies.delays) = (false, false);
     let (fork, [one, other]) = behind(&ready, [7, 8]);
@@ -78,7 +78,7 @@ fn a_branch_draws_nothing_anew_that_the_scenario_does_not_vary() {
 }
 
 #[test]
-fn each_source_of_chance_is_drawn_anew_by_itself() {
+fn each_source_of_chance_redraws_by_itself() {
     let lossy = || {
         let mut ready = shipped("nominal").scenario.soak(9.0, 0.2);
         (ready.varies.noise, ready.varies.delays) = (false, false);

@@ -1,5 +1,5 @@
-//! What must hold of every run: the link model is like the real stack, determinism, forks,
-//! replay of mouths, the probability of what is rare, that the judge sees what is broken, that an explanation needs nobody else, and that parsers keep their promises.
+//! Properties of every run: the link model agrees with the real stack, determinism, forks, replay of input journals, the probability of rare
+//! events, the oracle's detection of broken properties, explanations from the services' logs alone, and the promises of parsers.
 
 mod conformance;
 mod determinism;

@@ -1,4 +1,4 @@
-//! Every core, fed again what its mouth was fed, gives the same bytes: nothing else reaches a result.
+//! Every core, fed its input journal again, gives the same bytes: no other input reaches a result.
 
 use holdsafe_tests::variations;
 use twin::clock::HostClock;
@@ -7,7 +7,7 @@ use twin::trial::start;
 use wire::core::Core;
 
 #[test]
-fn every_core_reproduces_every_output_byte_from_its_mouth() {
+fn every_core_reproduces_its_outputs_bytewise() {
     for name in ["nominal", "replay", "teammate", "thermal_loss"] {
         let ready = variations(name).into_iter().next().expect("a variation");
         let (cast, mut twin) = start(&ready.scenario, &ready.setup, 7, true).expect("a shipped scenario starts");

@@ -1,5 +1,5 @@
 //! Every parser of bytes from outside keeps its promise (`holdsafe_tests::parsers`) on the seeds of `fuzz/corpus/` and on
-//! damaged ones. The damage is drawn by a fixed seed and guided by nothing; what is guided by coverage is in `fuzz/`.
+//! damaged ones. The damage is drawn by a fixed seed, unguided; coverage-guided inputs are in `fuzz/`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -39,7 +39,7 @@ fn seeds(target: &Target) -> Vec<Seed> {
     seeds
 }
 
-/// What is wrong with the target on this input, with the input.
+/// The broken promise of the target on this input, with the input.
 fn broken(target: &Target, name: &str, bytes: &[u8]) -> Option<String> {
     let panic = catch_unwind(AssertUnwindSafe(|| (target.holds)(bytes))).err()?;
     let words = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
@@ -76,7 +76,7 @@ fn every_parser_keeps_its_promise_on_damaged_seeds() {
 }
 
 #[test]
-fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
+fn targets_have_binaries_and_seeds_have_targets() {
     let known: BTreeSet<String> = TARGETS.iter().map(|target| target.name.to_owned()).collect();
     assert_eq!(names(&root().join("fuzz/corpus")), known);
     let files: BTreeSet<String> = known.iter().map(|name| format!("{name}.rs")).collect();
@@ -91,9 +91,9 @@ fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
     }
 }
 
-/// Where nothing is taken, or nothing refused, a format has changed or the promise is never put to the test.
+/// If all or no seeds are accepted, a format has changed or the promise is never tested.
 #[test]
-fn of_every_targets_seeds_some_are_taken_and_but_for_the_relays_some_are_refused() {
+fn seeds_include_accepted_and_refused_inputs() {
     for target in &TARGETS {
         let (taken, refused): (Vec<bool>, _) = seeds(target).iter().map(|(_, b)| (target.holds)(b)).partition(|t| *t);
         assert!(!taken.is_empty(), "{}: no seed is taken any more", target.name);

@@ -1,5 +1,6 @@
-//! The probability of what is rare: splitting in the twin agrees with plain Monte Carlo where that can still be measured.
-//! Against an exactly known probability it is held where the splitting is, with a process of a few lines (`search::rare`).
+//! Probability of rare events: splitting in the twin agrees with plain Monte Carlo where that can still be measured. The
+//! comparison with an exactly known probability stands beside the splitting, with a process of a few lines
+//! (`search::rare`).
 
 use evidence::reading::read;
 use holdsafe_tests::shipped;
@@ -26,8 +27,9 @@ fn false_hold() -> Question {
     Question { scenario: nominal.scenario.soak(9.0, 0.25), setup: nominal.setup, event: Event::HoldSafe }
 }
 
+/// False holds on a lossy link.
 #[test]
-fn splitting_and_plain_monte_carlo_agree_on_false_holds_on_a_lossy_link() {
+fn splitting_agrees_with_monte_carlo_on_holds() {
     let question = false_hold();
     let (_, hits) = ask(&question, &[], 100, 3);
     let plain = Share::of(hits, 300);
@@ -45,7 +47,7 @@ fn flown(name: &str, until_s: u64) -> Twin {
 }
 
 #[test]
-fn a_lease_ages_while_the_link_is_black_and_a_hold_is_the_last_level() {
+fn lease_age_is_the_level_until_hold() {
     let (quiet, black) = (flown("nominal", 4), flown("loss", 8));
     assert!(Event::Lease.level(&quiet) < 200.0, "grants come every 100 ms: {}", Event::Lease.level(&quiet));
     assert_eq!(Event::HoldSafe.level(&quiet), Event::Lease.level(&quiet));
@@ -54,7 +56,7 @@ fn a_lease_ages_while_the_link_is_black_and_a_hold_is_the_last_level() {
 }
 
 #[test]
-fn the_distance_to_the_fence_is_the_true_one() {
+fn distance_to_the_fence_is_the_true_one() {
     let twin = flown("nominal", 3);
     let told = read(twin.log()).0.into_iter().rev().find_map(|witnessed| {
         if let Told::Truth { fence_mm, .. } = witnessed.entry.event { Some(f64::from(fence_mm)) } else { None }

@@ -1,5 +1,4 @@
-//! What the judge asks of a session that somebody else took, or that was cut: three who say so, an alarm, and no order from
-//! before.
+//! The oracle's requirements on a session that was taken over or cut: three witnesses, an alarm, and no order from before.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Property};
@@ -32,7 +31,7 @@ fn shown(log: &mut Log, ms: u64) {
 }
 
 #[test]
-fn a_takeover_is_one_when_thief_broker_and_owner_say_so() {
+fn takeover_needs_thief_broker_and_owner() {
     let both = [NodeId::BROKER, NodeId::UNIT_A];
     for (who, receipt) in [(&both[..], true), (&both[..1], false), (&both[1..], false), (&[], false)] {
         let mut log = taken(who);
@@ -47,7 +46,7 @@ fn a_takeover_is_one_when_thief_broker_and_owner_say_so() {
 }
 
 #[test]
-fn p7_a_fresh_display_that_is_silent_about_a_lost_session() {
+fn p7_fresh_display_silent_about_session_loss() {
     let both = [NodeId::BROKER, NodeId::UNIT_A];
     assert_eq!(taken(&both).breaks(), [Property::P7]);
     let mut late = taken(&both);
@@ -63,7 +62,7 @@ fn p7_a_fresh_display_that_is_silent_about_a_lost_session() {
 }
 
 #[test]
-fn p8_an_order_from_before_a_session_was_lost_that_is_carried_out_after() {
+fn p8_order_from_before_a_session_loss() {
     let executed = |kind: CommandKind| {
         let mut log = taken(&[NodeId::BROKER, NodeId::UNIT_A]);
         shown(&mut log, 4300);

@@ -1,4 +1,4 @@
-//! A run whose cores go along with a known one is, byte for byte, the run that it is without.
+//! A run whose cores follow a baseline run is, byte for byte, the run that it is without.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use twin::trial::{baseline, start, start_following};
 
 use crate::forks::finish;
 
-/// How many of a run's cores went along with its baseline to the end, of how many.
+/// Number of a run's cores that followed its baseline to the end, and of all.
 fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenario, word: &str) -> (usize, usize) {
     let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
     let alone = finish(twin, cast.duration);
@@ -24,8 +24,9 @@ fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenar
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }
 
+/// And is the same.
 #[test]
-fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
+fn run_following_its_own_trunk_computes_nothing() {
     let ready = shipped("nominal");
     let known = Arc::new(baseline(&ready.scenario, &ready.setup, 3).expect("it runs"));
     let (along, all) = along_to_the_end(&ready, 3, &known, &ready.scenario, "nothing");
@@ -33,7 +34,7 @@ fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
 }
 
 #[test]
-fn a_run_along_a_trunk_is_the_run_without_whatever_an_adversary_does() {
+fn run_along_a_trunk_is_unchanged_under_attack() {
     let ready = shipped("nominal");
     for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
         let alphabet = Alphabet::load(&file.path()).expect("a shipped alphabet");

@@ -1,4 +1,4 @@
-//! What the test binaries share: the shipped scenarios, run in the twin; and what holds of every parser.
+//! Shared code of the test binaries: the shipped scenarios, run in the twin; and the promises of every parser.
 
 pub mod parsers;
 

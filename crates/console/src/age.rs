@@ -1,8 +1,8 @@
-//! Values that age: nothing is drawn without how old it is by now.
+//! Values that age: no value is drawn without its present age.
 //!
-//! An [`Aged`] value gives itself away only as a [`Labelled`] one: with the upper bound of its age at a given time of
-//! the console's own monotonic clock, and with the freshness that follows from it. The age starts from the bound that
-//! the boundary established and then grows with that clock; no stamp of anybody else's enters, so none can lower it.
+//! An [`Aged`] value can be read only as a [`Labelled`] one: with the upper bound of its age at a given time of the
+//! console's own monotonic clock, and the freshness that follows from it. The age starts from the bound that the
+//! boundary established and grows with that clock; no foreign stamp enters, so none can lower it.
 
 use wire::bounds::Bounds;
 use wire::event::Freshness;
@@ -24,7 +24,7 @@ fn late_after(bounds: &Bounds) -> Span {
     bounds.freshness() + Span::ms(2 * bounds.telemetry_period_ms)
 }
 
-/// What the labels follow from.
+/// Age limits behind the labels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Oldest that is shown as fresh: *Tf*.
@@ -33,7 +33,7 @@ pub struct Limits {
     pub late: Span,
     /// Oldest that is shown as stale; beyond it, as lost.
     pub stale: Span,
-    /// Whether values age at all. Where the policy waives it, all is drawn as on arrival, for ever: the paper's fault.
+    /// True if values age at all. Where the policy waives it, all is drawn as on arrival, for ever: the paper's fault.
     pub age_out: bool,
 }
 
@@ -67,7 +67,7 @@ impl Limits {
 pub struct Aged<T> {
     value: T,
     arrived: Instant,
-    /// Upper bound of its age on arrival; `None` when nothing bounds it.
+    /// Upper bound of its age on arrival; `None` when unbounded.
     before: Option<Span>,
 }
 
@@ -97,7 +97,7 @@ impl<T: Clone> Aged<T> {
         Labelled { value: self.value.clone(), age, freshness: Freshness::Lost }
     }
 
-    /// When the label changes next after `now`; `None` when it stays.
+    /// Time at which the label changes next after `now`; `None` when it stays.
     pub fn changes(&self, now: Instant, limits: &Limits) -> Option<Instant> {
         let before = self.before.filter(|_| limits.age_out)?;
         let age = now.since(self.arrived) + before;
@@ -131,7 +131,7 @@ pub struct Labelled<T> {
 }
 
 impl<T> Labelled<T> {
-    /// The same `by` later, nothing having been heard meanwhile: older, and no fresher.
+    /// The same value `by` later, with no message in between: older, and no fresher.
     #[must_use]
     pub(crate) fn older(self, by: Span, limits: &Limits) -> Self {
         // Where values do not age, only what is lost does.
@@ -157,7 +157,7 @@ impl<T> Labelled<T> {
         self.age
     }
 
-    /// How it stands to its limits.
+    /// Freshness by these limits.
     pub fn freshness(&self) -> Freshness {
         self.freshness
     }

@@ -1,10 +1,9 @@
-//! An alarm as it is drawn: how urgent it is, since when, and what it says. When one is raised and when it is over is
-//! `alarms`'.
+//! An alarm as it is drawn: priority, start time and text. `alarms` decides when one is raised and when it is over.
 
 use wire::person::Alarm;
 use wire::time::Instant;
 
-/// How urgent it is.
+/// Urgency of an alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Priority {
     /// Act now.
@@ -44,17 +43,17 @@ impl Priority {
 pub struct ShownAlarm {
     /// Which.
     pub alarm: Alarm,
-    /// How urgent.
+    /// Urgency.
     pub priority: Priority,
-    /// When it was raised.
+    /// Time at which it was raised.
     pub since: Instant,
-    /// Whether its condition still stands.
+    /// True if its condition still stands.
     pub standing: bool,
-    /// Whether it was taken note of.
+    /// True if it was taken note of.
     pub acknowledged: bool,
 }
 
-/// What the alarm says.
+/// Text of the alarm.
 pub fn words(alarm: &Alarm) -> String {
     match alarm {
         Alarm::HoldSafe(unit) => format!("{unit} is in HOLD_SAFE"),

@@ -1,8 +1,8 @@
-//! Alarms: what an operator has to take note of, until it is over *and* was taken note of.
+//! Alarms: conditions that the operator has to acknowledge, each listed until it is over *and* acknowledged.
 //!
-//! Whether an alarm's condition stands follows from what is shown and from nothing else. One that ends by itself stays
-//! listed until it is acknowledged, and one that begins again has to be acknowledged again. An alarm about something that
-//! happened once (an order, a lost session) has no end of its own: to take note of it is its end.
+//! An alarm's condition follows from the shown values alone. An alarm that ends by itself stays listed until it is
+//! acknowledged, and one that begins again has to be acknowledged again. An alarm about a past event (an order, a lost
+//! session) has no end of its own: acknowledging it ends it.
 
 use wire::event::Freshness;
 use wire::mode::Mode;
@@ -18,7 +18,7 @@ use crate::skew::Rate;
 /// Alarms that are kept. There is room for every unit with every lost track, every link and every command at once.
 pub const MAX_ALARMS: usize = 320;
 
-/// Whether it is about something that happened, not about something that is so.
+/// True if it is about something that happened, not about something that is so.
 fn once(alarm: &Alarm) -> bool {
     match alarm {
         Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => true,
@@ -39,13 +39,12 @@ type Condition = (Alarm, u64);
 struct Raised {
     shown: ShownAlarm,
     occurrence: u64,
-    /// Whether its condition stood when it was looked at last.
+    /// True if its condition stood when it was looked at last.
     stood: bool,
 }
 
 impl Raised {
-    /// Whether there is nothing left to say of it. It is kept while what it was about is shown, so that it is not raised
-    /// anew.
+    /// True if the alarm can be removed. It is kept while its subject is shown, so that it is not raised anew.
     fn done(&self) -> bool {
         self.shown.acknowledged && once(&self.shown.alarm)
     }
@@ -59,7 +58,7 @@ pub struct Alarms {
 }
 
 impl Alarms {
-    /// Takes what is shown now into account, and tells `history` what has begun and what is over.
+    /// Updates the alarms from the shown values, and records begun and ended ones in `history`.
     pub fn fold(&mut self, shown: &Shown, history: &mut History) {
         for raised in &mut self.raised {
             raised.stood = core::mem::take(&mut raised.shown.standing);
@@ -74,7 +73,7 @@ impl Alarms {
         self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
     }
 
-    /// Whether it stands anew.
+    /// True if it stands anew.
     fn stands(&mut self, now: Instant, (alarm, occurrence): Condition) -> bool {
         let shown =
             ShownAlarm { alarm, priority: Priority::of(&alarm), since: now, standing: true, acknowledged: false };

@@ -1,8 +1,8 @@
-//! What a recording has beside what was shown, moment by moment: what the unit's sensors gave, and why its mode changed. For whoever looks
-//! at evidence.
+//! Evidence that a recording holds beside the displayed values, moment by moment: the unit's sensor pictures and the reasons for its mode.
+//! For those who examine evidence.
 //!
-//! No console that runs has it, for it does not reach the control domain; and no view of what was shown is made of it. Finding it in a
-//! recording, and reading it, is left to whoever opens that.
+//! No running console has it, for it does not reach the control domain; and no view of displayed values is built from it. Finding and
+//! reading it in a recording is left to the program that opens the recording.
 
 use std::sync::Arc;
 
@@ -19,12 +19,12 @@ pub struct Image {
     pub rgb: Vec<u8>,
 }
 
-/// What was found in a picture.
+/// A detection in a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mark {
     /// Its left, upper, right and lower edge, pixels.
     pub edges: [f32; 4],
-    /// What it is taken for, and how surely.
+    /// Its class and confidence.
     pub says: String,
 }
 
@@ -33,34 +33,34 @@ pub struct Mark {
 pub struct Sight {
     /// Of which sensor.
     pub name: &'static str,
-    /// What its shades mean.
+    /// Legend of the shades.
     pub legend: &'static str,
-    /// Absent where it gave nothing.
+    /// Absent where the sensor gave none.
     pub image: Option<Image>,
-    /// What was found in it.
+    /// Detections in it.
     pub marks: Vec<Mark>,
 }
 
-/// What there is of one moment.
+/// Evidence of one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Beside {
     /// The newest that perception had taken in and that was kept, sensor by sensor, and how long before.
     pub sensed: Option<(Arc<[Sight]>, Span)>,
-    /// Why the mode is what it is, by what the services logged; line by line.
+    /// Reasons for the mode, from the services' logs; one a line.
     pub because: Option<Arc<str>>,
 }
 
 impl Beside {
-    /// Whether there is nothing.
+    /// True if there is no evidence of this moment.
     pub fn is_empty(&self) -> bool {
         self.sensed.is_none() && self.because.is_none()
     }
 }
 
-/// Who has it.
+/// A source of evidence.
 pub trait Evidence {
-    /// When the run's time began, on the console's clock.
+    /// Start of the run's time, on the console's clock.
     fn began(&self) -> Option<Instant>;
-    /// What there is of `at`, a time of the console's clock.
+    /// Evidence of `at`, a time of the console's clock.
     fn at(&mut self, at: Instant) -> Beside;
 }

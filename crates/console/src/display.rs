@@ -1,4 +1,4 @@
-//! What the display shows, told to the instrument plane: whenever it changes, and often enough otherwise.
+//! Audit events of the displayed values: one on every change, and at least one a period otherwise.
 
 use wire::event::{Event, Freshness, ShownAs};
 use wire::id::{CommandId, PeerId, TrackId, UnitId};
@@ -10,7 +10,7 @@ use crate::shown::{Shown, ShownUnit};
 /// The longest that a display goes without being told again.
 pub const REPEAT: Span = Span::ms(200);
 
-/// What counts as a change.
+/// The part of the display that counts as a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Face {
     mode: Mode,
@@ -22,7 +22,7 @@ struct Face {
     placed: bool,
 }
 
-/// What was told last of each unit, of each command that is still shown, and of sessions lost.
+/// The values last reported of each unit, of each command still shown, and of lost sessions.
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
     units: Vec<(UnitId, Instant, Face)>,
@@ -31,7 +31,7 @@ pub struct Witness {
 }
 
 impl Witness {
-    /// The events that are due for what is shown now.
+    /// The events that are due for the values shown now.
     pub fn tell(&mut self, shown: &Shown) -> Vec<Event> {
         let mut events: Vec<Event> = shown.units.iter().filter_map(|unit| self.unit(shown.at, unit)).collect();
         let commands = shown.commands.iter().map(|command| (command.id, command.life.told())).collect();

@@ -1,9 +1,9 @@
 //! The hand of the person at the console: each act judged here, once, against what is shown.
 //!
-//! An act that is carried out becomes a [`Wish`], as a step of the script does; from there on both go one way, to a signed
-//! intent and its confirmation. Towards safe one act is enough. Away from safe the order is prepared, which lapses after
-//! [`PREPARED_FOR`] or with the first of its interlocks, and confirmed with a reason. What a person confirmed is
-//! released to the unit as soon as the gateway has staged it. Signing is left to `intent`, the conditions to `interlock`.
+//! An accepted act becomes a [`Wish`], as a step of the script does; from there on both go one way, to a signed intent and
+//! its confirmation. Towards safe one act is enough. Away from safe the order is prepared, which lapses after
+//! [`PREPARED_FOR`] or with the first of its interlocks, and confirmed with a reason. A confirmed order is released to the
+//! unit as soon as the gateway has staged it. Signing is left to `intent`, the conditions to `interlock`.
 
 use std::collections::VecDeque;
 
@@ -18,10 +18,10 @@ use crate::life::{Giver, Life, MAX_COMMANDS};
 use crate::operator::Wish;
 use crate::shown::{Shown, nonce_for};
 
-/// What is to be done about an act.
+/// Consequence of an act.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Deed {
-    /// Nothing more.
+    /// None further.
     Nothing,
     /// An order is given.
     Wish(Wish),
@@ -51,7 +51,7 @@ impl Hand {
         Ok(numbered)
     }
 
-    /// What is to be done about `act`, by what is shown.
+    /// The consequence of `act`, judged by the shown values.
     pub fn judge(&mut self, numbered: &Numbered, shown: &Shown) -> Result<Deed, Unable> {
         if shown.role == Role::View || shown.marks.replay {
             return Err(Unable::Role);
@@ -104,7 +104,7 @@ impl Hand {
         Ok(Deed::Nothing)
     }
 
-    /// What a person ordered is this signed intent.
+    /// Links the person's order to its signed intent.
     pub fn given(&mut self, intent: IntentHash) {
         if self.confirmed.len() >= MAX_COMMANDS {
             self.confirmed.pop_front();
@@ -120,7 +120,7 @@ impl Hand {
         self.confirmed.remove(staged).map(Wish::Release)
     }
 
-    /// Gives up what is prepared once its time is over or an interlock of it fails.
+    /// Drops the prepared order once its time is over or one of its interlocks fails.
     pub fn lapse(&mut self, shown: &Shown) -> Option<(Order, Unable)> {
         let Prepared { serial, order, until, .. } = self.prepared?;
         let why = if shown.at >= until { Unable::Lapsed } else { shown.unable(&order)? };
@@ -144,7 +144,7 @@ impl Hand {
         }
     }
 
-    /// What is prepared.
+    /// The prepared order.
     pub fn prepared(&self) -> Option<Prepared> {
         self.prepared
     }
@@ -171,8 +171,9 @@ fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
 mod tests {
     use super::*;
 
+    /// Beyond it, the newest.
     #[test]
-    fn orders_that_wait_to_be_staged_are_all_kept_up_to_their_bound_and_then_the_newest() {
+    fn staged_orders_are_kept_up_to_their_bound() {
         let mut hand = Hand::default();
         for n in 0..MAX_COMMANDS as u8 + 3 {
             let kept = hand.confirmed.len();

@@ -1,8 +1,7 @@
-//! What happened at this display: modes as they were reported, orders as they were given, alarms as they came, went and were
-//! taken note of.
+//! Event history of this display: reported modes, given orders, and alarms raised, ended and acknowledged.
 //!
-//! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarms`'s; what a
-//! recording is jumped to is `moment`'s, which looks at two pictures.
+//! It is bounded; the recording holds the rest. Alarms still to be acknowledged are `alarms`'s; jump targets in a recording are
+//! `moment`'s, which compares two pictures.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -18,7 +17,7 @@ use crate::life::Giver;
 /// The most that is kept.
 pub const MAX_PAST: usize = 256;
 
-/// What can happen.
+/// An event at the display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incident {
     /// A unit was reported in another mode than before, by this cause.
@@ -27,14 +26,14 @@ pub enum Incident {
     Ordered(Order, Giver),
     /// An alarm was raised.
     Raised(Alarm),
-    /// What it was about is over.
+    /// The alarm's condition is over.
     Over(Alarm),
-    /// Somebody here took note of it.
+    /// The alarm was acknowledged here.
     Acknowledged(Alarm),
 }
 
 impl Incident {
-    /// How urgent it was, where it was an alarm that was raised.
+    /// Priority, if the event is a raised alarm.
     pub fn priority(&self) -> Option<Priority> {
         match self {
             Incident::Raised(alarm) => Some(Priority::of(alarm)),
@@ -42,7 +41,7 @@ impl Incident {
         }
     }
 
-    /// What it says.
+    /// Text of the event.
     pub fn words(&self) -> String {
         match self {
             Incident::Mode(unit, mode, cause) => format!("{unit} went to {}, cause {}", mode.name(), cause.label()),
@@ -85,16 +84,16 @@ impl Incident {
     }
 }
 
-/// What happened, and when.
+/// An event and its time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Past {
     /// On the console's clock.
     pub at: Instant,
-    /// What.
+    /// The event.
     pub what: Incident,
 }
 
-/// What happened, at most [`MAX_PAST`]: the newest, of each unit and link as much as of any other.
+/// Events, at most [`MAX_PAST`]: the newest, shared evenly between units and links.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// Shared with the pictures that show it, which are many for each entry.
@@ -103,8 +102,8 @@ pub struct History {
 }
 
 impl History {
-    /// Keeps one more. Where there is no room the oldest goes of whom most is kept, so that a unit or a link to
-    /// which much happens washes out what happened to no other.
+    /// Keeps one more. Where there is no room the oldest entry goes of the unit or link with the most entries, so that
+    /// a busy one displaces only its own events.
     pub fn note(&mut self, at: Instant, what: Incident) {
         let kept = Arc::make_mut(&mut self.kept);
         kept.push_back(Past { at, what });

@@ -1,9 +1,9 @@
-//! What comes from the gateway is untrusted again: tag, schema and order of the feed, then what is in it.
+//! Checks of messages from the gateway, which are untrusted again: tag, schema and order of the feed, then its content.
 //!
 //! A report reaches the model only as `Accepted`, which the unit's own signature earns here; an acknowledgement only
-//! when its unit signed it for the very intent that we gave. The gateway's word counts for what only it can know: whose
-//! session brought a report. How old a report is we bound ourselves, by a challenge that the unit repeats in it. Folding
-//! is left to `model`.
+//! when its unit signed it for the very intent that we gave. The gateway is believed only in what it alone can know:
+//! which peer's session brought a report. We bound the age of a report ourselves, by a challenge that the unit repeats
+//! in it. Folding is left to `model`.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ impl Intake {
         self.ages.values_mut().for_each(|ages| ages.issue(challenge, now));
     }
 
-    /// When this challenge of ours left for the unit, if it is one that can still be answered.
+    /// Send time of this challenge of ours to the unit, if it can still be answered.
     pub fn sent(&self, unit: UnitId, challenge: Nonce) -> Option<Instant> {
         self.ages.get(&unit)?.sent(challenge)
     }
@@ -56,9 +56,10 @@ impl Intake {
         self.gate.admit(&self.policy, now, bytes)
     }
 
-    /// The report in it: of the unit that the gateway names, under that unit's signature, younger than what counts as
-    /// lost, in order. Younger than *Tf* is not asked: the display says how old it is. How old is bounded by our own
-    /// challenge, which the unit repeats under its signature; what the gateway says can only make it older.
+    /// The report in it: of the unit that the gateway names, under that unit's signature, younger than the bound beyond
+    /// which a unit is lost, in order. Its age is not required to be below *Tf*: the display shows the age. The age is
+    /// bounded by our own challenge, which the unit repeats under its signature; the gateway's statement can only make
+    /// it older.
     pub fn report<'b>(
         &mut self,
         now: Instant,
@@ -107,7 +108,7 @@ impl Intake {
     }
 }
 
-/// How old the report may be by the console's own challenges, its own echo among them.
+/// Bound of the report's age by the console's own challenges, its own echo among them.
 fn bound(ages: &mut AgeBound, decoded: &Decoded<SignedReport<'_>>, now: Instant) -> Option<Age> {
     if let Some(echo) = decoded.watched() {
         ages.prove(echo);

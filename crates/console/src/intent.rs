@@ -19,7 +19,7 @@ pub struct Issuer {
     operator: NodeId,
     /// The last id given.
     last: (Boot, Sequence),
-    /// What each unit says that it heard last of our name, where that is beyond what we gave it.
+    /// Last command id of our name that each unit reports, where it is beyond our own.
     heard: BTreeMap<UnitId, (Boot, Sequence)>,
 }
 
@@ -30,16 +30,16 @@ pub struct Issued {
     pub id: CommandId,
     /// Addressee.
     pub unit: UnitId,
-    /// What is asked.
+    /// Kind of the command.
     pub kind: CommandKind,
-    /// What everything about it names.
+    /// Hash by which all later messages name it.
     pub intent: IntentHash,
     /// COSE_Sign1 over the intent.
     pub bytes: Vec<u8>,
 }
 
 impl Issuer {
-    /// A pen for `operator`, whose ids count from 1 within `boot`.
+    /// An issuer for `operator`, with ids that count from 1 within `boot`.
     pub fn new(key: Key, operator: NodeId, boot: Boot) -> Self {
         Self { key, operator, last: (boot, Sequence(0)), heard: BTreeMap::new() }
     }
@@ -50,9 +50,9 @@ impl Issuer {
         Self { key: self.key.fork(), operator: self.operator, last: self.last, heard: self.heard.clone() }
     }
 
-    /// `unit` says that this was the last command it heard. If it is of our name and beyond what we gave it, somebody else
-    /// holds our key, or we have started anew: we go on above it, because below it nothing of ours would be heard. For this
-    /// unit alone: what one unit says must not shut the operator out of another.
+    /// `unit` reports this as the last command it heard. If it is of our name and beyond our own, another holder of our key
+    /// exists, or we have restarted: we continue above it, because the unit ignores anything below. This holds for this
+    /// unit alone: one unit's report must not shut the operator out of another.
     pub fn after(&mut self, unit: UnitId, heard: CommandId) {
         let place = (heard.boot, heard.sequence);
         if heard.operator == self.operator && place > self.given_to(unit) {

@@ -1,7 +1,7 @@
-//! Why not: the conditions of an order, and those that a unit's mode stands on, each with its value and its limit.
+//! Interlocks: the conditions of an order, and those behind a unit's mode, each with its value and its limit.
 //!
-//! One list greys a control out, is named beside it, and is judged when the act comes. It follows from what is shown and
-//! from nothing else. It spares the operator an order that would be refused; refusing it is left to unit and gateway.
+//! The same list greys a control out, is named beside it, and is judged when the act comes. It follows from the shown
+//! values alone. It spares the operator an order that would be refused; refusing it is left to unit and gateway.
 
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
@@ -17,17 +17,17 @@ use crate::shown::{Shown, ShownUnit, State};
 /// A condition with its value and its limit, as displayed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Predicate {
-    /// What is asked.
+    /// Name of the condition.
     pub name: &'static str,
-    /// How it is.
+    /// Present value.
     pub value: String,
-    /// How it has to be; empty where the name says it.
+    /// Required value; empty where the name says it.
     pub limit: String,
-    /// Whether it holds.
+    /// True if it holds.
     pub holds: bool,
-    /// Whether it was judged at all: what nothing is known of fails nothing.
+    /// True if it was judged at all: an unknown value does not fail.
     pub judged: bool,
-    /// As what an act is refused for which it does not hold.
+    /// The refusal of an act when this condition fails.
     pub unable: Unable,
 }
 
@@ -36,7 +36,7 @@ impl Predicate {
         Self { name, value: value.into(), limit: limit.into(), holds, judged: true, unable: Unable::Interlock }
     }
 
-    /// How it is, and how it has to be; empty where neither is known.
+    /// Present and required value; empty where neither is known.
     pub fn measured(&self) -> String {
         let Predicate { value, limit, .. } = self;
         if value.is_empty() || limit.is_empty() { value.clone() } else { format!("{value}, limit {limit}") }
@@ -127,7 +127,7 @@ impl Shown {
 }
 
 impl ShownUnit {
-    /// What READY stands on, guard by guard, each with what it was judged by and its limit.
+    /// The guards of READY, each with its measured value and its limit.
     pub fn guards(&self, bounds: &Bounds) -> Vec<Predicate> {
         let (state, _) = self.state.get();
         let guard = |guard: Guard| {
@@ -143,7 +143,7 @@ impl ShownUnit {
         Guard::ALL.into_iter().map(guard).collect()
     }
 
-    /// What keeps the unit from READY when no guard does.
+    /// The obstacle to READY when no guard fails.
     pub fn waits_for(&self, bounds: &Bounds) -> Option<String> {
         let (state, _) = self.state.get();
         let failing = state.failing.iter().any(|guard| guard != Guard::Designation);
@@ -195,7 +195,7 @@ fn in_mode(mode: Mode, wanted: Option<Mode>) -> Predicate {
     Predicate::new("mode", holds, mode.name(), wanted.map_or("any", Mode::name))
 }
 
-/// Every guard but the one over a designation, which only what has authority needs.
+/// Every guard but the one over a designation, which only a unit with authority needs.
 fn guards_hold(state: &State) -> Predicate {
     let failing: Vec<&str> = state.failing.iter().filter(|g| *g != Guard::Designation).map(Guard::name).collect();
     let value = if failing.is_empty() { "none".to_owned() } else { failing.join(", ") };
@@ -213,7 +213,7 @@ fn designates(unit: &ShownUnit, track: TrackId, least: u16) -> [Predicate; 2] {
     ]
 }
 
-/// A guard's value and its limit, in words. What fails within its limit says what it waits for.
+/// A guard's value and its limit, in words. A guard that fails within its limit names the condition it waits for.
 fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (String, String) {
     let words = |value: i32| match limit {
         Limit::Age(_) if value == i32::MAX => "unknown".to_owned(),
@@ -238,7 +238,7 @@ fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (Strin
     }
 }
 
-/// What was found of teammates' claims.
+/// Result of the checks of teammates' claims.
 fn claims(holds: bool, measured: &Measured) -> String {
     match measured.teammate() {
         Some((unit, found)) => format!("{unit}: {}", found.name()),

@@ -1,9 +1,8 @@
-//! The supervisory console: what the gateway accepted, as it may be believed by now, and the operator's signed intents.
+//! The supervisory console: messages accepted by the gateway, shown with their present age, and the operator's signed intents.
 //!
-//! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`shown::Shown`], which is drawn ([`text`]), told to the
-//! oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts come in as inputs ([`act`], [`hand`]). What
-//! either of them orders is signed in [`intent`]. It knows nothing of how anything is transported, and cannot send a
-//! command: it asks the gateway to.
+//! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`shown::Shown`], which is drawn ([`text`]), reported to the
+//! oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts arrive as inputs ([`act`], [`hand`]). The
+//! orders of both are signed in [`intent`]. It knows no transport, and cannot send a command: it asks the gateway to.
 
 pub mod act;
 pub mod age;
@@ -62,29 +61,29 @@ use crate::watch::Watch;
 /// Least time between two pictures in words: with each report that comes there is one.
 const DRAWN: Span = Span::ms(50);
 
-/// What a console is for.
+/// Configuration of a console.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ConsoleConfig {
     /// Units that are displayed once something of theirs is accepted, in this order.
     pub units: Vec<UnitId>,
-    /// Those of them that take part: one of these of which nothing was ever accepted is shown as silent.
+    /// Participating units: one from which no report was ever accepted is shown as silent.
     pub awaited: Vec<UnitId>,
     /// The operator.
     pub operator: NodeId,
     /// The operator's Ed25519 secret.
     pub operator_secret: Secret,
-    /// What a person at the window may do. The script is the operator's own and asks for nothing of it but that there is
-    /// a pen: where one may only look, there is none.
+    /// Permissions of the person at the window. The script has the operator's own permissions and needs only an issuer:
+    /// a viewer's console has none.
     #[serde(default)]
     pub role: Role,
-    /// What the operator does, at most [`MAX_STEPS`] steps.
+    /// The operator's script, at most [`MAX_STEPS`] steps.
     #[serde(default)]
     pub script: Vec<Step>,
-    /// Revocations that the authority signed in advance, by whose standing they end.
+    /// Revocations that the authority signed in advance, by the revoked node.
     #[serde(default)]
     pub revocations: Vec<(NodeId, Vec<u8>)>,
-    /// Whether to give the display as text.
+    /// True to give the display as text.
     #[serde(default)]
     pub text: bool,
 }
@@ -109,10 +108,10 @@ pub struct Console {
     model: Model,
     witness: Witness,
     operator: Operator,
-    /// Absent where one may only look, and where a recording is followed: then nothing can be signed here.
+    /// Absent for a viewer and in a replay, where no signing is possible.
     issuer: Option<Issuer>,
     requests: Sender,
-    /// Revocations that the operator may use, and whose were used.
+    /// Revocations that the operator may use, and the nodes already revoked.
     revocations: Vec<(NodeId, Vec<u8>)>,
     revoked: Vec<NodeId>,
     accounts: Accounts,
@@ -120,7 +119,7 @@ pub struct Console {
     text: bool,
     drawn: Option<Instant>,
     next: Instant,
-    /// What was shown last changes by itself then.
+    /// Time at which the last shown picture changes without input.
     changes: Option<Instant>,
     look: Option<Instant>,
     quiet: bool,
@@ -194,7 +193,7 @@ impl Console {
         }
     }
 
-    /// What is drawn at `now`.
+    /// The picture at `now`.
     pub fn shown(&self, now: Instant) -> Shown {
         self.model.shown(now)
     }
@@ -204,7 +203,7 @@ impl Console {
         self.model.first()
     }
 
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn accounts(&self) -> &Accounts {
         &self.accounts
     }

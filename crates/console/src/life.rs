@@ -1,7 +1,7 @@
 //! The life of a command as the display knows it, from request to acknowledgement.
 //!
-//! What the unit signed outweighs what the gateway says, and nothing undoes that a command was executed. What the unit
-//! does not answer in time is shown so, whatever the gateway says meanwhile. Verifying acknowledgements is left to `intake`.
+//! The unit's signature outweighs the gateway's statement, and an executed command stays executed. A command that the unit
+//! does not answer in time is shown so, regardless of the gateway. Verifying acknowledgements is left to `intake`.
 
 use std::collections::VecDeque;
 
@@ -16,12 +16,12 @@ use wire::time::{Instant, Span};
 
 use crate::intent::Issued;
 
-/// Commands whose progress is kept.
+/// Bound of the commands with tracked progress.
 pub const MAX_COMMANDS: usize = 16;
-/// How long a command may go unanswered before it is shown as not acknowledged: a person is to learn it within a second of the hand.
+/// Time limit for an answer before a command is shown as not acknowledged: a person is to learn it within a second of the act.
 pub const ACK_WITHIN: Span = Span::ms(900);
 
-/// Who gave an order. Both do so in the operator's name and with the operator's key.
+/// The source of an order. Both use the operator's name and key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Giver {
     /// The scenario's script.
@@ -48,7 +48,7 @@ impl Giver {
     }
 }
 
-/// How far a command has come.
+/// Progress of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Life {
     /// Requested of the gateway.
@@ -63,17 +63,18 @@ pub enum Life {
     Executed,
     /// The unit refused it.
     RefusedByUnit(Reason),
-    /// The gateway refused it: why, or nothing where it lost its session and what waited there is void.
+    /// The gateway refused it, with the reason; `None` where the gateway lost its session, which voids waiting
+    /// commands.
     RefusedByGateway(Option<Reason>),
     /// It waited too long.
     Expired,
-    /// Nothing was heard of it in time.
+    /// No answer came in time.
     NotAcknowledged,
 }
 
 impl Life {
-    /// Whether somebody else's answer is being waited for. A command away from safe that is staged waits for the
-    /// operator; one towards safe never has to.
+    /// True if an answer from another party is pending. A staged command away from safe waits for the operator; one
+    /// towards safe never has to.
     fn pending(self, kind: CommandKind) -> bool {
         match self {
             Life::Requested | Life::Released | Life::Sent => true,
@@ -86,8 +87,8 @@ impl Life {
         }
     }
 
-    /// What may follow what: only a higher rank. So the gateway's word moves a command along and never back, undoes no
-    /// alarm, and is outweighed by what the unit signed; that it was executed outweighs that a repetition was refused.
+    /// Order of the states: only a higher rank may follow. So the gateway moves a command along and never back, clears
+    /// no alarm, and is outweighed by the unit's signature; an execution outweighs the refusal of a repetition.
     fn rank(self) -> u8 {
         match self {
             Life::Requested => 0,
@@ -125,26 +126,26 @@ pub struct ShownCommand {
     pub intent: IntentHash,
     /// To whom.
     pub unit: UnitId,
-    /// What.
+    /// Kind of the command.
     pub kind: CommandKind,
-    /// Who gave it.
+    /// Source of the order.
     pub by: Giver,
-    /// How far it has come.
+    /// Its progress.
     pub life: Life,
     /// Since when.
     pub since: Instant,
-    /// When it came to each stage.
+    /// Time of each stage.
     pub times: Times,
 }
 
 impl ShownCommand {
-    /// Whether an answer to it is being waited for: another of its kind would be the same again.
+    /// True if an answer to it is being waited for: another of its kind would be the same again.
     pub fn under_way(&self) -> bool {
         self.life.pending(self.kind)
     }
 }
 
-/// When a command came to each stage, on the console's clock.
+/// Time of each stage of a command, on the console's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Times {
     /// Asked of the gateway.
@@ -157,7 +158,7 @@ pub struct Times {
     pub sent: Option<Instant>,
     /// Answered: executed, refused or void.
     pub answered: Option<Instant>,
-    /// What it was to bring about was seen in a report that says that the unit has heard it.
+    /// The intended effect was seen in a report by which the unit has heard the command.
     pub effect: Option<Instant>,
 }
 
@@ -178,7 +179,7 @@ impl Times {
 #[derive(Clone, Copy, Debug)]
 struct Given {
     shown: ShownCommand,
-    /// When the operator last did something about it; the answer is due from then on, whatever the gateway says.
+    /// Time at which the operator last did something about it; the answer is due from then on, whatever the gateway says.
     asked: Instant,
 }
 
@@ -188,12 +189,12 @@ impl Given {
     }
 }
 
-/// Whether the unit's counter has come to the command.
+/// True if the unit's counter has come to the command.
 fn reached(heard: CommandId, id: CommandId) -> bool {
     heard.operator == id.operator && (heard.boot, heard.sequence) >= (id.boot, id.sequence)
 }
 
-/// Whether a unit that reports this is as a command of this kind leaves it.
+/// True if a unit that reports this is as a command of this kind leaves it.
 fn brought_about(kind: CommandKind, report: &Report) -> bool {
     match kind {
         CommandKind::Hold => report.mode == Mode::HoldSafe,
@@ -210,7 +211,7 @@ fn brought_about(kind: CommandKind, report: &Report) -> bool {
 pub struct Commands(VecDeque<Given>);
 
 impl Commands {
-    /// We asked for a command; `by` says whose wish it was.
+    /// We asked for a command; `by` is its source.
     pub fn requested(&mut self, now: Instant, issued: &Issued, by: Giver) {
         if self.0.len() >= MAX_COMMANDS {
             self.0.pop_front();
@@ -253,12 +254,12 @@ impl Commands {
         Some((given.shown.id, given.shown.unit))
     }
 
-    /// A verified acknowledgement. False when it says nothing new.
+    /// A verified acknowledgement. False if it adds no information.
     pub fn acknowledged(&mut self, now: Instant, intent: &IntentHash, refused: Option<Reason>) -> bool {
         self.progress(now, intent, refused.map_or(Life::Executed, Life::RefusedByUnit))
     }
 
-    /// Marks the commands that nothing was heard of in time.
+    /// Marks the commands left unanswered beyond the limit.
     pub fn tick(&mut self, now: Instant) {
         let overdue = |given: &&mut Given| given.pending() && now.since(given.asked) >= ACK_WITHIN;
         for given in self.0.iter_mut().filter(overdue) {
@@ -267,7 +268,7 @@ impl Commands {
         }
     }
 
-    /// When one will next be overdue.
+    /// Time at which one will next be overdue.
     pub fn changes(&self) -> Option<Instant> {
         self.0.iter().filter(|given| given.pending()).map(|given| given.asked + ACK_WITHIN).min()
     }
@@ -288,7 +289,7 @@ impl Commands {
         true
     }
 
-    /// A report of `unit` was accepted: is what a command was to bring about there?
+    /// A report of `unit` was accepted: does it show a command's intended effect?
     pub fn reported(&mut self, now: Instant, unit: UnitId, report: &Report) {
         let Some((heard, None)) = report.last_command else { return };
         let of_unit = self.0.iter_mut().map(|given| &mut given.shown).filter(|shown| shown.unit == unit);

@@ -1,8 +1,8 @@
 //! The display's model: a pure fold of accepted messages and the console's own clock.
 //!
-//! [`Model::shown`] gives [`Shown`], which is what views draw, what the operator sees and what the oracle is told; no
-//! other way leads from the model to a screen. Judging messages is left to `intake`, following commands to `life`,
-//! raising alarms to `alarms`, judging acts to `hand`, deciding to `operator`.
+//! [`Model::shown`] gives [`Shown`], the only input of views, operator and oracle; no other way leads from the model to
+//! a screen. Judging messages is left to `intake`, following commands to `life`, raising alarms to `alarms`, judging
+//! acts to `hand`, deciding to `operator`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -27,14 +27,14 @@ use crate::skew::Skew;
 /// Lost tracks of one unit that are kept; six times as many as it reports at once.
 pub const MAX_LOST: usize = 48;
 
-/// Whose display it is.
+/// The identity of a display: operator and role.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Desk {
-    /// In whose name commands are given.
+    /// The node that issues the commands.
     pub operator: NodeId,
-    /// What the person here may do.
+    /// Permissions of the person here.
     pub role: Role,
-    /// What must be said of the picture as a whole.
+    /// Marks of the picture as a whole.
     pub marks: Marks,
     /// The platform's bounds.
     pub bounds: Bounds,
@@ -84,7 +84,7 @@ impl Lost {
 struct Link {
     open: bool,
     since: Instant,
-    /// When a report that it brought was accepted last.
+    /// Time at which a report that it brought was accepted last.
     heard: Option<Instant>,
 }
 
@@ -128,7 +128,7 @@ struct Losses {
 }
 
 impl Model {
-    /// A model that has heard nothing of `units`.
+    /// A model of `units` before any message.
     pub fn new(units: &[UnitId], desk: Desk, policy: &Policy) -> Self {
         Self {
             limits: Limits::new(&desk.bounds, policy),
@@ -155,9 +155,9 @@ impl Model {
         self.units.first().map_or(UnitId::A, |(unit, _)| *unit)
     }
 
-    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes nothing: so
-    /// neither a replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen` is when
-    /// the challenge that the unit repeats left here, and when it says it saw it.
+    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes no value: so neither a
+    /// replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen` holds the send
+    /// time of the challenge that the unit repeats, and the time at which the unit says it saw it.
     pub fn report(
         &mut self,
         accepted: &Accepted<SignedReport<'_>>,
@@ -207,8 +207,8 @@ impl Model {
         true
     }
 
-    /// So often, says `peer`, its session at the broker was lost since it started for the `boot`th time, where that is known.
-    /// What was shown once stays shown.
+    /// Count of session losses at the broker that `peer` reports since its `boot`th start, where that is known. A shown loss
+    /// stays shown.
     pub fn sessions_lost(&mut self, peer: PeerId, boot: Option<Boot>, counted: u32) {
         let known = self.losses.entry(peer).or_default();
         // A peer that has started again counts from nothing.
@@ -217,7 +217,7 @@ impl Model {
         *known = Losses { boot, counted, total: known.total.saturating_add(more) };
     }
 
-    /// The gateway said something: what is shown of its sessions is as old as that.
+    /// The gateway sent a message: the shown state of its sessions is as old as that.
     pub fn fed(&mut self, now: Instant) {
         self.fed = Some(Aged::new((), now, Some(Age::on_one_host(now, now))));
     }
@@ -270,7 +270,7 @@ impl Model {
         }
     }
 
-    /// Raises the alarms of what is shown, and says so in it.
+    /// Raises the alarms of the picture, and adds them to it.
     pub fn watch(&mut self, shown: &mut Shown) {
         self.alarms.fold(shown, &mut self.history);
         (shown.alarms, shown.alarms_more) = self.alarms.shown();
@@ -292,7 +292,7 @@ impl Model {
         &mut self.commands
     }
 
-    /// When the picture changes next by time alone.
+    /// Time at which the picture changes next by time alone.
     pub fn changes(&self, now: Instant) -> Option<Instant> {
         let heard = self.units.iter().filter_map(|(_, heard)| heard.as_ref());
         let labels = heard.flat_map(|heard| {
@@ -304,7 +304,7 @@ impl Model {
         labels.chain(links).chain(self.commands.changes()).chain(prepared).min()
     }
 
-    /// What is to be drawn at `now`.
+    /// The picture to draw at `now`.
     pub fn shown(&self, now: Instant) -> Shown {
         let unit =
             |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
@@ -375,8 +375,8 @@ impl Model {
     }
 }
 
-/// The tracks that are lost once `report` follows on what was heard before. One that is reported again is no longer lost;
-/// a unit that has started again has none of its old ones.
+/// The tracks that are lost once `report` follows the earlier ones. A track that is reported again is no longer lost; a
+/// restarted unit has none of its old ones.
 fn lost_by(report: &Report, before: Option<Heard>, now: Instant) -> Lost {
     let Some(Heard { report: of, tracks, mut lost, .. }) = before else { return Lost::default() };
     let reported = |boot: Boot, track: &Aged<ReportedTrack>| {
@@ -402,7 +402,7 @@ fn origin(heard: &Heard) -> Origin {
     }
 }
 
-/// Whether `report` is newer than what is shown: a later boot, or within one boot a higher sequence *and* a later stamp.
+/// True if `report` is newer than the shown one: a later boot, or within one boot a higher sequence *and* a later stamp.
 fn newer(report: &Report, heard: &Heard) -> bool {
     let later = (report.boot, report.sequence) > (heard.report.boot, heard.report.sequence);
     later && (report.boot > heard.report.boot || report.stamp.minus(heard.stamp) > 0)

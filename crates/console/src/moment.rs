@@ -1,6 +1,6 @@
-//! What one may want to jump to in a recording: changes of what was shown, and what really happened.
+//! Jump targets in a recording: changes of the display, and true events.
 //!
-//! The second is the instrument's knowledge. It reaches whoever looks at a recording, and no console that runs.
+//! The latter are the instrument's knowledge. They reach the viewer of a recording, and no running console.
 
 use serde::{Deserialize, Serialize};
 use wire::person::Alarm;
@@ -17,7 +17,7 @@ pub const MAX_MOMENTS: usize = 256;
 pub struct Moment {
     /// From the recording's beginning.
     pub at: Span,
-    /// What changed, or happened.
+    /// The change or event.
     pub what: String,
     /// It really happened; else it was shown.
     pub truth: bool,
@@ -29,17 +29,17 @@ pub struct Moment {
 pub struct Happened {
     /// On the console's clock, microseconds.
     pub at_us: u64,
-    /// What.
+    /// The event.
     pub what: String,
 }
 
-/// Whether a unit that was shown before is shown in another mode.
+/// True if a unit that was shown before is shown in another mode.
 pub(crate) fn mode_changed(before: &Shown, after: &Shown) -> bool {
     let mode = |shown: &Shown, unit| shown.unit(unit).map(|unit| unit.state.get().0.mode);
     before.units.iter().any(|unit| mode(before, unit.unit) != mode(after, unit.unit))
 }
 
-/// What a person may want to jump to: another mode with its cause, a new alarm, an answered command.
+/// Jump targets between two pictures: another mode with its cause, a new alarm, an answered command.
 pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
     let mut changes = Vec::new();
     for unit in &after.units {

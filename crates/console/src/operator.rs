@@ -1,9 +1,9 @@
 //! The headless operator: follows a script and sees only what is displayed.
 //!
 //! A step becomes due at its time, or when the step before it is done; then it waits for its conditions, at most for
-//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. What is not
-//! acknowledged in time, or refused for a condition that may pass, is tried once more under a new id; no id is ever
-//! asked for or confirmed twice. Signing is left to `intent`.
+//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A command that
+//! is not acknowledged in time, or refused for a condition that may pass, is tried once more under a new id; no id is
+//! ever asked for or confirmed twice. Signing is left to `intent`.
 
 use serde::{Deserialize, Serialize};
 use wire::command::{CommandKind, IntentHash};
@@ -20,7 +20,7 @@ use crate::shown::{Shown, ShownUnit, nonce_for};
 
 /// Steps a script may have.
 pub const MAX_STEPS: usize = 32;
-/// How often a step is tried.
+/// Most attempts at a step.
 const MAX_TRIES: u8 = 2;
 /// Time between two tries.
 const BETWEEN_TRIES: Span = Span::ms(500);
@@ -34,20 +34,20 @@ pub struct Step {
     pub at_ms: Option<u64>,
     /// Which unit.
     pub unit: UnitId,
-    /// What has to be displayed of it.
+    /// Display conditions of the step.
     #[serde(default)]
     pub when: When,
-    /// What the operator does.
+    /// The operator's action.
     #[serde(rename = "do")]
     pub action: Action,
-    /// Why; needed away from safe.
+    /// Reason; required away from safe.
     #[serde(default)]
     pub reason: String,
-    /// How long the conditions are waited for, in milliseconds.
+    /// Time limit for the conditions, in milliseconds.
     pub within_ms: u64,
 }
 
-/// Conditions on what is displayed. A condition holds only on values displayed as fresh.
+/// Conditions on the displayed values. A condition holds only on values displayed as fresh.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct When {
@@ -69,7 +69,7 @@ pub struct TrackCondition {
     pub confidence: u16,
 }
 
-/// What the operator does.
+/// An action of the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Action {
@@ -91,20 +91,20 @@ pub enum Action {
     Configure(Settings),
 }
 
-/// What the operator wants done now.
+/// A request of the operator, to be carried out now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Give an intent; its hash is to be told to whoever wished for it ([`Operator::given`], `hand::Hand::given`).
+    /// Give an intent; its hash is reported to the requester ([`Operator::given`], `hand::Hand::given`).
     Intend {
         /// Step of the script; none where a person wishes it.
         step: Option<usize>,
         /// Addressee.
         unit: UnitId,
-        /// What is asked.
+        /// Kind of the command.
         kind: CommandKind,
         /// Nonce as displayed.
         nonce: Nonce,
-        /// Why.
+        /// Reason.
         reason: String,
     },
     /// Confirm a staged command.
@@ -119,7 +119,7 @@ enum Progress {
     Waiting { not_before: Instant, tries: u8 },
     /// A command has been given.
     Given { intent: IntentHash, released: bool, tries: u8 },
-    /// Nothing more to do since then.
+    /// Complete since then.
     Done(Instant),
 }
 
@@ -138,12 +138,12 @@ impl Operator {
         Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence }
     }
 
-    /// Looks at the display and says what is to be done.
+    /// Reads the display and returns the requests.
     pub fn look(&mut self, shown: &Shown) -> Vec<Wish> {
         (0..self.steps.len()).filter_map(|at| self.step(at, shown)).collect()
     }
 
-    /// What `step` wished for is this signed intent.
+    /// Links the wish of `step` to this signed intent.
     pub fn given(&mut self, step: usize, intent: IntentHash) {
         if let Some((_, progress)) = self.steps.get_mut(step)
             && let Progress::Waiting { tries, .. } = *progress
@@ -152,7 +152,7 @@ impl Operator {
         }
     }
 
-    /// When the operator next has to look, if nothing else happens.
+    /// Time of the operator's next look without further input.
     pub fn deadline(&self, now: Instant) -> Option<Instant> {
         let due = (0..self.steps.len()).filter_map(|at| match self.steps[at].1 {
             Progress::Waiting { not_before, .. } => self.due(at).map(|due| Instant(due.0.max(not_before.0))),
@@ -161,7 +161,7 @@ impl Operator {
         due.filter(|due| *due > now).min()
     }
 
-    /// When the step is due; `None` while the one it follows is not done.
+    /// Time at which the step is due; `None` while the one it follows is not done.
     fn due(&self, at: usize) -> Option<Instant> {
         match (self.steps[at].0.at_ms, at.checked_sub(1)) {
             (Some(ms), _) => Some(self.start + Span::ms(ms)),
@@ -209,7 +209,8 @@ impl Operator {
     }
 }
 
-/// What follows from how far a command has come; `None`: it is still on its way. One no longer displayed is done.
+/// The next progress, from the state of the command; `None`: it is still under way. A command no longer displayed is
+/// complete.
 fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
     let Some(life) = life else { return Some(Progress::Done(now)) };
     let again = match life {
@@ -253,7 +254,7 @@ impl Step {
 }
 
 impl When {
-    /// Whether all of it is displayed as fresh.
+    /// True if all of it is displayed as fresh.
     fn holds(&self, unit: Option<&ShownUnit>) -> bool {
         let mode = unit.and_then(|unit| unit.state.fresh()).map(|state| state.mode);
         let in_mode = self.mode.is_none_or(|wanted| mode == Some(wanted));

@@ -1,6 +1,6 @@
 //! From wishes to signed requests: the one way for the script and for a person.
 //!
-//! What a person does is judged by `hand`, what the script does by `operator`; signing is left to `intent`.
+//! `hand` judges a person's acts, `operator` decides the script's; signing is left to `intent`.
 
 use wire::codec;
 use wire::command::Request;
@@ -18,7 +18,7 @@ use crate::operator::Wish;
 use crate::shown::Shown;
 
 impl Console {
-    /// Lets the operator look, and carries out what is wished for. Whether anything was.
+    /// Lets the operator look, and carries out the wishes. True if there was any.
     pub(crate) fn wishes(&mut self, now: Instant, shown: &Shown) -> bool {
         if self.quiet {
             return false;
@@ -58,9 +58,9 @@ impl Console {
         self.note(now, Event::Act { by, serial, act, command, refused });
     }
 
-    /// The one way from a wish, of the script or of a person, to what is asked of the gateway. Gives the command, if the
-    /// wish was for one. In a recording there is no pen, and of what a person wished only the history is kept here: what was
-    /// asked is told (`retrace`).
+    /// The one way from a wish, of the script or of a person, to a request to the gateway. Returns the command, if the wish
+    /// was for one. A replay has no issuer, and of a person's wish only the history is kept here: the requests come from the
+    /// recording (`retrace`).
     fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
             Wish::Intend { step, unit, kind, nonce, reason } => {
@@ -98,7 +98,8 @@ impl Console {
         None
     }
 
-    /// Asks for `who` to be struck; that is answered by nobody, so it is asked for again with each challenge.
+    /// Requests the revocation of `who`; revocations are not acknowledged, so the request is repeated with each
+    /// challenge.
     pub(crate) fn revoke(&mut self, now: Instant, who: NodeId) {
         if let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() {
             self.request(now, &Request::Revoke(signed.as_slice().into()));

@@ -7,6 +7,6 @@
 pub const HTML: &str = include_str!("page/index.html");
 /// Its styles, for dark and light rooms.
 pub const CSS: &str = include_str!("page/page.css");
-/// Its script. It asks for `picture` ten times a second: `{"held_ms", "picture"}`, where `held_ms` is how long at most the
-/// picture has been lying ready, or null where nobody knows. And once for `site`: [`crate::site::Site`].
+/// Its script. It asks for `picture` ten times a second: `{"held_ms", "picture"}`, where `held_ms` is the upper bound of
+/// the time the picture has been ready, or null where that is unknown. And once for `site`: [`crate::site::Site`].
 pub const JS: &str = include_str!("page/page.js");

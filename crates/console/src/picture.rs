@@ -1,7 +1,7 @@
-//! What is shown as one JSON object, for programs: `holdsafe watch RUN --json`.
+//! The picture as one JSON object, for programs: `holdsafe watch RUN --json`.
 //!
-//! A view, as [`text`](crate::text) is: it decides nothing and computes no age. Each value that ages stands in an object with
-//! its freshness and its age. The lists are those of [`Shown`], with its bounds.
+//! A view, as [`text`](crate::text) is: it decides and computes no age. Each value that ages stands in an object with its
+//! freshness and its age. The lists are those of [`Shown`], with its bounds.
 
 use serde_json::{Value, json};
 use wire::report::ReportedTrack;
@@ -71,13 +71,14 @@ pub(crate) fn line(shown: &Shown) -> String {
     .to_string()
 }
 
-/// Where one word of freshness gives way to the next; null where values do not age, which is no result of the full policy.
+/// Ages at which one freshness label gives way to the next; null where values do not age, which is no result of the full
+/// policy.
 fn limits(limits: &Limits) -> Value {
     let Limits { fresh, late, stale, age_out } = *limits;
     if age_out { json!({ "fresh": ms(fresh), "late": ms(late), "stale": ms(stale) }) } else { Value::Null }
 }
 
-/// A unit, with each guard and what it was judged by.
+/// A unit, with each guard and its measured value.
 fn unit(shown: &Shown, of: &ShownUnit) -> Value {
     let ((state, _), (pose, _)) = (of.state.get(), of.pose.get());
     json!({
@@ -128,7 +129,7 @@ fn labelled<T>(of: &Labelled<T>, value: Value) -> Value {
     json!({ "freshness": word(of.freshness()), "age_ms": ms(of.age()), "value": value })
 }
 
-/// Whole milliseconds of what is left: rounded down.
+/// Whole milliseconds left: rounded down.
 fn left(span: Span) -> u64 {
     span.0 / 1000
 }
@@ -143,7 +144,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_age_is_told_shorter_and_no_time_that_is_left_longer_than_it_is() {
+    fn ages_round_up_and_time_left_down() {
         assert_eq!((ms(Span(299_001)), left(Span(299_999))), (Some(300), 299));
         assert_eq!(ms(Span(u64::MAX)), None);
     }

@@ -16,7 +16,7 @@ use wire::setup::Setup;
 use crate::site::Site;
 use crate::{Console, ConsoleConfig};
 
-/// What a launcher puts into [`ServiceSpec::config`] for a console.
+/// Configuration that a launcher puts into [`ServiceSpec::config`] for a console.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessConfig {

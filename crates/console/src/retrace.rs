@@ -1,7 +1,7 @@
-//! Following a recording: the same core, fed what it was fed, with neither script, pen nor challenges of its own.
+//! Replay of a recording in the same core, from its recorded inputs, with neither script, issuer nor challenges of its own.
 //!
-//! What it said then it is told ([`Console::said`]): which challenges it made, so that ages come out as they were, which
-//! commands it gave and to which act each answered. So no secret is needed to look at a run again, and nothing can be signed while doing so.
+//! Its recorded outputs are fed back ([`Console::said`]): the challenges it made, so that ages are reproduced, the commands it gave and the
+//! act that each answered. So a run can be viewed again without a secret, and no signing is possible meanwhile.
 
 use sha2::{Digest, Sha256};
 use wire::audit::Entry;
@@ -27,7 +27,7 @@ impl Console {
         Ok(console)
     }
 
-    /// What the console said at `now` when it was recorded, after what it was fed then.
+    /// The console's recorded output at `now`, after its input of that time.
     pub fn said(&mut self, now: Instant, output: &Output) {
         if let Output::Bus { topic: Topic::Intents, bytes } = output {
             self.asked(now, bytes);
@@ -74,7 +74,7 @@ impl Console {
     }
 }
 
-/// The content of what the recorded console signed. Nothing rests on it but what is drawn of the recording.
+/// The signed payload of the recorded console. Only the drawing of the recording depends on it.
 fn payload(signed: &[u8]) -> &[u8] {
     Signed::parse(signed, MAX_ORDER).map_or(&[], |signed| signed.payload)
 }

@@ -1,4 +1,4 @@
-//! What is drawn at one instant: all that views, the operator and the oracle ever see of the model.
+//! The picture of one instant: all that views, the operator and the oracle see of the model.
 //!
 //! A value that ages is here only as a [`Labelled`] one. Making it is left to `model`.
 
@@ -26,7 +26,7 @@ use crate::history::Past;
 use crate::life::ShownCommand;
 use crate::skew::Rate;
 
-/// What a unit says of its state.
+/// State that a unit reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct State {
     /// Mode of its machine.
@@ -35,21 +35,21 @@ pub struct State {
     pub cause: Cause,
     /// Guards that failed.
     pub failing: Guards,
-    /// What they were judged by.
+    /// Measured values of the guards.
     pub measured: Measured,
-    /// What an operator has set, where it does not go by the platform's own values.
+    /// Settings by an operator, where they replace the platform's own values.
     pub settings: Option<Settings>,
     /// Authority, while it was held.
     pub authority: Option<ReportedAuthority>,
     /// Forward speed, mm/s.
     pub speed_mm_s: i32,
-    /// What an intent has to repeat.
+    /// Nonce that an intent has to repeat.
     pub nonce: Nonce,
     /// Share of the route driven, permille.
     pub progress: u16,
 }
 
-/// Where a report comes from: apart from how old it is.
+/// Origin of a report, apart from its age.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
     /// The unit's own session brought it, and every check was made.
@@ -83,7 +83,7 @@ pub struct LostTrack {
     pub boot: Boot,
     /// As reported last; lost, however young.
     pub track: Labelled<ReportedTrack>,
-    /// When it was first missing.
+    /// Time at which it was first missing.
     pub since: Instant,
 }
 
@@ -94,13 +94,13 @@ pub struct ShownUnit {
     pub unit: UnitId,
     /// The report behind it.
     pub report: RecordId,
-    /// Whose session brought that.
+    /// Peer of the session that brought it.
     pub via: PeerId,
     /// Checks that were waived on its way.
     pub waived: Waived,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
-    /// When the shown mode was first shown.
+    /// Time at which the shown mode was first shown.
     pub since: Instant,
     /// State.
     pub state: Labelled<State>,
@@ -112,17 +112,17 @@ pub struct ShownUnit {
     pub lost: Vec<LostTrack>,
     /// Lost tracks for which there was no room.
     pub lost_more: u32,
-    /// How fast its clock runs against the console's, where that is known: ages rest on it.
+    /// Rate of its clock against the console's, where known: ages rest on it.
     pub clock: Option<Rate>,
 }
 
 impl ShownUnit {
-    /// The values that it goes by: what was set, else the platform's own.
+    /// The settings in force: an operator's, else the platform's own.
     pub fn settings(&self, bounds: &Bounds) -> Settings {
         self.state.get().0.settings.unwrap_or(Settings::of(bounds))
     }
 
-    /// How many tracks carry one of these labels.
+    /// Number of tracks with one of these labels.
     pub fn tracks_labelled(&self, labels: &[Freshness]) -> u8 {
         self.tracks.iter().filter(|t| labels.contains(&t.freshness())).count() as u8
     }
@@ -133,57 +133,57 @@ impl ShownUnit {
 pub struct ShownLink {
     /// With whom.
     pub peer: PeerId,
-    /// Whether it stands, by the last word of the gateway and as old as that.
+    /// True if it stands, by the last word of the gateway and as old as that.
     pub open: Labelled<bool>,
     /// Since when.
     pub since: Instant,
-    /// How long ago a report that it brought was accepted.
+    /// Time since a report that it brought was accepted.
     pub heard: Option<Span>,
 }
 
 /// Refusals for one reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShownRefusals {
-    /// Why.
+    /// Reason.
     pub reason: Reason,
-    /// Whose session brought them, where that is known.
+    /// Peer of the session that brought them, where known.
     pub peer: Option<PeerId>,
     /// Refused by the console itself, not by the gateway.
     pub here: bool,
-    /// How many.
+    /// Count.
     pub n: u64,
     /// The last one.
     pub last: Instant,
 }
 
-/// What must stand on every picture that is not one of a live run under the full policy. (That it is a simulation
+/// Marks that every picture must carry unless it is one of a live run under the full policy. (That it is a simulation
 /// need not be said here: there is no other platform.)
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Marks {
-    /// A recording is shown: nothing can be commanded.
+    /// A replay: no commands are possible.
     pub replay: bool,
     /// In a recording: when the run's time began, on the console's clock. Times are then told as times of the run.
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
-    /// Why the recording that is shown is evidence of nothing; never of what is live.
+    /// Reason for which the shown recording is no evidence; never set on a live picture.
     pub invalid: Option<String>,
 }
 
 /// Everything that is drawn at one instant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shown {
-    /// When, on the console's clock.
+    /// Time, on the console's clock.
     pub at: Instant,
-    /// In whose name commands are given.
+    /// The node that issues the commands.
     pub operator: NodeId,
-    /// What the person here may do.
+    /// Permissions of the person here.
     pub role: Role,
-    /// What must be said of the picture as a whole.
+    /// Marks of the picture as a whole.
     pub marks: Marks,
     /// The platform's bounds.
     pub bounds: Bounds,
-    /// What the labels of values that age follow from.
+    /// Age limits behind the labels.
     pub limits: Limits,
     /// Units that have been heard, in the configured order.
     pub units: Vec<ShownUnit>,
@@ -194,7 +194,7 @@ pub struct Shown {
     /// Refusals by reason and peer. The gateway tells of some at once and of how many there were with each, so in a flood
     /// the numbers are at most a second or two behind, and exact after it.
     pub refusals: Vec<ShownRefusals>,
-    /// Whose sessions at the broker were cut or taken, and how often: an alarm.
+    /// Peers with cut or taken-over sessions at the broker, with counts: an alarm.
     pub losses: Vec<(PeerId, u32)>,
     /// Commands of this console, oldest first.
     pub commands: Vec<ShownCommand>,
@@ -204,18 +204,18 @@ pub struct Shown {
     pub alarms: Vec<ShownAlarm>,
     /// Alarms for which there was no room.
     pub alarms_more: u32,
-    /// What happened at this display, oldest first.
+    /// Events at this display, oldest first.
     pub past: Arc<VecDeque<Past>>,
-    /// How much of it is no longer kept.
+    /// Number of events no longer kept.
     pub past_more: u32,
     /// The order that waits to be confirmed.
     pub prepared: Option<Prepared>,
-    /// What came of the last acts, oldest first.
+    /// Results of the last acts, oldest first.
     pub answers: Vec<Answer>,
 }
 
 impl Shown {
-    /// The same `by` later, nothing having come meanwhile: what a view draws of a picture that has lain for so long.
+    /// The same picture `by` later, with no input in between: the one a view draws after holding it for so long.
     #[must_use]
     pub fn older(mut self, by: Span) -> Self {
         let limits = self.limits;

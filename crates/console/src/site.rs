@@ -1,18 +1,18 @@
-//! What the map draws beneath everything: the site as the mission was planned on it. It is no statement about the world
-//! now, comes with the console's making and never over the feed.
+//! The map's background: the site as the mission was planned on it. It makes no statement about the present world,
+//! comes with the console's configuration and never over the feed.
 
 use serde::{Deserialize, Serialize};
 
 /// Most points or blocks of each kind that are drawn.
 pub const MAX_POINTS: usize = 256;
 
-/// Most heights along a side of the survey; of one that is larger nothing is drawn.
+/// Most heights along a side of the survey; a larger survey is not drawn.
 pub const MAX_SIDE: usize = 64;
 
 /// A place on the ground, metres east and north.
 pub type Place = [f32; 2];
 
-/// The planned site. What exceeds [`MAX_POINTS`] is not drawn.
+/// The planned site. Points beyond [`MAX_POINTS`] are not drawn.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Site {
@@ -22,7 +22,7 @@ pub struct Site {
     /// Way points, in order.
     #[serde(default)]
     pub route: Vec<Place>,
-    /// Whether the route starts again at its end.
+    /// True if the route starts again at its end.
     #[serde(default)]
     pub looped: bool,
     /// Known obstacles.
@@ -34,7 +34,7 @@ pub struct Site {
 }
 
 impl Site {
-    /// What of it is drawn: no more than [`MAX_POINTS`] of each kind, and numbers that are some.
+    /// The drawable part: no more than [`MAX_POINTS`] of each kind, and finite numbers only.
     #[must_use]
     pub fn sound(mut self) -> Self {
         let finite = |place: &Place| place.iter().all(|at| at.is_finite());
@@ -91,8 +91,9 @@ pub struct Block {
 mod tests {
     use super::*;
 
+    /// Values that are no numbers are left out.
     #[test]
-    fn no_more_of_a_site_is_drawn_than_is_bounded_and_nothing_that_is_no_number() {
+    fn site_is_drawn_within_bounds_only() {
         let block = |x: f32, half: f32, yaw: f32| Block { at: [x, 0.0], half: [half, 1.0], yaw };
         let site = Site {
             fence: vec![[1.0, f32::NAN], [2.0, 3.0], [f32::INFINITY, 0.0]],

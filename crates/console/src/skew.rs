@@ -1,10 +1,10 @@
-//! How fast a unit's clock runs against the console's, as far as what both have seen says: ages of what the unit reports
-//! rest on its staying within [`MAX_DRIFT_PPM`].
+//! Rate of a unit's clock against the console's, bounded by the stamps that both have seen: ages of reported values rest on
+//! its staying within [`MAX_DRIFT_PPM`].
 //!
-//! What a stamp σ is on came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at τ,
-//! so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
-//! between them. Delays only widen that: whoever holds messages back makes a clock look no faster and no slower than it is.
-//! Bounding ages is left to `wire::time`.
+//! A message with stamp σ came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at
+//! τ, so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
+//! between them. Delays only widen that: an attacker who holds messages back makes a clock look no faster and no slower
+//! than it is. Bounding ages is left to `wire::time`.
 
 use std::collections::VecDeque;
 
@@ -29,13 +29,13 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// Whether it is certainly beyond what ages allow for.
+    /// True if it is certainly beyond the drift that ages allow for.
     pub fn beyond(self) -> bool {
         let limit = MAX_DRIFT_PPM as i32;
         self.low_ppm > limit || self.high_ppm < -limit
     }
 
-    /// What it means for ages.
+    /// Consequence for ages.
     pub fn says(self) -> &'static str {
         if self.beyond() { "clock RUNS AWAY" } else { "clock in step" }
     }
@@ -57,7 +57,7 @@ struct Window {
     at_most: Option<Bound>,
 }
 
-/// What is known of one boot of a unit; at most [`WINDOWS`] windows.
+/// Bounds for one boot of a unit; at most [`WINDOWS`] windows.
 #[derive(Clone, Debug, Default)]
 pub struct Skew {
     windows: VecDeque<Window>,
@@ -83,7 +83,7 @@ impl Skew {
         }
     }
 
-    /// The mean rate over what is kept; nothing while that is too short.
+    /// The mean rate over the kept windows; `None` while they span too little time.
     pub fn rate(&self) -> Option<Rate> {
         let both = |window: &&Window| window.at_most.is_some();
         let first = self.windows.iter().find(both)?;
@@ -108,7 +108,7 @@ mod tests {
 
     use super::*;
 
-    /// What a console hears for `seconds` of a unit whose clock runs `ppm` faster, with these delays of challenges and reports, ms.
+    /// Observations of `seconds` of a unit with a clock `ppm` faster, with these delays of challenges and reports, ms.
     fn heard(ppm: i64, seconds: u64, delays: &[(u64, u64)]) -> Skew {
         let clock = |at: u64| PeerStamp((7_000_000_000 + at as i64 + at as i64 * ppm / 1_000_000) as u64);
         let mut skew = Skew::default();
@@ -121,8 +121,9 @@ mod tests {
         skew
     }
 
+    /// A clock within the bound is not.
     #[test]
-    fn a_clock_that_runs_within_what_ages_allow_for_is_not_beyond_it_and_one_that_runs_away_is() {
+    fn drift_beyond_the_ages_bound_is_detected() {
         for ppm in [-200, -30, 0, 150, 200] {
             let rate = heard(ppm, 60, &[(2, 3), (9, 1)]).rate().unwrap();
             assert!(i64::from(rate.low_ppm) <= ppm && ppm <= i64::from(rate.high_ppm), "{ppm}: {rate:?}");
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_few_seconds_and_of_a_unit_that_repeats_no_challenge_no_rate_is_told() {
+    fn rate_needs_seconds_and_repeated_challenges() {
         assert_eq!(heard(0, 5, &[(1, 1)]).rate(), None);
         // In the first window the tightest bounds are its last ones: two seconds before those of the second.
         assert_eq!(heard(0, 6, &[[(50, 50); 30], [(1, 1); 30]].concat()).rate(), None);
@@ -144,14 +145,14 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_is_bounded_and_of_the_last_minute() {
+    fn kept_windows_cover_a_bounded_last_minute() {
         let skew = heard(10, 600, &[(1, 1)]);
         let over = skew.rate().unwrap().over;
         assert!(skew.windows.len() == WINDOWS && over <= Span::s(65) && over >= Span::s(55), "{over}");
     }
 
     #[test]
-    fn a_stamp_that_no_clock_writes_makes_no_panic() {
+    fn impossible_stamp_does_not_panic() {
         let mut skew = Skew::default();
         for (stamp, at) in [(0, 0), (u64::MAX, 6_000_000), (0, 12_000_000), (u64::MAX, u64::MAX)] {
             skew.heard(PeerStamp(stamp), Instant(at), Some((Instant(at), PeerStamp(u64::MAX - stamp))));
@@ -163,7 +164,7 @@ mod tests {
     proptest! {
         /// However long which messages are held back, the true rate lies between the bounds.
         #[test]
-        fn no_delay_makes_a_clock_look_faster_or_slower_than_it_is(
+        fn delay_does_not_bias_the_clock_rate(
             ppm in -5_000_i64..5_000,
             delays in prop::collection::vec((0_u64..900, 0_u64..900), 1..40),
         ) {

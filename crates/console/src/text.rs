@@ -1,7 +1,6 @@
 //! The display as text lines, for a terminal: state, cause, since, ages, tracks, links, refusals, commands.
 //!
-//! A view: it decides nothing and computes no age. Every value stands beside its label. No control characters but
-//! newlines.
+//! A view: it decides and computes no age. Every value stands beside its label. No control characters but newlines.
 
 use std::fmt::Write;
 
@@ -176,7 +175,7 @@ fn joined(items: impl Iterator<Item = String>) -> String {
     if items.is_empty() { "none".to_owned() } else { items.join(", ") }
 }
 
-/// A speed, mm/s, in metres a second; what rounds to nothing has no sign.
+/// A speed, mm/s, in metres a second; a speed that rounds to zero has no sign.
 pub(crate) fn speed(mm_s: i32) -> String {
     let tenths = (f64::from(mm_s) / 100.0).round() as i32;
     format!("{:.1} m/s", f64::from(tenths) / 10.0)

@@ -9,7 +9,7 @@ use wire::id::{Boot, Nonce};
 use wire::setup::Secret;
 use wire::time::{Instant, Span};
 
-/// When the next one is due, and what it is drawn from.
+/// Time of the next challenge, and the secret it is drawn from.
 #[derive(Clone, Debug)]
 pub struct Watch {
     secret: Secret,
@@ -20,12 +20,12 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Challenges from `now` on, unguessable for whoever does not know `secret`.
+    /// Challenges from `now` on, unpredictable without `secret`.
     pub fn new(secret: Secret, boot: Boot, bounds: &Bounds, now: Instant) -> Self {
         Self { secret, boot, issued: 0, period: Span::ms(bounds.challenge_period_ms), next: now }
     }
 
-    /// When the next one is due.
+    /// Time at which the next one is due.
     pub fn next(&self) -> Instant {
         self.next
     }

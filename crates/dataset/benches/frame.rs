@@ -1,4 +1,4 @@
-//! What one frame costs from the first ray to the track, stage by stage: CPU time of one thread, random held-out scenes.
+//! Cost of one frame from the first ray to the track, stage by stage: CPU time of one thread, random held-out scenes.
 //!
 //! Run with `cargo bench --bench frame`. With `-- --python PYTHON` the same rays and images go to MuJoCo's `mj_multiRay` and to
 //! Python's onnxruntime in one run (`tools/referee/frame.py`), between two measurements here, and the scene to `mj_step` with a
@@ -77,7 +77,7 @@ fn here(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Resu
     Ok(())
 }
 
-/// Simulated seconds a CPU second with nothing but the world and the vehicle, straight ahead; and how far it came, metres.
+/// Simulated seconds a CPU second with only the world and the vehicle, straight ahead; and the distance, metres.
 fn stepped() -> Result<(f64, f32), Box<dyn Error>> {
     let (mut world, mut plant) = settled(0)?;
     let start = plant.state(&world).position;
@@ -177,7 +177,7 @@ fn referee(python: &Path, world: &World, plant: &Plant, image: &[u8]) -> Result<
     if ran?.success() { Ok(()) } else { Err("the referee failed".into()) }
 }
 
-/// Seconds of an inference with what is made of it.
+/// Seconds of an inference with its decoding.
 fn inference(detector: &Detector, image: &[u8]) -> Result<f64, Box<dyn Error>> {
     let mut took = Vec::new();
     for _ in 0..IMAGES {

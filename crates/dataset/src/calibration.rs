@@ -1,8 +1,8 @@
-//! What a score means: of the detections scored `s`, a share of `s` should be right.
+//! Calibration of scores: of the detections scored `s`, a share of `s` should be right.
 //!
-//! Expected calibration error over ten bins of equal width, weighted by how many detections fall into each (Naeini et
-//! al. 2015; of detections: Küppers et al. 2020). It is of detections that the platform would look at, so those below its
-//! threshold do not count.
+//! Expected calibration error over ten bins of equal width, weighted by the detections in each (Naeini et al. 2015; of
+//! detections: Küppers et al. 2020). It is of detections that the platform would use, so those below its threshold do not
+//! count.
 
 use serde::Serialize;
 
@@ -53,7 +53,7 @@ mod tests {
     }
 
     #[test]
-    fn scores_that_come_true_have_no_error_and_others_have_the_difference() {
+    fn calibration_error_is_the_difference_to_hits() {
         assert!(error(&bins(&[outcome(800, 8, 10), outcome(600, 6, 10)], 500)) < 1e-9);
         assert!((error(&bins(&[outcome(800, 5, 10)], 500)) - 0.3).abs() < 1e-9);
         assert!(bins(&[outcome(300, 1, 10)], 500).is_empty());

@@ -12,13 +12,13 @@ pub type Range = [f32; 2];
 /// Which seeds and which shapes, paints and grounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// What a model learns from.
+    /// Training data.
     Training,
-    /// What thresholds and calibration are chosen on.
+    /// Data for choosing thresholds and calibration.
     Tuning,
-    /// What is reported: other seeds of the same variant.
+    /// Reported data: other seeds of the same variant.
     HeldOut,
-    /// What is reported: other seeds of shapes, paints and grounds that nothing was learnt from.
+    /// Reported data: seeds of shapes, paints and grounds that are absent from training.
     Novel,
 }
 
@@ -59,7 +59,7 @@ pub struct Sizes {
     pub most: [f32; 3],
 }
 
-/// What stands in a scene.
+/// Content of a scene.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
@@ -83,7 +83,7 @@ pub struct Variant {
 pub struct Cell {
     /// Name.
     pub name: String,
-    /// Whether models may learn from it.
+    /// True if models may learn from it.
     pub learnt: bool,
     /// Share of a clear noon's light.
     pub light: Range,
@@ -113,7 +113,7 @@ struct File {
     cell: Vec<Cell>,
 }
 
-/// Why `cells.toml`, which is compiled in, is of no use.
+/// Reason for which `cells.toml`, which is compiled in, is of no use.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cells.toml: {0}")]
 pub struct CellsError(String);
@@ -154,9 +154,10 @@ pub fn chosen(names: &[String]) -> Result<Vec<&'static Cell>, CellsError> {
     names.iter().map(|name| named(name)).collect()
 }
 
-/// What stands in the scenes of a split.
+/// Content of the scenes of a split.
 ///
 /// # Errors
+///
 /// The file was edited into something else.
 pub fn variant(split: Split) -> Result<&'static Variant, CellsError> {
     let variants = &file()?.variant;

@@ -1,7 +1,7 @@
-//! Frames for others: annotations in the form of COCO (Lin et al. 2014), images as PNG, ranges as NPY.
+//! Export of frames: annotations in the form of COCO (Lin et al. 2014), images as PNG, ranges as NPY.
 //!
 //! Depth and thermal are 16-bit greyscale in the planes' own units (millimetres, centikelvin); a LiDAR scan is an array of
-//! rings by azimuths in millimetres. What COCO has no word for is an extra key, which its readers pass over.
+//! rings by azimuths in millimetres. Values unknown to COCO are extra keys, which its readers pass over.
 
 use serde::Serialize;
 use wire::sensor::{Class, Detection, Lidar};
@@ -11,7 +11,7 @@ use crate::example::{Example, counts};
 /// The annotation file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Coco {
-    /// What it is.
+    /// Description.
     pub info: Info,
     /// Frames.
     pub images: Vec<Image>,
@@ -21,7 +21,7 @@ pub struct Coco {
     pub categories: Vec<Category>,
 }
 
-/// What the set is.
+/// Description of the set.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Info {
     /// In words.
@@ -66,7 +66,7 @@ pub struct Annotation {
     pub bbox: [u16; 4],
     /// Pixels that show it.
     pub area: u32,
-    /// Too small to be asked for: what COCO's evaluation passes over, and most training too, goes by this name.
+    /// Too small to be asked for: COCO's evaluation, and most training too, passes over annotations with this flag.
     pub iscrowd: u8,
     /// Depth of its nearest visible point, metres.
     pub range_m: f32,
@@ -212,7 +212,7 @@ mod tests {
     use crate::cells::{self, Split};
 
     #[test]
-    fn what_is_written_reads_back_as_what_was_rendered() {
+    fn written_frames_read_back_as_rendered() {
         let example = Example::new(cells::named("clear").unwrap(), Split::HeldOut, 3).unwrap();
         let mut coco = Coco::new("one frame".to_owned(), "0");
         let files = coco.add("clear", 3, &example).unwrap();

@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_scene_of_every_cell_and_split_can_be_built_and_no_two_are_the_same() {
+    fn scenes_of_all_cells_are_buildable_and_distinct() {
         let mut seen: Vec<Scene> = Vec::new();
         for cell in cells::all().unwrap() {
             for split in Split::ALL {

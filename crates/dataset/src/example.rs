@@ -17,7 +17,7 @@ const LEAST: (u16, u16, u32) = (3, 6, 20);
 /// Stream that the noise of a frame is drawn from, apart from that of its scene.
 const NOISE: u64 = 0x6e6f_6973;
 
-/// Why there is no example.
+/// Reason for the lack of an example.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ExampleError {
     /// The cells are of no use.
@@ -31,11 +31,11 @@ pub enum ExampleError {
 /// A frame, its scene and its place in the set.
 #[derive(Clone, Debug)]
 pub struct Example {
-    /// What there is.
+    /// The scene.
     pub scene: Scene,
-    /// Where it is seen from.
+    /// Viewpoint.
     pub start: Start,
-    /// What the sensors give, and what it shows.
+    /// The sensors' output, with its labels.
     pub frame: Labelled,
 }
 
@@ -78,7 +78,7 @@ pub fn frames(frame: &Labelled, number: FrameId, stamp: Instant) -> Frames<'_> {
     }
 }
 
-/// Whether an object shows enough of itself to be asked for.
+/// True if an object shows enough of itself to be asked for.
 pub fn counts(label: &Label) -> bool {
     let b = &label.bounds;
     b.x1 - b.x0 >= LEAST.0 && b.y1 - b.y0 >= LEAST.1 && label.pixels >= LEAST.2

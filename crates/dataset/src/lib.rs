@@ -1,14 +1,14 @@
-//! Random scenes with their truth, and what a detector is worth on them.
+//! Random scenes with their truth, and a detector's quality on them.
 //!
-//! - [`cells`] says under which conditions frames are made, which of them a model may learn from, and what is held out.
+//! - [`cells`] lists the conditions of frames, those a model may learn from, and those held out.
 //! - [`draw`] makes a scene of a seed, [`example`] a labelled frame of a scene.
-//! - [`precision`] is the detector's average precision, [`calibration`] what its scores mean, [`warmth`] the thermal
-//!   stage, [`sightings`] what corroboration makes of both; [`quality`] measures them all, cell by cell.
+//! - [`precision`] is the detector's average precision, [`calibration`] the meaning of its scores, [`warmth`] the thermal
+//!   stage, [`sightings`] corroboration of both; [`quality`] measures them all, cell by cell.
 //! - [`rides`] drives a unit through scenes in which things move; [`tracking`] scores tracks over a ride, [`likeness`] sets the
 //!   noise model beside the stages that it stands in for.
 //! - [`coco`] writes frames for others to learn from, [`sheet`] a picture of them for people.
 //!
-//! Sensors are `sim`'s and stages are `perception`'s; nothing here is a second copy of either. Files are the command's.
+//! Sensors are `sim`'s and stages are `perception`'s; this crate copies neither. Files are the command's.
 
 pub mod calibration;
 pub mod cells;

@@ -1,8 +1,7 @@
-//! What the stages of a rendered frame give, and what the noise model gives in their place, asked the same questions.
+//! Output of the stages on a rendered frame, compared with the noise model's in their place.
 //!
-//! Of each object that a frame shows: did the stage find it, and where; by range, and by whether something hides part of
-//! it. Of each frame: what was found that is of nothing. Of each ride: how long the stage went on missing what it had missed,
-//! for one miss that lasts costs a track and ten that are scattered do not.
+//! For each visible object: found or missed, and where; by range, and by partial cover. For each frame: false detections. For
+//! each ride: the length of series of misses, for one miss that lasts costs a track and ten that are scattered do not.
 
 use perception::corroborate::Limits;
 use serde::Serialize;
@@ -18,15 +17,15 @@ use crate::example::counts;
 pub const RANGES_M: [f32; 3] = [8.0, 13.0, 18.0];
 /// A box is of an object from this share of shared over united area on.
 const SAME: f32 = 0.3;
-/// A box is of nothing when it shares less than this with each object's box.
+/// A box is a false detection when it shares less than this with each object's box.
 const NOTHING: f32 = 0.05;
 /// A cluster is of an object within this distance of its outline, metres.
 const NEAR_M: f32 = 0.8;
-/// What the noise model may depart by, committed before it was fitted: shares found and shares under their class, by so
-/// much either way, where at least [`LEAST_ASKED`] were asked for.
+/// Permitted deviation of the noise model, committed before it was fitted: shares found and shares under their class,
+/// by so much either way, where at least [`LEAST_ASKED`] were asked for.
 const SHARE: f64 = 0.05;
 const LEAST_ASKED: u32 = 100;
-/// Findings of nothing, per frame.
+/// False detections, per frame.
 const STRAY: f64 = 0.02;
 /// Lengths of rows of misses, and distances: by this factor either way.
 const FACTOR: f64 = 1.5;
@@ -90,16 +89,16 @@ impl Found {
     }
 }
 
-/// What one stage gave.
+/// Output of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Given {
-    /// By range, of what nothing hides.
+    /// By range, of unobstructed objects.
     pub whole: [Found; RANGES_M.len() + 1],
-    /// Of what something hides in part, at any range.
+    /// Of partly covered objects, at any range.
     pub partly: Found,
     /// Frames.
     pub frames: u32,
-    /// Found where nothing is.
+    /// False detections.
     pub stray: u32,
     /// Misses in a row, and how many rows of them there were.
     pub missed: u32,
@@ -107,7 +106,7 @@ pub struct Given {
     pub bursts: u32,
     /// Sum of squared distances: of boxes' middles in pixels, of clusters' in metres.
     pub squares: f64,
-    /// Sum of the scores of what was found, permille.
+    /// Sum of the scores of found objects, permille.
     pub scores: u64,
 }
 
@@ -117,7 +116,7 @@ impl Given {
         f64::from(self.missed) / f64::from(self.bursts.max(1))
     }
 
-    /// Of what something hides or not, asked and found.
+    /// Of all objects, covered or not, asked and found.
     pub fn all(&self) -> Found {
         let sum = |a: Found, b: &Found| Found {
             asked: a.asked + b.asked,
@@ -127,17 +126,17 @@ impl Given {
         self.whole.iter().fold(self.partly, sum)
     }
 
-    /// Root of the mean squared distance of what was found: pixels, or metres of LiDAR.
+    /// Root of the mean squared distance of found objects: pixels, or metres of LiDAR.
     pub fn error(&self) -> f64 {
         (self.squares / f64::from(self.all().found.max(1))).sqrt()
     }
 
-    /// Found where nothing is, per frame.
+    /// False detections per frame.
     pub fn strays(&self) -> f64 {
         f64::from(self.stray) / f64::from(self.frames.max(1))
     }
 
-    /// Mean score of what was found, 0 to 1.
+    /// Mean score of found objects, 0 to 1.
     pub fn score(&self) -> f64 {
         self.scores as f64 / 1000.0 / f64::from(self.all().found.max(1))
     }
@@ -153,7 +152,7 @@ pub struct Likeness {
     missing: [Vec<bool>; 3],
 }
 
-/// In what the noise model's findings depart from a stage's by more than the tolerances allow.
+/// Deviations of the noise model's findings from a stage's beyond the tolerances.
 pub fn departures(rendered: &Given, stand_in: &Given) -> Vec<String> {
     let mut all = Vec::new();
     let mut share = |what: String, a: Option<f64>, b: Option<f64>, least: f64| {
@@ -189,7 +188,7 @@ pub fn bin(place: usize) -> String {
     }
 }
 
-/// What a stage found of an object.
+/// A stage's finding of an object.
 struct Sight {
     distance: f64,
     named: bool,
@@ -264,7 +263,7 @@ fn sight(
     }
 }
 
-/// How many of a stage's findings are of nothing.
+/// Number of a stage's false detections.
 fn stray(stage: Stage, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) -> u32 {
     let of_none = |bounds: &PixelBox| shot.boxes.iter().flatten().all(|b| b.shared(bounds) < NOTHING);
     let far = |cluster: &&Cluster| {
@@ -285,7 +284,7 @@ fn stray(stage: Stage, candidates: &Candidates, limits: &Limits, shot: &Shot, sc
     count as u32
 }
 
-/// Whether the thermal stage is asked for it.
+/// True if the thermal stage is asked for it.
 fn warm(object: &Object, scene: &Scene) -> bool {
     matches!(object.class, Class::Vehicle | Class::Person) && object.kelvin - scene.ground.kelvin >= WARM_K
 }
@@ -299,7 +298,7 @@ fn middle(cluster: &Cluster) -> [f32; 2] {
     [cluster.x_mm as f32 / 1000.0, cluster.y_mm as f32 / 1000.0]
 }
 
-/// Where a place in the world is in the unit's body frame: metres forward, metres left.
+/// A place in the world in the unit's body frame: metres forward, metres left.
 fn body(shot: &Shot, [east, north]: [f32; 2]) -> [f32; 2] {
     let (sin, cos) = libm::sincosf(shot.pose.heading);
     let (dx, dy) = (east - shot.pose.east, north - shot.pose.north);
@@ -317,8 +316,9 @@ fn middles(a: &PixelBox, b: &PixelBox) -> f64 {
 mod tests {
     use super::*;
 
+    /// It finds more, strays more, or misses for longer than is allowed.
     #[test]
-    fn a_stand_in_departs_where_it_finds_more_or_strays_more_or_misses_for_longer_than_is_allowed() {
+    fn stand_in_departures_are_detected() {
         let found = |asked, found| Found { asked, found, named: found - found / 10 };
         let given = |far: u32, stray, missed| Given {
             whole: [found(200, 190), found(200, 180), found(50, 10), found(200, far)],

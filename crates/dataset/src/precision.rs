@@ -1,7 +1,7 @@
-//! Average precision: how well a detector's scores put what is right before what is not.
+//! Average precision: separation of right from wrong detections by a detector's scores.
 //!
 //! A detection is right at an intersection over union of 0.5 with an object of its class that no better detection has
-//! taken (PASCAL VOC, COCO). Whoever finds an object that is too small to be asked for is neither right nor wrong.
+//! taken (PASCAL VOC, COCO). A detection of an object that is too small to be asked for is neither right nor wrong.
 //! Average precision is the area under the precision envelope over all recalls (VOC since 2010); the mean is over classes
 //! that occur. Its interval is the bootstrap's over frames (Efron 1979), because objects of a frame are not independent.
 
@@ -26,11 +26,11 @@ pub struct Judged {
     pub class: Class,
     /// Its score, permille.
     pub score: u16,
-    /// Whether it is of an object of that class.
+    /// True if it is of an object of that class.
     pub right: bool,
 }
 
-/// What a frame asked for, and what it got.
+/// Objects asked for in a frame, and its detections.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Objects of each class.
@@ -129,8 +129,9 @@ mod tests {
         Detection { class, score, bounds: bounds(x0) }
     }
 
+    /// The second box on it is wrong.
     #[test]
-    fn an_object_is_found_once_and_the_second_box_on_it_is_wrong() {
+    fn object_is_found_once() {
         let labels = [label(0, Class::Person, 10), label(1, Class::Person, 60)];
         let found = [
             detection(Class::Person, 900, 10),
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_finds_what_is_too_small_to_be_asked_for_is_neither_right_nor_wrong() {
+    fn too_small_object_is_neither_hit_nor_miss() {
         let mut small = label(0, Class::Person, 10);
         small.pixels = 3;
         let outcome = judge(&[small], &[detection(Class::Person, 900, 10)]);

@@ -1,4 +1,4 @@
-//! What a detector and the stages beside it are worth in one cell.
+//! Quality of a detector and the stages beside it in one cell.
 
 use std::ops::Range;
 
@@ -14,10 +14,10 @@ use crate::precision::{self, Outcome};
 use crate::sightings::Sightings;
 use crate::warmth::Claims;
 
-/// Detections below this score tell average precision nothing more, permille.
+/// Detections below this score no longer affect average precision, permille.
 pub const LEAST: u16 = 20;
 
-/// Why nothing was measured.
+/// Reason for the lack of a measurement.
 #[derive(Debug, thiserror::Error)]
 pub enum QualityError {
     /// There is no frame.
@@ -35,7 +35,7 @@ pub struct Quality {
     pub cell: String,
     /// Split.
     pub split: &'static str,
-    /// Whether models may learn from the cell.
+    /// True if models may learn from the cell.
     pub learnt: bool,
     /// Frames.
     pub frames: u32,

@@ -23,11 +23,11 @@ const NOISE: u64 = 0x6e6f_6973;
 /// Of the unit, m/s and 1/m.
 const SPEED: Range = [0.4, 0.8];
 const CURVATURE: Range = [-0.05, 0.05];
-/// Of what moves: metres gone, and m/s of persons and of vehicles.
+/// Of moving objects: metres gone, and m/s of persons and of vehicles.
 const GONE: Range = [2.0, 7.0];
 const WALK: Range = [0.5, 1.5];
 const DRIVE: Range = [0.5, 2.5];
-/// Least distance of anything that moves from the unit's course and from what stands, metres.
+/// Least distance of any moving object from the unit's course and from standing objects, metres.
 const CLEAR: f32 = 2.5;
 
 /// Ride `number` of a cell's split, with the scene that it leads through.
@@ -62,7 +62,7 @@ fn moving(rng: &mut ChaCha8Rng, object: &Object) -> Option<Object> {
     (chance < 0.5).then(|| Object { path, speed, ..object.clone() })
 }
 
-/// Whether the way of object `index` is clear of the others and of the unit's.
+/// True if the way of object `index` is clear of the others and of the unit's.
 fn goes(moved: &Object, index: usize, scene: &Scene) -> bool {
     let [from, to] = [moved.path[0], moved.path[1]];
     let point = |k: u8| core::array::from_fn(|axis| from[axis] + f32::from(k) / 10.0 * (to[axis] - from[axis]));
@@ -82,7 +82,7 @@ mod tests {
     use crate::cells;
 
     #[test]
-    fn something_moves_in_some_rides_and_each_can_be_driven() {
+    fn rides_are_drivable_and_some_have_motion() {
         let clear = cells::named("clear").unwrap();
         let mut moving = 0;
         for number in 0..12 {

@@ -1,8 +1,8 @@
-//! A contact sheet: frames in every modality with what the stages make of them, as one SVG.
+//! A contact sheet: frames in every modality with the stages' output, as one SVG.
 //!
-//! A row is a frame; columns are colour, depth, thermal and LiDAR from above. Over the colour image a thin white box is the
-//! truth; a thick one is a detection, solid where the other modalities bear it out, dashed where they contradict it, dotted
-//! where they are silent. Over the thermal image is what is warm, in the colour of what it is warm like, and over the LiDAR's scan its clusters.
+//! A row is a frame; columns are colour, depth, thermal and LiDAR from above. Over the colour image a thin white box is the truth; a thick
+//! one is a detection, solid where the other modalities bear it out, dashed where they contradict it, dotted where they are silent. Over the
+//! thermal image are the warm regions, in the colour of their class, and over the LiDAR's scan its clusters.
 
 use std::fmt::Write as _;
 
@@ -20,12 +20,12 @@ const SCALE: u32 = 2;
 /// Space for words, and between pictures.
 const TITLE: u32 = 22;
 const GAP: u32 = 8;
-/// Half the side of what is seen from above, metres.
+/// Half the side of the view from above, metres.
 const ABOVE_M: f32 = 30.0;
 
 /// A frame with its title.
 pub struct Entry<'a> {
-    /// What is to be seen.
+    /// Title.
     pub title: String,
     /// The frame.
     pub example: &'a Example,
@@ -129,7 +129,7 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
     marks
 }
 
-/// How bright a depth is drawn, millimetres: near is bright; black is no return.
+/// Brightness of a depth, millimetres: near is bright; black is no return.
 pub fn near(mm: u16) -> u8 {
     if mm == 0 { 0 } else { (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8 }
 }

@@ -1,6 +1,6 @@
-//! What corroboration makes of the detector and the other stages in one frame, before any tracking.
+//! Corroboration of the detector and the other stages in one frame, before any tracking.
 //!
-//! A sighting that nothing vetoes is right within 2 m (the bound of property P11) of an object of its class.
+//! An unvetoed sighting is right within 2 m (the bound of property P11) of an object of its class.
 
 use perception::corroborate::{Limits, corroborate};
 use perception::stages::Stages;
@@ -22,7 +22,7 @@ pub struct Sightings {
     pub objects: u32,
     /// Objects with a sighting of their class near them.
     pub found: u32,
-    /// Sightings that nothing vetoes.
+    /// Unvetoed sightings.
     pub given: u32,
     /// Those that are near an object of their class.
     pub right: u32,
@@ -79,13 +79,13 @@ impl Sightings {
     }
 }
 
-/// Whether an object stands as one of `class`: a sighting of that class which nothing vetoes is near it.
+/// True if an object stands as one of `class`: an unvetoed sighting of that class is near it.
 pub fn stands_near(stages: &Stages, limits: &Limits, example: &Example, object: ObjectId, class: Class) -> bool {
     let at = example.scene.objects[usize::from(object.0)].path[0];
     standing(stages, limits, example).iter().any(|(of, place)| *of == class && distance(at, *place) <= NEAR_M)
 }
 
-/// Class and place in the world of each sighting that nothing vetoes.
+/// Class and place in the world of each unvetoed sighting.
 fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, [f32; 2])> {
     let candidates = stages.candidates(&example.frames(), limits.score);
     let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), &candidates);
@@ -93,7 +93,7 @@ fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, 
     left.map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32)))).collect()
 }
 
-/// Where a place in the body frame (metres forward, metres left) is in the world.
+/// A place in the body frame (metres forward, metres left) in the world.
 fn world(start: &Start, [forward, left]: [f32; 2]) -> [f32; 2] {
     let (sin, cos) = libm::sincosf(start.heading);
     [start.east + cos * forward - sin * left, start.north + sin * forward + cos * left]

@@ -1,9 +1,9 @@
-//! How well tracks follow what there is, over a ride.
+//! Quality of tracks over a ride.
 //!
-//! Per frame the generalised optimal sub-pattern assignment metric (Rahmathullah, García-Fernández, Svensson 2017) with
-//! α = 2, p = 2 and c = [`CUT_OFF_M`]: the root of the squared distances of the pairs plus half c² for each object missed and each
-//! track that is of nothing. Identity switches as by CLEAR MOT (Bernardin, Stiefelhagen 2008). What a frame does not show
-//! (hidden, beside the image, too small) is neither asked for nor held against a track that coasts on it.
+//! Per frame the generalised optimal sub-pattern assignment metric (Rahmathullah, García-Fernández, Svensson 2017) with α = 2, p =
+//! 2 and c = [`CUT_OFF_M`]: the root of the squared distances of the pairs plus half c² for each object missed and each false
+//! track. Identity switches as by CLEAR MOT (Bernardin, Stiefelhagen 2008). Objects that a frame does not show (hidden, beside the
+//! image, too small) are neither asked for nor held against a track that coasts on them.
 
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
@@ -37,7 +37,7 @@ pub struct Tracking {
     pub followed: u32,
     /// Of those, by a track of their class.
     pub named: u32,
-    /// Tracks of nothing.
+    /// False tracks.
     pub stray: u32,
     /// Times that an object came under another track than before.
     pub switches: u32,
@@ -106,7 +106,7 @@ impl Follower {
 struct Truth {
     class: Class,
     place: [f32; 2],
-    /// Whether the frame shows enough of it.
+    /// True if the frame shows enough of it.
     shown: bool,
 }
 
@@ -198,8 +198,9 @@ mod tests {
         places.iter().map(|place| Truth { class: Class::Vehicle, place: *place, shown: true }).collect()
     }
 
+    /// No pair is beyond the cut-off.
     #[test]
-    fn tracks_go_to_the_objects_that_leave_least_over_and_nothing_beyond_the_cut_off_is_a_pair() {
+    fn tracks_pair_with_objects_at_least_cost() {
         let tracks = [track(1, 1_000), track(2, 2_400), track(3, 9_000)];
         let found =
             |places: &[[f32; 2]]| pairs(&truth(places), &tracks).iter().map(|(k, t)| (*k, t.id.0)).collect::<Vec<_>>();
@@ -211,8 +212,9 @@ mod tests {
         assert_eq!(many, [(1, 3), (2, 1), (3, 2)]);
     }
 
+    /// Objects that are not shown do not count.
     #[test]
-    fn the_metric_counts_distance_what_is_missed_and_what_is_of_nothing_and_no_object_that_is_not_shown() {
+    fn metric_counts_distance_misses_and_false_tracks() {
         let mut scorer = Scorer::default();
         let gospa = |scorer: &mut Scorer, truth: &[Truth], tracks: &[Track]| {
             let before = scorer.score.gospa_m;

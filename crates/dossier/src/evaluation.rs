@@ -1,7 +1,7 @@
-//! The paper's claims one by one, each with what results say of it, as Markdown.
+//! The paper's claims one by one, each with the verdict of the results, as Markdown.
 //!
-//! What the paper says stands here in few words; whether it is reproduced is computed from the results alone. A claim of which the
-//! results say nothing is *not measured*, whatever was seen elsewhere.
+//! The claims stand here in few words; their reproduction is computed from the results alone. A claim without results is *not
+//! measured*, regardless of other observations.
 
 mod fidelity;
 mod retrained;
@@ -39,7 +39,7 @@ impl Status {
     }
 }
 
-/// What the results say of a claim.
+/// Verdict of the results on a claim.
 struct Answer {
     status: Status,
     lines: Vec<String>,
@@ -247,7 +247,7 @@ fn waived(run: &Run) -> String {
     )
 }
 
-/// No result can speak for what does not run.
+/// No result covers a domain that does not run.
 fn domains(_: &Results) -> Answer {
     let why = "What runs here is a ground vehicle. Its plant is one module with a narrow interface (`crates/sim/src/plant.rs`) behind which no other has \
                been built, so nothing is known of air and space.";
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_is_exceeded_only_where_a_bound_shows_it() {
+    fn claim_is_exceeded_only_by_a_bound() {
         assert_eq!(loss(&bench(59, 200.0, "210.0"), "thermal_loss").status, Status::Exceeded);
         assert_eq!(loss(&bench(9, 200.0, "null"), "thermal_loss").status, Status::Reproduced);
         assert_eq!(loss(&bench(59, 600.0, "700.0"), "thermal_loss").status, Status::NotReproduced);

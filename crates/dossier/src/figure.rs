@@ -1,7 +1,7 @@
-//! A figure: a drawing, the same as a table, and the words below it.
+//! A figure: a drawing, the same as a table, and the caption below it.
 //!
-//! Everything that can be seen in a drawing stands in its table too, so that nobody needs eyes, colours or a plotting program to get at
-//! the numbers. What is drawn is decided by the modules below; how lines and words become SVG, by `drawing`.
+//! Everything visible in a drawing stands in its table too, so that the numbers need neither eyes, colours nor a plotting program. The
+//! modules below decide the content; `drawing` turns lines and words into SVG.
 
 mod bars;
 mod curve;
@@ -57,9 +57,9 @@ impl Table {
 pub struct Figure {
     /// Name of its files and its anchor: lower case, digits and hyphens.
     pub name: String,
-    /// What it shows, in a few words.
+    /// Subject, in a few words.
     pub title: String,
-    /// What is to be known beside: n, bounds, seeds.
+    /// Further facts: n, bounds, seeds.
     pub caption: String,
     /// The picture.
     pub drawing: Drawing,
@@ -99,12 +99,12 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_with_a_comma_or_a_quote_stays_one_cell() {
+    fn cell_with_comma_or_quote_stays_one() {
         assert_eq!(table().csv(), "a_b,c\r\n50 %,\"x, \"\"y\"\"\"\r\n");
     }
 
     #[test]
-    fn what_latex_would_read_as_a_command_is_escaped() {
+    fn latex_commands_are_escaped() {
         let text = table().latex();
         assert!(text.contains("a\\_b & c \\\\") && text.contains("50 \\% &"), "{text}");
         assert!(text.starts_with("\\begin{tabular}{ll}\n\\toprule\n") && text.ends_with("\\end{tabular}\n"), "{text}");

@@ -8,7 +8,7 @@ use crate::pdf::{PdfError, Press};
 pub struct File {
     /// Its name; no folder.
     pub name: String,
-    /// What is in it.
+    /// Content.
     pub bytes: Vec<u8>,
 }
 

@@ -1,9 +1,9 @@
 //! JUnit XML, as build servers show it: a suite for each row of a matrix, each scenario and each search, a case for each variation and
 //! each finding.
 //!
-//! A case fails by trials outside their expected classes; where these are all INVALID it is an error, since nothing is shown. There is no
-//! time in it: results carry none that would be the same twice. What the format has no place for (n, bounds, seed, the line that runs it
-//! again) stands as `key: value` in the case's `system-out`.
+//! A case fails by trials outside their expected classes; where these are all INVALID it is an error, since there is no evidence. There
+//! is no time in it: results carry none that would be the same twice. Values without a place in the format (n, bounds, seed, the line
+//! that runs it again) stand as `key: value` in the case's `system-out`.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ use crate::objects::{Finding, Outcome, Search};
 use crate::results::{Found, Given, Results};
 use crate::tried::{Tried, told, tried};
 
-/// A suite's name, and what belongs to it.
+/// A suite's name, and its cases.
 #[derive(Default)]
 struct Suite {
     properties: Vec<(&'static str, String)>,
@@ -29,7 +29,7 @@ struct Case {
 
 enum Verdict {
     Passed,
-    /// `failure`: message, and what is known of it.
+    /// `failure`: message, and details.
     Failed(String, String),
     /// `error`: the evidence does not hold.
     NoEvidence(String, String),
@@ -77,7 +77,7 @@ fn case(one: &Tried) -> Case {
     Case { name: one.name(), verdict, out: lines(one) }
 }
 
-/// What the format has no attribute for.
+/// Values for which the format has no attribute.
 fn lines(one: &Tried) -> String {
     let percent = |share: f64| format!("{:.2} %", share * 100.0);
     let known = [
@@ -173,7 +173,7 @@ fn write_case(xml: &mut Xml, suite: &str, case: &Case) -> std::io::Result<()> {
     Ok(())
 }
 
-/// The text without what XML 1.0 has no way to write. A result may come from anywhere.
+/// The text without the characters that XML 1.0 cannot write. A result may come from anywhere.
 fn clean(text: &str) -> String {
     let writable =
         |c: char| matches!(c, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..);

@@ -1,12 +1,12 @@
-//! What a reviewer is handed, made from results as `holdsafe … --json` prints them and from nothing else.
+//! A reviewer's report, made from results as `holdsafe … --json` prints them and from no other source.
 //!
-//! Every output is a pure function of a [`Dossier`] or of its results, the bill of materials one of the lock that was built with: no clock,
-//! no chance and no other file reaches it, so the same results give the same bytes. Nothing here judges a trial or computes a bound; what
-//! a result does not say is not said.
+//! Every output is a pure function of a [`Dossier`] or of its results, the bill of materials one of the lock that was built with: it
+//! depends on no clock, no chance and no other file, so the same results give the same bytes. No code here judges a trial or computes a
+//! bound; a report adds no statement to its results.
 //!
-//! `results` reads, `objects` and `measured` are what is read; `story` is one run as whoever has its recording tells it. `page` makes the
-//! HTML file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from `tried`,
-//! one view of what results say of a variation. `evaluation` sets the paper's claims against results.
+//! `results` reads, `objects` and `measured` are the inputs; `story` is the summary of one run, from its recording. `page` makes the HTML
+//! file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from `tried`, one
+//! view of a variation's results. `evaluation` sets the paper's claims against results.
 
 mod evaluation;
 pub mod figure;
@@ -32,7 +32,7 @@ pub use sbom::sbom;
 /// Everything that a dossier is made of.
 #[derive(Clone, Debug, Default)]
 pub struct Dossier {
-    /// What it is about, in a line.
+    /// Subject, in a line.
     pub title: String,
     /// Version of the program that makes it.
     pub version: String,

@@ -11,7 +11,7 @@ pub struct BenchLive {
     pub losses: Vec<Run>,
     /// Beside the paper's.
     pub live_latency_ms: Vec<LiveLatency>,
-    /// The relay in the path and nothing done, live.
+    /// The relay in the path without an attack, live.
     pub live_null_attack: Option<Run>,
     /// The same for hours in the twin, at 2 % loss.
     pub twin_null_attack_at_2_percent_loss: Option<Run>,
@@ -45,7 +45,7 @@ pub struct LiveSample {
 /// The paper's.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Paper {
-    /// What was lost, in the paper's words.
+    /// The loss, in the paper's words.
     pub loss: String,
     /// Runs.
     pub n: u64,
@@ -58,13 +58,13 @@ pub struct Paper {
 pub struct Curve {
     /// Scenario.
     pub scenario: String,
-    /// What it shows.
+    /// Title.
     pub title: String,
     /// Unit of the values.
     pub unit: String,
     /// The base seed of each point.
     pub seed: u64,
-    /// Why a line is an ablation.
+    /// Reasons for which a line is an ablation.
     #[serde(default)]
     pub watermarks: Vec<String>,
     /// The detector that took the shipped one's place, by its SHA-256.
@@ -83,7 +83,7 @@ pub struct CurveLine {
     pub policy: String,
     /// Its points.
     pub points: Vec<CurvePoint>,
-    /// What is read off it.
+    /// Values read off it.
     pub reading: Reading,
 }
 
@@ -98,7 +98,7 @@ pub struct CurvePoint {
     pub harmed: Share,
 }
 
-/// What is read off a line.
+/// Values read off a line.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Reading {
     /// The smallest value at which every trial was noticed and none was harmed.
@@ -110,11 +110,11 @@ pub struct Reading {
 /// A share with its exact two-sided 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct Share {
-    /// How often.
+    /// Number of hits.
     pub hits: u64,
     /// Of how many.
     pub n: u64,
-    /// The share seen; nothing where nothing was tried.
+    /// The observed share; `None` without trials.
     pub share: Option<f64>,
     /// Lower end.
     pub lower_95: f64,
@@ -125,7 +125,7 @@ pub struct Share {
 /// `holdsafe ablate`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Ablation {
-    /// What every run of it was.
+    /// Watermark of every run of it.
     pub watermark: String,
     /// The base seed.
     pub seed: u64,
@@ -135,7 +135,7 @@ pub struct Ablation {
     pub trials: u64,
     /// Each check.
     pub checks: Vec<Check>,
-    /// How many of them, disabled, were noticed.
+    /// Number of disabled checks that were noticed.
     pub defects: Defects,
 }
 
@@ -148,7 +148,7 @@ pub struct Check {
     pub worth: String,
     /// Attacks in which anything differs without it.
     pub attacks: Vec<Attacked>,
-    /// What it costs when nothing is attacked.
+    /// Its cost without an attack.
     pub quiet: Option<Quiet>,
 }
 
@@ -190,9 +190,9 @@ pub struct Defects {
 /// `holdsafe bench twin`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct TwinCost {
-    /// What was run.
+    /// The scenario.
     pub scenario: String,
-    /// Whether sensors were rendered.
+    /// True if sensors were rendered.
     pub rendered: bool,
     /// First seed.
     pub seed: u64,

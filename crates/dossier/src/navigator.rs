@@ -1,11 +1,11 @@
-//! Layers for the ATT&CK Navigator (layer format 4.5): one for ICS, one for Enterprise, one for ATLAS; techniques scored by what came of
-//! them, not by having been tried.
+//! Layers for the ATT&CK Navigator (layer format 4.5): one for ICS, one for Enterprise, one for ATLAS; techniques scored by their
+//! outcomes, not by having been tried.
 //!
 //! A technique stands for the rows of the catalogue that name it. **Score**: at least so many of a hundred trials are not unsafe, in the
 //! worst of its runs (100 × (1 − upper 95 % bound, INVALID counted as unsafe), rounded down); so few trials give a low score. **Colour**:
-//! the worst class that came out of any of these runs. Left out of both are runs in which the row's mechanism does not really run, runs
-//! under a policy that waives something, and controls, which expect UNSAFE or INVALID. What is left without a run has neither score nor
-//! colour. Everything, also what is left out, stands in the technique's metadata, by row and kind of evidence, whose n are never added.
+//! the worst class that came out of any of these runs. Left out of both are runs without the row's real mechanism, runs under a policy
+//! that waives something, and controls, which expect UNSAFE or INVALID. A technique without a run has neither score nor colour.
+//! Everything, also the runs left out, stands in the technique's metadata, by row and kind of evidence, whose n are never added.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ const ATTACK: &str = "18";
 /// The ATLAS release that they were checked against.
 const ATLAS: &str = "5.6.0";
 
-/// Classes from the worst for whoever relies on the platform to the best.
+/// Classes from the worst for the platform's users to the best.
 const WORST_FIRST: [Outcome; 9] = [
     Outcome::Unsafe,
     Outcome::Late,
@@ -55,7 +55,7 @@ impl Domain {
         }
     }
 
-    /// Name of the layer's file, the domain as Navigator knows it, what it is called.
+    /// Name of the layer's file, the domain as Navigator knows it, title.
     fn names(self) -> [&'static str; 3] {
         match self {
             Domain::Ics => ["attack-ics.json", "ics-attack", "ATT&CK for ICS"],
@@ -135,7 +135,7 @@ fn technique(id: &str, rows: &[&MatrixRow]) -> Value {
     object.into()
 }
 
-/// Whether a run says something of the platform: its mechanism really runs, nothing is waived, and it is no control.
+/// True if a run is evidence about the platform: its mechanism really runs, no check is waived, and it is no control.
 fn is_evidence(run: &MatrixRun) -> bool {
     let control = run.expected.iter().any(|class| matches!(class, Outcome::Unsafe | Outcome::Invalid));
     run.counts && run.watermark.is_none() && !control && run.summary.n > 0
@@ -148,7 +148,7 @@ fn score(runs: &[&MatrixRun]) -> u8 {
     score
 }
 
-/// What is known of a row: a line for each kind of evidence.
+/// Evidence of a row: a line for each kind.
 fn evidence(row: &MatrixRow) -> Vec<Value> {
     let line = |name: String, value: String| json!({ "name": name, "value": value });
     if row.kinds.is_empty() {

@@ -1,12 +1,12 @@
 //! The objects that `holdsafe … --json` prints, with the fields that are read here and no others.
 //!
-//! What a field says is told where it is written, in the instrument's reports. Fields that are not read may come and go.
+//! Fields are documented where they are written, in the instrument's reports. Fields that are not read may come and go.
 
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
-/// How a trial ended, the worst class first.
+/// End of a trial, the worst class first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum Outcome {
@@ -24,9 +24,9 @@ pub enum Outcome {
     Degraded,
     /// Refused, or shown as an alarm; no change of mode.
     Rejected,
-    /// Accepted, no response, nothing broken.
+    /// Accepted, no response, no property broken.
     Undetected,
-    /// Nothing was done and nothing happened.
+    /// No attack and no effect.
     Nominal,
 }
 
@@ -46,7 +46,7 @@ impl Outcome {
         }
     }
 
-    /// What it means, for those who have nothing else at hand.
+    /// Meaning, for readers without the documentation.
     pub fn meaning(self) -> &'static str {
         match self {
             Outcome::Unsafe => "A safety property was broken",
@@ -62,10 +62,10 @@ impl Outcome {
     }
 }
 
-/// How often each class came out; classes that did not are left out.
+/// Count of each class; classes without trials are left out.
 pub type Outcomes = BTreeMap<Outcome, u64>;
 
-/// Where the evidence of a trial comes from.
+/// Origin of a trial's evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Evidence {
@@ -92,7 +92,7 @@ impl Evidence {
 /// Values of one kind, folded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 pub struct Sample {
-    /// How many.
+    /// Count.
     pub n: u64,
     /// Mean.
     pub mean: Option<f64>,
@@ -113,7 +113,7 @@ pub struct Latencies {
     pub to_authority_revoked: Sample,
 }
 
-/// Times of one trial from the receipt of the injection, milliseconds; nothing where it did not happen.
+/// Times of one trial from the receipt of the injection, milliseconds; `None` where the event did not occur.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 pub struct Latency {
     /// To DEGRADED, or straight to HOLD_SAFE.
@@ -152,9 +152,9 @@ pub struct Matrix {
     pub build: String,
     /// One row a threat.
     pub rows: Vec<MatrixRow>,
-    /// How many bounds hold together.
+    /// Number of bounds that hold together.
     pub bounds: u64,
-    /// Whether every trial lies within its expected classes.
+    /// True if every trial lies within its expected classes.
     pub as_expected: bool,
 }
 
@@ -163,9 +163,9 @@ pub struct Matrix {
 pub struct MatrixRow {
     /// Its id in the catalogue.
     pub id: String,
-    /// What is done.
+    /// The threat.
     pub threat: String,
-    /// What it puts to the test.
+    /// The requirement under test.
     pub requirement: String,
     /// The boundary that is attacked.
     pub interface: String,
@@ -173,11 +173,11 @@ pub struct MatrixRow {
     pub stride: String,
     /// Ids of ATT&CK and ATLAS.
     pub techniques: Vec<String>,
-    /// What must come of it.
+    /// Required containment.
     pub containment: String,
     /// Tests named after it.
     pub tests: Vec<String>,
-    /// What it lacks, and why.
+    /// The open gap, and its reason.
     pub open: Option<String>,
     /// Outcomes by kind of evidence.
     pub kinds: Vec<Kind>,
@@ -185,14 +185,14 @@ pub struct MatrixRow {
     pub runs: Vec<MatrixRun>,
 }
 
-/// All runs of a row whose n may be added.
+/// All runs of a row with one kind of evidence: their n may be added.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Kind {
-    /// Where the evidence comes from.
+    /// Origin of the evidence.
     pub evidence: Evidence,
-    /// Whether the mechanism really runs there.
+    /// True if the mechanism really runs there.
     pub counts: bool,
-    /// Whether a policy waived something.
+    /// True if a policy waived something.
     pub ablation: bool,
     /// Trials.
     pub n: u64,
@@ -219,11 +219,11 @@ pub struct MatrixRun {
     pub cell: Option<String>,
     /// Policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
@@ -242,14 +242,14 @@ pub struct Run {
     pub mode: Evidence,
     /// The base seed.
     pub seed: u64,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// The classes that were expected; nothing where its cells have their own.
+    /// The expected classes; empty where its cells have their own.
     #[serde(default)]
     pub expected: Vec<Outcome>,
     /// Every trial.
     pub trials: Vec<Trial>,
-    /// How far their missions came; nothing in results of before missions were told.
+    /// Progress of their missions; `None` in results from before missions were reported.
     pub mission: Option<Missions>,
     /// All trials together.
     pub summary: Summary,
@@ -258,7 +258,7 @@ pub struct Run {
     pub cells: Vec<Cell>,
 }
 
-/// How far the missions of a run came.
+/// Progress of the missions of a run.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Missions {
     /// Trials with a platform.
@@ -286,7 +286,7 @@ pub struct Trial {
     pub cell: Option<String>,
     /// Its class.
     pub outcome: Outcome,
-    /// Why that class.
+    /// Findings behind that class.
     #[serde(default)]
     pub findings: Vec<String>,
     /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
@@ -332,7 +332,7 @@ pub struct Reference {
     pub seed: u64,
     /// Every row.
     pub rows: Vec<ReferenceRow>,
-    /// Whether every trial lies within its expected classes.
+    /// True if every trial lies within its expected classes.
     pub as_expected: bool,
 }
 
@@ -343,9 +343,9 @@ pub struct ReferenceRow {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
@@ -360,9 +360,9 @@ pub struct ReferenceRow {
 /// `holdsafe campaign` and `merge`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Campaign {
-    /// SHA-256 over the plan and what each trial drew and came to, hexadecimal.
+    /// SHA-256 over the plan and each trial's draws and outcome, hexadecimal.
     pub hash: String,
-    /// Whether every trial that belongs to it is in it.
+    /// True if every trial that belongs to it is in it.
     pub complete: bool,
     /// Trials in it.
     pub trials: u64,
@@ -381,16 +381,16 @@ pub struct CampaignRow {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
-    /// What the grid sets, by key.
+    /// Values that the grid sets, by key.
     #[serde(default)]
     pub set: BTreeMap<String, serde_json::Value>,
     /// Policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
@@ -424,13 +424,13 @@ pub struct RateBounds {
 /// `holdsafe search`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Search {
-    /// What went on meanwhile.
+    /// The scenario.
     pub scenario: String,
     /// Under which policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// What could be done.
+    /// The attack space.
     pub alphabet: String,
     /// Seed of each trial.
     pub seed: u64,
@@ -445,7 +445,7 @@ pub struct Search {
 /// A search in numbers.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Hunt {
-    /// How words were drawn.
+    /// The drawing strategy.
     pub strategy: String,
     /// Trials made.
     pub trials: u64,
@@ -464,7 +464,7 @@ pub struct Finding {
     pub broken: String,
     /// The oracle's first finding about it.
     pub finding: Option<String>,
-    /// What is done, in few words.
+    /// The attack sequence, in few words.
     pub word: String,
     /// Waived checks of which each alone would have stopped it.
     pub stopped_by: Vec<String>,

@@ -1,6 +1,6 @@
-//! The page that a reviewer is handed: one HTML file, nothing from elsewhere, no script, dark and light, printable.
+//! The reviewer's page: one self-contained HTML file, no script, dark and light, printable.
 //!
-//! Verdict first. Every drawing has its table. A section stands here for each kind of result; what a result says is not judged again.
+//! Verdict first. Every drawing has its table. A section stands here for each kind of result; results are not judged again.
 
 mod ablation;
 mod claims;
@@ -96,7 +96,7 @@ pub fn figures(dossier: &Dossier) -> Vec<Figure> {
     all
 }
 
-/// A figure: the drawing, its caption, and the numbers for whoever asks.
+/// A figure: the drawing, its caption, and the numbers.
 fn figure(figure: &Figure) -> Markup {
     html! {
         figure id=(figure.name) {
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_asks_nothing_of_anybody_and_runs_nothing() {
+    fn page_loads_no_resource_and_runs_no_script() {
         let page = page(&dossier());
         assert!(!page.contains("<script") && !page.contains("<img") && !page.contains("<link"), "{page}");
         assert!(!page.contains("url(") && !page.contains("@import"), "{page}");
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finding_and_a_broken_log_are_in_the_verdict_before_anything_else() {
+    fn finding_and_broken_log_lead_the_verdict() {
         let page = page(&dossier());
         let (head, rest) = page.split_once("<main>").expect("a body");
         assert!(
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn every_drawing_has_its_numbers_and_every_anchor_its_section() {
+    fn drawings_have_numbers_and_anchors_sections() {
         let page = page(&dossier());
         assert_eq!(page.matches("<figure").count(), page.matches("The same in numbers").count());
         for anchor in page.split("href=\"#").skip(1).filter_map(|rest| rest.split('"').next()) {

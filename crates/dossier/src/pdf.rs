@@ -9,10 +9,10 @@ use svg2pdf::usvg::fontdb::Database;
 use svg2pdf::usvg::{Options, Tree};
 use svg2pdf::{ConversionOptions, PageOptions};
 
-/// Why there is no PDF.
+/// Reason for the lack of a PDF.
 #[derive(Debug, thiserror::Error)]
 pub enum PdfError {
-    /// What is to be drawn is no SVG.
+    /// The drawing is no SVG.
     #[error("no SVG: {0}")]
     Svg(#[from] svg2pdf::usvg::Error),
     /// It cannot be drawn.
@@ -57,7 +57,7 @@ mod tests {
     use crate::figure::Drawing;
 
     #[test]
-    fn a_drawing_is_a_page_of_its_size_and_the_same_one_each_time() {
+    fn drawing_is_a_stable_page_of_its_size() {
         let svg = Drawing::new(310.0, 120.0).file("x");
         let page = Press::default().page(&svg).expect("a page");
         assert!(page.starts_with(b"%PDF-1.7") && page.ends_with(b"%%EOF"));

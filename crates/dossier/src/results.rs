@@ -1,6 +1,6 @@
-//! What was given: result files, read within bounds, or refused with file, place and remedy.
+//! Input of a report: result files, read within bounds, or refused with file, place and remedy.
 //!
-//! Whoever reads the files off a disk stops reading at [`MAX_FILE_BYTES`] + 1; what is longer is refused here.
+//! The reader of the files stops at [`MAX_FILE_BYTES`] + 1; longer ones are refused here.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ pub struct Results {
     given: Vec<Given>,
 }
 
-/// One file and what is in it.
+/// One file and its content.
 #[derive(Clone, Debug)]
 pub struct Given {
     /// Its name, as it was given.
@@ -80,18 +80,18 @@ impl Found {
 /// The kinds that are read.
 const KINDS: &str = "matrix, run, runs, reference, campaign, search, bench-live, curve, ablation, bench-twin";
 
-/// Why a file is refused.
+/// A refused file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {why}")]
 pub struct Refused {
     /// Its name, as it was given.
     pub file: String,
-    /// What is wrong with it.
+    /// The fault.
     #[source]
     pub why: Reason,
 }
 
-/// What is wrong with a file.
+/// Fault of a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Reason {
     /// It is longer than is read.
@@ -106,7 +106,7 @@ pub enum Reason {
     /// It is not JSON, or not the object that its kind promises.
     #[error("{0}; give the file that `holdsafe … --json` printed, whole and unchanged")]
     Unreadable(String),
-    /// It does not say what it is.
+    /// It names no kind.
     #[error("no `kind`; print it again with this version of holdsafe (`--json`)")]
     NoKind,
     /// It is none of the kinds that are read.
@@ -133,10 +133,11 @@ struct Several {
 }
 
 impl Results {
-    /// Takes a file in.
+    /// Reads a file.
     ///
     /// # Errors
-    /// Why it is refused; what was given before stands.
+    ///
+    /// The refusal; earlier files stay.
     pub fn read(&mut self, file: &str, bytes: &[u8]) -> Result<(), Refused> {
         let refused = |why| Refused { file: file.to_owned(), why };
         if self.given.len() >= MAX_FILES {
@@ -151,13 +152,13 @@ impl Results {
         Ok(())
     }
 
-    /// What was given, in order.
+    /// The files, in order.
     pub fn given(&self) -> &[Given] {
         &self.given
     }
 }
 
-/// `manifest.json` of a run: what its results depend on.
+/// `manifest.json` of a run: the inputs that its results depend on.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Manifest {
     /// SHA-256 of each file, hexadecimal, by its path below the repository's root.
@@ -232,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_refused_with_file_place_and_remedy() {
+    fn unreadable_file_is_refused_with_place_and_remedy() {
         let cut = refusal(r#"{"kind":"matrix","schema_version":1,"#);
         assert!(
             cut.contains("x.json") && cut.contains("line 1 column") && cut.contains("whole and unchanged"),

@@ -1,7 +1,7 @@
 //! SARIF 2.1.0, as code scanners show it: a run for each file, a rule for each threat, property and class, a result for each class that
 //! was not expected and each finding of a search.
 //!
-//! What was expected is no result, and what a search found under a waived check is a note: it shows what the check is worth. A result
+//! Expected classes are no results, and a search's finding under a waived check is a note: it shows the benefit of the check. A result
 //! lies at the scenario's file, relative to `SRCROOT`.
 
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use crate::objects::{Finding, MatrixRow, Outcome, Search};
 use crate::results::{Found, Given, Results};
 use crate::tried::{Tried, tried};
 
-/// Where the schema is published.
+/// Published address of the schema.
 const SCHEMA: &str = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
 /// The properties that a run is judged by, in few words; the oracle's documentation has them in full.
@@ -131,7 +131,7 @@ fn found(rules: &mut Rules, search: &Search, finding: &Finding) -> Value {
     result(&id, level, &text, &search.scenario, &seen, &properties)
 }
 
-/// What broke, or would have gone unnoticed, is an error; what was only other than expected, a warning.
+/// A broken property, or an undetected effect, is an error; another unexpected class a warning.
 fn level(class: Outcome) -> &'static str {
     match class {
         Outcome::Unsafe | Outcome::Late | Outcome::Undetected => "error",

@@ -1,6 +1,7 @@
-//! One run as it is told to a reviewer: what was done to it, what its services said and did, and why the mode changed.
+//! Summary of one run for a reviewer: the attacks, the services' reports and actions, and the reasons for each change
+//! of mode.
 //!
-//! Whoever has the recording makes it; times are seconds from the start of the run.
+//! It is made from the recording; times are seconds from the start of the run.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,26 +10,26 @@ use serde::{Deserialize, Serialize};
 pub struct Story {
     /// Its name: a scenario or a folder.
     pub name: String,
-    /// How long it was, seconds.
+    /// Length, seconds.
     pub seconds: f64,
-    /// Why it is INVALID, or what does not hold of its log; nothing when all does.
+    /// Reason for which it is INVALID, or the fault of its log; `None` if it is sound.
     pub flaw: Option<String>,
     /// Modes of the unit under test, one after the other.
     pub modes: Vec<Lasted>,
-    /// When it had authority.
+    /// Periods of authority.
     pub authority: Vec<Lasted>,
-    /// What was done to it, by those who did it: ground truth, which no service knew.
+    /// Injections, as reported by their actors: ground truth, unknown to the services.
     pub done: Vec<Lasted>,
-    /// What boundaries refused, by reason.
+    /// Refusals at boundaries, by reason.
     pub refused: Vec<Refusals>,
-    /// Why the mode was lost, each time.
+    /// Reason for each loss of the mode.
     pub why: Vec<Why>,
 }
 
 /// Something that lasted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lasted {
-    /// What.
+    /// Description.
     pub what: String,
     /// From, seconds.
     pub from: f64,
@@ -39,20 +40,20 @@ pub struct Lasted {
 /// Refusals of one boundary for one reason.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Refusals {
-    /// Who refused.
+    /// The refusing service.
     pub by: String,
-    /// Why, as the refusal is named.
+    /// Reason, by its name.
     pub reason: String,
-    /// How many.
+    /// Count.
     pub n: u64,
-    /// When, seconds; those that came within a tenth of a second are one.
+    /// Times, seconds; those within a tenth of a second are one.
     pub at: Vec<Lasted>,
 }
 
-/// Why a mode was lost.
+/// Reason for the loss of a mode.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Why {
-    /// When, seconds.
+    /// Time, seconds.
     pub at: f64,
     /// From and to.
     pub change: String,
@@ -67,25 +68,25 @@ pub struct Why {
 pub struct Link {
     /// Which kind of link.
     pub stage: String,
-    /// When, seconds.
+    /// Time, seconds.
     pub at: f64,
-    /// By whose log.
+    /// Source of the log entry.
     pub by: String,
-    /// What.
+    /// Description.
     pub what: String,
 }
 
-/// A recording that results or runs over time are from, and what was found of it.
+/// A recording behind results or runs over time, and its verification.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Recording {
     /// Its folder.
     pub name: String,
     /// SHA-256 of its files, one behind the other.
     pub sha256: String,
-    /// Whether its chains, signatures, seals and heads hold.
+    /// True if its chains, signatures, seals and heads hold.
     pub holds: bool,
     /// The class in which its trial ended, where that is told.
     pub outcome: Option<String>,
-    /// Why it is INVALID, by its custody or by the class of its trial; nothing where it is not.
+    /// Reason for which it is INVALID, by its verification or by the class of its trial; `None` if it is valid.
     pub invalid: Option<String>,
 }

@@ -1,7 +1,7 @@
-//! One view of what was tried, whatever kind of result tells of it: one variation of one scenario in one mode, all its trials.
+//! One view of trials, independent of the kind of result: one variation of one scenario in one mode, all its trials.
 //!
-//! Matrix, runs, reference evaluation and campaign say the same things of a variation in different places. What a result does not say
-//! is `None` here.
+//! Matrix, runs, reference evaluation and campaign report the same values of a variation in different places. Values that a result
+//! lacks are `None` here.
 
 use crate::objects::{
     CampaignRow, Evidence, MatrixRow, MatrixRun, Outcome, Outcomes, ReferenceRow, Run, Summary, Trial,
@@ -20,17 +20,17 @@ pub struct Tried<'a> {
     pub scenario: &'a str,
     /// Cell, where it has any.
     pub cell: Option<&'a str>,
-    /// What a campaign's grid sets, as `key=value`.
+    /// Settings of a campaign's grid, as `key=value`.
     pub set: Vec<String>,
     /// Policy.
     pub policy: Option<&'a str>,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<&'a str>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: Option<bool>,
-    /// The classes that were expected; nothing where only UNSAFE and INVALID are not.
+    /// The expected classes; if empty, all but UNSAFE and INVALID.
     pub expected: &'a [Outcome],
     /// Trials.
     pub n: u64,
@@ -44,7 +44,7 @@ pub struct Tried<'a> {
     pub unsafe_upper_95_simultaneous: Option<f64>,
     /// The base seed; trial i has seed + i.
     pub seed: Option<u64>,
-    /// What the oracle said of the first trial that was not expected, [`MAX_FINDINGS`] at most.
+    /// The oracle's findings of the first unexpected trial, [`MAX_FINDINGS`] at most.
     pub findings: Vec<&'a str>,
     /// The line that runs it, or the first trial that was not expected, again.
     pub reproduce: String,
@@ -56,7 +56,7 @@ impl Tried<'_> {
         self.outcomes.iter().filter(|(class, _)| is_unexpected(**class, self.expected)).map(|(class, n)| (*class, *n))
     }
 
-    /// What tells it apart within its scenario: cell, what is set, policy, evidence.
+    /// Name within its scenario: cell, settings, policy, evidence.
     pub fn name(&self) -> String {
         let mut name = self.scenario.to_owned();
         for part in self.cell.into_iter().chain(self.set.iter().map(String::as_str)) {
@@ -86,8 +86,8 @@ fn is_unexpected(class: Outcome, expected: &[Outcome]) -> bool {
     if expected.is_empty() { matches!(class, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&class) }
 }
 
-/// The variations that a file tells of, in its order. A search has none: its words are no sample of anything. Nor have what compares
-/// or measures.
+/// The variations in a file, in its order. A search has none: its attack sequences are no sample. Nor have comparisons and
+/// measurements.
 pub fn tried(given: &Given) -> Vec<Tried<'_>> {
     match &given.found {
         Found::Matrix(matrix) => {
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+    fn default_expectation_excludes_unsafe_and_invalid_only() {
         assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
         assert!(!is_unexpected(Outcome::Late, &[]));
         assert!(is_unexpected(Outcome::Late, &[Outcome::HoldSafe]));
@@ -217,14 +217,14 @@ mod tests {
     }
 
     #[test]
-    fn the_line_names_cell_number_seed_and_that_it_is_live() {
+    fn reproduction_line_names_cell_seed_and_mode() {
         let line = command("teammate", Some("verbatim/silent"), Evidence::Live, 3, 7);
         assert_eq!(line, "holdsafe run teammate --cell verbatim/silent --trials 3 --seed 7 --live");
         assert_eq!(command("loss", None, Evidence::Stack, 59, 1), "holdsafe run loss --trials 59 --seed 1");
     }
 
     #[test]
-    fn a_null_attack_that_ended_otherwise_than_stated_is_not_left_out() {
+    fn unexpected_null_attack_is_not_left_out() {
         let text = r#"{"kind": "bench-live", "schema_version": 1, "losses": [], "live_latency_ms": [],
             "live_null_attack": {"scenario": "nominal", "mode": "live", "seed": 2, "expected": ["NOMINAL", "FALSE_TRIP"],
                 "trials": [{"seed": 2, "outcome": "INVALID", "decision_hash": "00", "sim_seconds": 600.0}],

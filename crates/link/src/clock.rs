@@ -19,9 +19,9 @@ pub const DRIFT_LIMIT_PPM: i32 = 1_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HostClock {
-    /// What this clock would have read when the machine's monotonic clock read zero, in microseconds.
+    /// Reading of this clock, in microseconds, when the machine's monotonic clock read zero.
     pub zero_us: u64,
-    /// How much faster than the machine's clock it runs, in parts per million (clamped to [`DRIFT_LIMIT_PPM`]).
+    /// Drift against the machine's clock, in parts per million faster (clamped to [`DRIFT_LIMIT_PPM`]).
     pub drift_ppm: i32,
 }
 
@@ -50,7 +50,7 @@ impl HostClock {
         (raw..=raw.saturating_add(2)).find(|r| self.at_trace(*r) >= at).unwrap_or(raw.saturating_add(2))
     }
 
-    /// How long to wait until the host's clock reads `at`; zero if it already does.
+    /// Time until the host's clock reads `at`; zero if it already does.
     pub fn until(&self, at: Instant) -> Duration {
         Duration::from_micros(self.trace_at(at).saturating_sub(trace_us()))
     }
@@ -65,7 +65,7 @@ pub fn trace_us() -> u64 {
     micros(ClockId::CLOCK_MONOTONIC)
 }
 
-/// CPU time of the calling thread in microseconds, for measuring what work costs. `getrusage` moves in steps of the
+/// CPU time of the calling thread in microseconds, for measuring the cost of work. `getrusage` moves in steps of the
 /// scheduler's tick, some milliseconds.
 pub fn thread_cpu_us() -> u64 {
     micros(ClockId::CLOCK_THREAD_CPUTIME_ID)
@@ -93,7 +93,7 @@ pub fn pause(time: Duration) {
     std::thread::sleep(time);
 }
 
-/// How late a thread wakes from each of `naps` sleeps of this length, microseconds: what the host's scheduler adds.
+/// Lateness of each of `naps` sleeps of this length, microseconds: the delay that the host's scheduler adds.
 #[expect(clippy::disallowed_methods, reason = "how late a sleeper wakes is what is measured")]
 pub fn oversleeps(nap: Duration, naps: usize) -> Vec<u64> {
     let late = || {
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_deadline_mapped_back_is_reached_and_not_a_microsecond_late() {
+    fn deadlines_map_back_without_being_late() {
         for drift_ppm in [-200, -37, 0, 1, 199, 1_000_000] {
             let clock = HostClock { zero_us: 5_000_000_000, drift_ppm };
             for raw in [0, 1, 999_999, 86_400_000_000, 8_640_000_000_001] {
@@ -125,8 +125,9 @@ mod tests {
         }
     }
 
+    /// Processes of one host agree on the time; hosts do not.
     #[test]
-    fn processes_of_one_host_agree_and_hosts_do_not() {
+    fn clocks_agree_within_a_host_only() {
         let here = HostClock { zero_us: 7, drift_ppm: 20 };
         let there = HostClock { zero_us: 90_000_000, drift_ppm: -20 };
         let raw = trace_us();

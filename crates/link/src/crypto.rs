@@ -7,7 +7,7 @@ use std::sync::{Arc, Once};
 
 use rustls::crypto::CryptoProvider;
 
-/// Installs ring as the provider of this process. Calling it again does nothing.
+/// Installs ring as the provider of this process. Further calls have no effect.
 pub fn init() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -1,14 +1,14 @@
-//! Whether a window can be opened here: a display that answers, and the libraries that the window loads at run time.
+//! Check for a usable window system: a display that answers, and the libraries that the window loads at run time.
 //!
-//! Asked before anything is started, because what is missing would else be learned one piece at a time, the last of them
-//! by a panic. Opening the window is left to the console.
+//! It runs before any process starts, because missing parts would otherwise be found one at a time, the last of them by
+//! a panic. Opening the window is left to the console.
 
 use std::ffi::{OsStr, OsString};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixStream};
 use std::path::{Path, PathBuf};
 
-/// What the window loads on X11 when it starts, and the Debian package that has it.
+/// Libraries that the window loads on X11 when it starts, each with its Debian package.
 const X11: [(&str, &str); 6] = [
     ("libX11.so.6", "libx11-6"),
     ("libXcursor.so.1", "libxcursor1"),
@@ -26,7 +26,7 @@ const WAYLAND: [(&str, &str); 4] = [
     ("libEGL.so.1", "libegl1"),
 ];
 
-/// Where the dynamic loader looks, on the systems that we know.
+/// Search folders of the dynamic loader, on the systems that we know.
 const FOLDERS: [&str; 9] = [
     "/lib/x86_64-linux-gnu",
     "/usr/lib/x86_64-linux-gnu",
@@ -39,7 +39,7 @@ const FOLDERS: [&str; 9] = [
     "/usr/lib",
 ];
 
-/// Why no window can be opened, with the remedy.
+/// Reason for which no window can be opened, with the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoWindow {
     /// No display is named.
@@ -48,7 +48,7 @@ pub enum NoWindow {
     /// The display named does not answer.
     #[error("the display {display} does not answer: is it running, and is {named} right?")]
     Silent {
-        /// What was named.
+        /// The display's name.
         display: String,
         /// The variable that names it.
         named: &'static str,
@@ -65,7 +65,7 @@ pub struct Environment {
     pub x11: Option<String>,
     /// `WAYLAND_DISPLAY`, which goes before the other.
     pub wayland: Option<OsString>,
-    /// Where that is to be found: `XDG_RUNTIME_DIR`.
+    /// Folder of that socket: `XDG_RUNTIME_DIR`.
     pub runtime: Option<PathBuf>,
     /// Folders with libraries that come before the system's: `LD_LIBRARY_PATH`.
     pub folders: Vec<PathBuf>,
@@ -84,10 +84,11 @@ impl Environment {
         }
     }
 
-    /// Whether a window can be opened.
+    /// Checks that a window can be opened.
     ///
     /// # Errors
-    /// With what is missing and how to come by it.
+    ///
+    /// The missing part, and how to install it.
     pub fn probe(&self) -> Result<(), NoWindow> {
         let (libraries, display, answers) = match (&self.wayland, &self.x11) {
             (Some(name), _) => (&WAYLAND[..], name.display().to_string(), self.composes(name)),
@@ -108,7 +109,7 @@ impl Environment {
         if self.wayland.is_some() { "WAYLAND_DISPLAY" } else { "DISPLAY" }
     }
 
-    /// Whether a compositor listens there: a socket by this name in the user's folder, or by its whole path.
+    /// True if a compositor listens there: a socket by this name in the user's folder, or by its whole path.
     fn composes(&self, name: &OsStr) -> bool {
         let folder = self.runtime.as_deref().unwrap_or(Path::new("/"));
         UnixStream::connect(folder.join(name)).is_ok()
@@ -122,12 +123,12 @@ impl Environment {
     }
 }
 
-/// Whether the loader's cache has a library of this name: names stand in it between zero bytes.
+/// True if the loader's cache has a library of this name: names stand in it between zero bytes.
 fn names(cache: &[u8], library: &str) -> bool {
     cache.split(|byte| *byte == 0).any(|name| name == library.as_bytes())
 }
 
-/// Whether somebody listens at the display `[host]:number[.screen]`. One that names a host is not tried: that is a
+/// True if a server listens at the display `[host]:number[.screen]`. One that names a host is not tried: that is a
 /// connection elsewhere, and the window makes it itself.
 fn answers(display: &str) -> bool {
     let Some((host, number)) = display.rsplit_once(':') else { return false };
@@ -150,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_display_it_says_so_in_one_line_with_the_remedy() {
+    fn missing_display_is_reported_with_its_remedy() {
         let why = at(None).probe().expect_err("no display");
         assert_eq!(why, NoWindow::NoDisplay);
         assert!(why.to_string().contains("holdsafe watch") && !why.to_string().contains('\n'));
@@ -159,14 +160,15 @@ mod tests {
     }
 
     #[test]
-    fn a_display_that_does_not_answer_or_is_none_is_found_out_without_panic() {
+    fn silent_or_invalid_display_is_refused_without_panic() {
         for display in [":65535", "", ":", ":x", "nowhere", "unix:65534.0", ":x.2.3.4", ":99999"] {
             assert!(!answers(display), "{display}");
         }
     }
 
+    /// In the user's folder, or by its path; one that has ended is not found.
     #[test]
-    fn a_compositor_is_found_by_its_name_in_the_users_folder_or_by_its_path_and_one_that_is_gone_is_not() {
+    fn compositor_is_found_by_name_or_path() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("wayland-7");
         let listens = std::os::unix::net::UnixListener::bind(&path).expect("a socket");

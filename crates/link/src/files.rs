@@ -1,7 +1,7 @@
-//! Opening and making the files of a run, which somebody else may have put there.
+//! Opening and making the files of a run, in folders where another program may have put files.
 //!
-//! A path may lead to a pipe, on which a reader waits for ever, or to a device that never ends: nothing but a regular file is
-//! opened, and no more of it is read than its reader states. What is in a file is left to that reader.
+//! A path may lead to a pipe, on which a reader waits for ever, or to an endless device: only a regular file is opened, and
+//! no more of it is read than its reader states. The content is left to that reader.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Error, ErrorKind, Read, Result};
@@ -56,8 +56,9 @@ mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
 
+    /// A link to a regular file is read; anything else is neither read nor waited for.
     #[test]
-    fn a_link_to_a_regular_file_is_read_and_nothing_that_is_none_is_or_is_waited_for() {
+    fn only_regular_files_are_opened() {
         let folder = tempfile::tempdir().unwrap();
         let [file, link, pipe, device] = ["file", "link", "pipe", "device"].map(|name| folder.path().join(name));
         std::fs::write(&file, [7; 10]).unwrap();

@@ -1,8 +1,8 @@
-//! What is given here, offered to Foxglove's app on this host over its WebSocket protocol, on loopback.
+//! Live messages for Foxglove's app on this host over its WebSocket protocol, on loopback.
 //!
-//! The protocol is the SDK's, and so is the server: it takes nothing from who looks (no capability is offered), bounds what waits for each of
-//! them, and has no secret: every user of the host, and every page in a browser on it, can look. That is why it is a feature that nobody
-//! gets who did not ask for it. What messages hold is the caller's.
+//! The SDK provides protocol and server. The server takes no input from clients (no capability is offered), bounds the queue of each, and has
+//! no secret: every user of the host, and every page in a browser on it, can connect. That is why it is an opt-in feature. The content of
+//! messages is the caller's.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,12 +15,12 @@ use crate::loopback::LoopbackAddr;
 /// Messages that wait for one who looks; of more, the oldest are lost to it.
 const BACKLOG: usize = 256;
 
-/// What a message of one topic is.
+/// Type of the messages of one topic.
 #[derive(Clone, Copy, Debug)]
 pub struct Kind<'a> {
     /// Its topic.
     pub topic: &'a str,
-    /// How it is encoded: `protobuf` or `json`.
+    /// Encoding: `protobuf` or `json`.
     pub encoding: &'a str,
     /// Its schema: name and encoding.
     pub schema: [&'a str; 2],
@@ -37,9 +37,10 @@ pub struct Offered {
 }
 
 impl Offered {
-    /// Offers what is yet to come on a port of loopback; 0 lets the kernel choose.
+    /// Offers future messages on a port of loopback; 0 lets the kernel choose.
     ///
     /// # Errors
+    ///
     /// When the port is taken.
     pub fn open(port: u16) -> io::Result<Self> {
         let wanted = LoopbackAddr::on_port(port);
@@ -55,14 +56,15 @@ impl Offered {
         Ok(Self { at, context, channels: BTreeMap::new(), server: Some(server) })
     }
 
-    /// Where the app finds it.
+    /// Address for the app.
     pub fn address(&self) -> String {
         format!("ws://{}", self.at)
     }
 
-    /// Gives a message to whoever looks.
+    /// Gives a message to the connected clients.
     ///
     /// # Errors
+    ///
     /// When there can be no channel of this kind.
     pub fn say(&mut self, kind: Kind<'_>, message: &[u8]) -> io::Result<()> {
         if !self.channels.contains_key(kind.topic) {

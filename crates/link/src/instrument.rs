@@ -1,8 +1,7 @@
 //! The instrument plane's way to the recorder: a Unix-domain stream, apart from the data plane.
 //!
 //! A service hands frames to a bounded queue and never waits; when the recorder is slow or gone the queue fills and
-//! frames are lost and counted, and the service goes on. What it means that its log is no longer sealed is for its core
-//! to decide.
+//! frames are lost and counted, and the service goes on. The consequence of an unsealed log is its core's decision.
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
@@ -32,10 +31,10 @@ pub const CONNECTIONS: usize = 64;
 /// Pause between attempts to reach the recorder.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// How long a closing service tries to hand over what waits.
+/// Time limit for a closing service to hand over its queue.
 const LAST_WORDS: Duration = Duration::from_secs(2);
 
-/// What a process says of its chain in its closing statistics: its boot, entries and the SHA-256 of the last, hexadecimal.
+/// Head of a process's chain for its closing statistics: its boot, entries and the SHA-256 of the last, hexadecimal.
 pub fn head(last: &[u8]) -> serde_json::Value {
     let told = |head: Head| {
         let hash: String = head.hash.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -68,7 +67,7 @@ impl Frame {
     }
 }
 
-/// What became of a service's frames.
+/// Counts of a service's frames by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct InstrumentStats {
     /// Handed to the recorder's socket.
@@ -112,13 +111,13 @@ impl Instrument {
         }
     }
 
-    /// What has become of the frames so far; those under way count as lost.
+    /// Outcome of the frames so far; those under way count as lost.
     pub fn stats(&self) -> InstrumentStats {
         let sent = self.sent.load(Ordering::Relaxed);
         InstrumentStats { sent, lost: self.taken.saturating_sub(sent) }
     }
 
-    /// Hands over what waits, for a bounded time, and says what became of the frames.
+    /// Hands over the queue within a time limit, and returns the outcome of the frames.
     pub fn finish(&mut self) -> InstrumentStats {
         self.queue = None;
         // The sender never sends; the receiver hears when the thread has ended or the time is up.

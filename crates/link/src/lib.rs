@@ -1,10 +1,9 @@
 //! The only crate that knows sockets, shared memory, DTLS, MQTT, TLS, MCAP and the OS clock.
 //!
-//! It moves bytes between a core ([`wire::core::Core`]) and the machine, and writes down what went in and out. What a
-//! message means is left to the cores; what may listen where is fixed here: every socket takes a
-//! [`loopback::LoopbackAddr`].
+//! It moves bytes between a core ([`wire::core::Core`]) and the machine, and logs inputs and outputs. The meaning of a
+//! message is left to the cores; permitted addresses are fixed here: every socket takes a [`loopback::LoopbackAddr`].
 //!
-//! A process is `spec` (what it is told) → its core → [`drive::run`].
+//! A process is `spec` (its specification) → its core → [`drive::run`].
 
 pub mod bus;
 pub mod clock;

@@ -1,7 +1,8 @@
-//! Load on the real accept loop over loopback sockets: many sessions, and a flood of what is no record beside a valid one.
+//! Load on the real accept loop over loopback sockets: many sessions, and a flood of malformed datagrams beside a valid
+//! one.
 //!
 //! Both ends are in this process, so that every datagram is in one of its counters or in the kernel's. It measures and
-//! gives numbers; what they should be is not judged here.
+//! returns figures; judging them is left to the caller.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,16 +26,16 @@ use crate::vet::list::Revocations;
 /// Length of a valid record, in bytes: about that of a report.
 const RECORD: usize = 300;
 
-/// How long what is under way may take to arrive at the end.
+/// Time limit at the end for datagrams under way.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// How long all sessions together may take to open.
+/// Time limit for all sessions together to open.
 const OPENING: Duration = Duration::from_secs(60);
 
 /// Datagrams of a flood that are sent between two looks at the clock.
 const BURST: u32 = 30;
 
-/// What was asked for.
+/// Parameters of a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Asked {
     /// Valid sessions.
@@ -43,14 +44,14 @@ pub struct Asked {
     pub rate: u32,
     /// Datagrams a second that are no record, from one stranger.
     pub flood: u32,
-    /// How long.
+    /// Duration.
     pub seconds: u64,
 }
 
-/// What was measured.
+/// Result of a measurement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measured {
-    /// What was asked for.
+    /// Its parameters.
     pub asked: Asked,
     /// Sessions that opened.
     pub opened: usize,
@@ -65,7 +66,7 @@ pub struct Measured {
     /// Datagrams that the diallers and the flood sent, less those that the listener's loop counted and the kernel dropped:
     /// lost without a trace. Not zero is a defect.
     pub unaccounted: i64,
-    /// What the listener counted.
+    /// The listener's counters.
     pub listener: SessionStats,
     /// Memory of this process before and at its most, in KiB.
     pub resident_kib: [u64; 2],
@@ -193,7 +194,7 @@ fn settings(credential: &Credential) -> Result<Settings, PkiError> {
     Ok(Settings::new(GuardMode::Required, Duration::from_secs(600), held))
 }
 
-/// Sends what is no record until the time is up, at a steady rate; how many the kernel took.
+/// Sends malformed datagrams until the time is up, at a steady rate; returns how many the kernel took.
 async fn flood(to: LoopbackAddr, rate: u32, until: Instant) -> u64 {
     let Ok(socket) = sockets::udp_to(LoopbackAddr::ANY_PORT, to) else { return 0 };
     let taken = AtomicU64::new(0);
@@ -215,7 +216,8 @@ async fn flood(to: LoopbackAddr, rate: u32, until: Instant) -> u64 {
     taken.load(Ordering::Relaxed)
 }
 
-/// Not a record, a record of a later epoch from nobody, a hello that is cut off, a hello whose lengths lie: in turn.
+/// Not a record, a record of a later epoch from an unknown peer, a truncated hello, a hello with wrong lengths: in
+/// turn.
 fn malformed(n: u32) -> Vec<u8> {
     let noise = n.to_be_bytes();
     let mut bytes = match n % 4 {
@@ -239,8 +241,9 @@ pub fn resident_kib() -> u64 {
 mod tests {
     use super::*;
 
+    /// A flood reaches no session.
     #[test]
-    fn every_datagram_is_in_an_account_and_a_flood_reaches_no_session() {
+    fn every_datagram_is_accounted_for_under_flood() {
         let measured = run(Asked { sessions: 20, rate: 20, flood: 2_000, seconds: 1 }).unwrap();
         assert_eq!(measured.opened, 20, "more at once than a calm door lets in");
         assert_eq!(measured.unaccounted, 0, "{measured:?}");

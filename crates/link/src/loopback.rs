@@ -2,7 +2,7 @@
 //!
 //! A [`LoopbackAddr`] is a literal in `127.0.0.0/8` or `[::1]` with a port. Names are never resolved, and spellings
 //! that some resolvers read as loopback (octal, hexadecimal, shortened, decimal, mapped) are refused. There is no
-//! switch that lifts this. What a bound socket says of itself and of its peer is checked with the same type again.
+//! switch that lifts this. A bound socket's own and peer address are checked with the same type again.
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LoopbackAddr(SocketAddr);
 
-/// Why an address was refused.
+/// Reason for which an address was refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressRefused {
     /// Not an `address:port` literal at all: a name, an octal or shortened spelling, a missing port.
@@ -44,7 +44,7 @@ impl LoopbackAddr {
         Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::new(127, 1 + high % 254, middle, low)), 0))
     }
 
-    /// Whether `other` is at the same address, whatever its port.
+    /// True if `other` is at the same address, whatever its port.
     pub fn is_host_of(self, other: SocketAddr) -> bool {
         self.0.ip() == other.ip()
     }
@@ -60,10 +60,11 @@ impl LoopbackAddr {
     }
 }
 
-/// Whether the loopback interface is up and a socket can be bound at `own`.
+/// Checks that the loopback interface is up and a socket can be bound at `own`.
 ///
 /// # Errors
-/// Why not.
+///
+/// The reason.
 pub fn probe(own: LoopbackAddr) -> Result<(), String> {
     // Bit 0 of the interface's flags says that it is up.
     let flags = std::fs::read_to_string("/sys/class/net/lo/flags").ok();
@@ -140,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_has_an_address_apart_from_the_hosts_programs() {
+    fn run_address_differs_from_the_hosts_programs() {
         for number in [0, 1, 0x00ff_ffff, u32::MAX] {
             let own = LoopbackAddr::of_run(number);
             assert!(LoopbackAddr::try_from(own.socket()).is_ok(), "{own}");

@@ -1,9 +1,9 @@
-//! Mouth logs: everything that went into a core and everything that came out, in order.
+//! Input journals: every input of a core and every output, in order.
 //!
-//! A log is a magic, a header, then entries; each is a length (u32, big-endian) and that many bytes of CBOR. Feeding the
+//! A journal is a magic, a header, then entries; each is a length (u32, big-endian) and that many bytes of CBOR. Feeding the
 //! inputs to a fresh core must give the same outputs, byte for byte ([`replay`]). The writer may have been killed at any
-//! byte; the reader says what is wrong and where, and allocates no more than [`MAX_ENTRY`]. What is kept of a log after that
-//! may lack most of the sensor frames ([`thin`]).
+//! byte; the reader reports a damage and its place, and allocates no more than [`MAX_ENTRY`]. A stored journal may lack most
+//! of the sensor frames ([`thin`]).
 
 use std::io::{self, Read, Write};
 
@@ -19,7 +19,7 @@ pub const MAGIC: [u8; 8] = *b"hsmouth1";
 /// The largest encoded entry, in bytes: a rendered frame and its envelope.
 pub const MAX_ENTRY: usize = 512 * 1024;
 
-/// Whose log it is.
+/// Owner of the journal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Header {
     /// The node.
@@ -42,7 +42,7 @@ pub enum Entry {
         /// The host's time.
         #[n(0)]
         now: Instant,
-        /// What was fed.
+        /// The input.
         #[n(1)]
         input: Input,
     },
@@ -61,7 +61,7 @@ pub enum Entry {
         /// Its length in bytes.
         #[n(2)]
         length: u32,
-        /// Its [`wire_hash`], by which insiders name what they sent.
+        /// Its [`wire_hash`], by which insiders name their messages.
         #[n(3)]
         hash: u64,
     },
@@ -98,7 +98,7 @@ pub enum MouthError {
     TooLong {
         /// Offset of the entry.
         at: u64,
-        /// What it claims.
+        /// Claimed length.
         length: u64,
     },
     /// Bytes that are not exactly one entry.
@@ -114,7 +114,7 @@ pub enum MouthError {
     Io(#[from] io::Error),
 }
 
-/// Writes a log, up to a number of bytes; what is beyond is counted.
+/// Writes a journal, up to a number of bytes; the excess is counted.
 pub struct Writer<W: Write> {
     out: W,
     room: u64,
@@ -151,9 +151,10 @@ impl<W: Write> Writer<W> {
         self.append(&EntryRef::Output(output))
     }
 
-    /// Notes what another log has.
+    /// Appends an entry of another journal.
     ///
     /// # Errors
+    ///
     /// As the writer below.
     pub fn entry(&mut self, entry: &Entry) -> io::Result<()> {
         self.append(entry)
@@ -220,7 +221,7 @@ impl<R: Read> Reader<R> {
         Self { source, at, header, ended: false }
     }
 
-    /// Whose log it is.
+    /// Owner of the journal.
     pub fn header(&self) -> Header {
         self.header
     }
@@ -283,7 +284,7 @@ fn fill(source: &mut impl Read, buf: &mut [u8]) -> io::Result<usize> {
     Ok(filled)
 }
 
-/// What a replay went through.
+/// Extent of a replay.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Replayed {
     /// Inputs fed.
@@ -294,7 +295,7 @@ pub struct Replayed {
     pub unlogged: u64,
 }
 
-/// The core did not do what the log says.
+/// The core's outputs differ from the journal.
 #[derive(Debug, thiserror::Error)]
 #[error("after input {input}, output {index} differs: expected {expected:?}, got {got:?}")]
 pub struct Divergence {
@@ -302,9 +303,9 @@ pub struct Divergence {
     pub input: u64,
     /// Number of the output in the log, from 0.
     pub index: u64,
-    /// What the log has; `None` when the core said more than the log.
+    /// Output in the journal; `None` if the core gave an additional one.
     pub expected: Option<Output>,
-    /// What the core gave; `None` when it gave nothing more.
+    /// The core's output; `None` if it gave no further one.
     pub got: Option<Output>,
 }
 
@@ -317,18 +318,19 @@ pub enum ReplayError {
     /// The log is damaged before its end; a cut in the last entry is not an error.
     #[error(transparent)]
     Unreadable(#[from] MouthError),
-    /// The log was thinned: what stood in it is not there to be fed or compared.
+    /// The journal was thinned: removed entries can be neither fed nor compared.
     #[error("the log was thinned: of some of its `{}` messages it has the hash alone", topic.name())]
     Thinned {
-        /// Whose messages were left out.
+        /// Topic of the removed messages.
         topic: Topic,
     },
 }
 
-/// Feeds a log's inputs to a fresh core and compares what comes out.
+/// Feeds a journal's inputs to a fresh core and compares the outputs.
 ///
 /// # Errors
-/// At the first output that differs, and when the log is damaged anywhere but at its end.
+///
+/// At the first output that differs, and when the journal is damaged anywhere but at its end.
 pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, ReplayError> {
     let mut done = Replayed::default();
     for entry in log {
@@ -358,7 +360,7 @@ pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, 
     Ok(done)
 }
 
-/// What was copied of a log, and what was left out.
+/// Counts of copied and removed entries of a journal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Thinned {
     /// Entries copied whole.
@@ -367,12 +369,13 @@ pub struct Thinned {
     pub left_out: u64,
 }
 
-/// Copies a log, but for sets of sensor frames, which are most of it: of those that the core was fed each `every`-th stays whole, from
-/// the first on (none where `every` is zero); those that it gave back do not, for whoever was fed them has them. A log that its killed writer
-/// cut is copied up to there. It cannot be replayed afterwards.
+/// Copies a journal, but for sets of sensor frames, which are most of it: of those among the core's inputs each `every`-th stays whole, from
+/// the first on (none where `every` is zero); those among its outputs are removed, for the receiver's journal has them. A journal cut off by
+/// its writer's death is copied up to there. It cannot be replayed afterwards.
 ///
 /// # Errors
-/// A log that is damaged before its end, and what the writer below says.
+///
+/// A journal that is damaged before its end, and errors of the writer below.
 pub fn thin<R: Read, W: Write>(log: Reader<R>, out: W, every: u32) -> Result<Thinned, MouthError> {
     let mut writer = Writer::new(out, log.header(), u64::MAX)?;
     let (mut thinned, mut fed) = (Thinned::default(), 0);

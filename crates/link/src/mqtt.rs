@@ -45,7 +45,7 @@ pub const KEEP_ALIVE_S: u16 = 5;
 /// the next pause the first again: two who hold one certificate do not take turns as fast as they can.
 pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
 
-/// What became of publications.
+/// Counts of publications by outcome.
 #[derive(Debug, Default)]
 struct Counters {
     connected: AtomicU64,
@@ -84,7 +84,7 @@ pub struct Mqtt {
 }
 
 impl Mqtt {
-    /// Connects to the broker at `at` as `own` and subscribes to `subjects`; what arrives is told to `log`. Must be called
+    /// Connects to the broker at `at` as `own` and subscribes to `subjects`; arrivals are noted in `log`. Must be called
     /// inside a tokio runtime.
     ///
     /// # Errors
@@ -126,7 +126,7 @@ impl Mqtt {
         }
     }
 
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn stats(&self) -> MqttStats {
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         MqttStats {

@@ -1,8 +1,8 @@
-//! Certificates of one run: an authority that lives in the launcher's memory, and what it issues.
+//! Certificates of one run: an authority that lives in the launcher's memory, and its certificates.
 //!
 //! Leaves are P-256, valid for at most a day, and name their holder by exactly one URI, `urn:holdsafe:<name>`. A
-//! [`Credential`] goes to its service over the inherited pipe and never to a disk. What a name is allowed to do is the
-//! business of the cores.
+//! [`Credential`] goes to its service over the inherited pipe and never to a disk. Permissions of a name are the cores'
+//! business.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
@@ -23,7 +23,7 @@ use crate::clock::wall;
 /// The longest life of anything the authority makes.
 pub const MAX_LIFE: Duration = Duration::from_secs(24 * 3600);
 
-/// How far back a certificate starts, so that a host whose wall clock is a little behind takes it.
+/// Backdating of a certificate's start, so that a host with a slightly late wall clock accepts it.
 const BACKDATE: Duration = Duration::from_secs(300);
 
 /// A certificate could not be made, used or read.
@@ -55,7 +55,7 @@ pub enum PkiError {
 /// The longest revocation list that is looked at, in bytes.
 pub const MAX_LIST: usize = 16 * 1024;
 
-/// Why a revocation list was not taken; the one before stays.
+/// Reason for which a revocation list was refused; the previous one stays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ListRefused {
     /// Longer than [`MAX_LIST`].
@@ -89,7 +89,7 @@ pub enum Role {
     Both,
 }
 
-/// What one holder needs to prove its name and check others.
+/// Keys and certificates with which one holder proves its name and checks others.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Credential {
@@ -199,7 +199,7 @@ impl Authority {
         self.sign(params)
     }
 
-    /// A credential that names several holders, which nobody of ours is issued (a scenario).
+    /// A credential that names several holders, which is never issued to our services (a scenario).
     pub fn issue_names(&self, holders: &[PeerId], role: Role) -> Result<Credential, PkiError> {
         let mut params = leaf(holders, role)?;
         params.not_before = (self.born - BACKDATE).into();
@@ -207,8 +207,7 @@ impl Authority {
         self.sign(params)
     }
 
-    /// A credential that names `holder` and was signed by nobody but itself, with this authority's root beside it (a
-    /// scenario).
+    /// A self-signed credential that names `holder`, with this authority's root beside it (a scenario).
     pub fn self_signed(&self, holder: PeerId, role: Role) -> Result<Credential, PkiError> {
         let mut params = leaf(&[holder], role)?;
         params.not_before = (self.born - BACKDATE).into();
@@ -231,7 +230,7 @@ impl Authority {
     }
 }
 
-/// What every leaf has, but for its validity.
+/// Fields of every leaf, but for its validity.
 fn leaf(holders: &[PeerId], role: Role) -> Result<CertificateParams, PkiError> {
     let mut params = CertificateParams::new(holders.iter().map(|h| dns_name(*h)).collect::<Vec<_>>())?;
     for holder in holders {
@@ -254,12 +253,12 @@ fn serial(cert_der: &[u8]) -> Result<Vec<u8>, PkiError> {
     Ok(cert.raw_serial().to_vec())
 }
 
-/// The host name in the certificate of `holder`, checked by whoever dials it. Reserved, so it resolves nowhere.
+/// The host name in the certificate of `holder`, checked by its dialler. Reserved, so it resolves nowhere.
 pub fn dns_name(holder: PeerId) -> String {
     format!("{holder}.holdsafe.invalid")
 }
 
-/// Who a verified leaf certificate names: exactly one URI, out of the closed set.
+/// The peer that a verified leaf certificate names: exactly one URI, out of the closed set.
 pub fn peer_of(leaf_der: &[u8]) -> Result<PeerId, PkiError> {
     let (rest, leaf) = X509Certificate::from_der(leaf_der).map_err(|_| PkiError::Unreadable)?;
     if !rest.is_empty() {
@@ -277,7 +276,7 @@ pub fn peer_of(leaf_der: &[u8]) -> Result<PeerId, PkiError> {
     }
 }
 
-/// How long a verified leaf certificate stays valid; zero when it has ended.
+/// Remaining validity of a verified leaf certificate; zero when it has ended.
 pub fn remaining_life(leaf_der: &[u8]) -> Result<Duration, PkiError> {
     let (_, leaf) = X509Certificate::from_der(leaf_der).map_err(|_| PkiError::Unreadable)?;
     let ends = u64::try_from(leaf.validity().not_after.timestamp()).unwrap_or(0);

@@ -12,7 +12,7 @@ use wire::sign::Key;
 
 use crate::spec::ServiceSpec;
 
-/// What the recorder needs of a `wire::setup::Setup`; it has no use for policy or bounds.
+/// Parts of a `wire::setup::Setup` that the recorder needs; it has no use for policy or bounds.
 #[derive(Deserialize)]
 struct Making {
     boot: Boot,

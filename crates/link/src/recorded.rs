@@ -1,7 +1,7 @@
-//! Reading back what a run recorded: audit frames out of MCAP files, the entries of guards' own logs.
+//! Reading back a run's records: audit frames out of MCAP files, the entries of guards' own logs.
 //!
-//! The files may be cut or hostile: sizes are bounded before anything is allocated, and a cut file gives what stands
-//! before the cut. Whether the frames' chains hold is `wire::audit`'s business.
+//! The files may be cut or hostile: sizes are bounded before allocation, and a cut file gives the frames before the
+//! cut. Checking the frames' chains is `wire::audit`'s business.
 
 use std::io::{BufReader, Read};
 use std::mem::size_of;
@@ -18,7 +18,7 @@ use crate::instrument::{Frame, MAX_FRAME};
 const MAX_FILE: u64 = 1 << 30;
 /// The longest record of a file that is loaded, bytes: the library takes a file's word for a length, and memory for it.
 const MAX_RECORD: usize = 1 << 20;
-/// Memory for the frames of one recording, bytes: a compressed file of little more than nothing can hold any number.
+/// Memory for the frames of one recording, bytes: a tiny compressed file can hold any number.
 pub const MAX_FRAMES: usize = 1 << 30;
 /// The longest log of a guard that is read, bytes: more than one takes.
 const MAX_WITNESS: u64 = 160 << 20;
@@ -33,7 +33,7 @@ pub enum RecordedError {
     Io {
         /// Which file or folder.
         file: PathBuf,
-        /// Why.
+        /// Reason.
         error: std::io::Error,
     },
     /// It is not a recording, or damaged.
@@ -41,7 +41,7 @@ pub enum RecordedError {
     Damaged {
         /// Which file.
         file: PathBuf,
-        /// What MCAP said.
+        /// MCAP's message.
         why: String,
     },
 }
@@ -73,10 +73,11 @@ fn read_file(file: &Path) -> Result<Vec<u8>, RecordedError> {
     files::read(file, MAX_FILE).map_err(|error| RecordedError::Io { file: file.to_owned(), error })
 }
 
-/// The frames of one file, for which there are `room` bytes of memory; what they take of it is taken off.
+/// The frames of one file, within `room` bytes of memory, from which their cost is taken off.
 ///
 /// # Errors
-/// When they take more.
+///
+/// When they need more.
 pub fn frames_in(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
     let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
     let mut reader = MessageReader::new_with_options(options);
@@ -110,7 +111,7 @@ pub fn witnessed(file: &Path) -> std::io::Result<Vec<Vec<u8>>> {
     Ok(entries(BufReader::new(files::open(file)?.take(MAX_WITNESS))))
 }
 
-/// The entries of such a log, each behind its length; what they are is for the reader to say.
+/// The entries of such a log, each behind its length; decoding is left to the reader.
 pub fn entries(mut from: impl Read) -> Vec<Vec<u8>> {
     let mut found = Vec::new();
     let mut prefix = [0; 4];

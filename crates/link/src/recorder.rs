@@ -1,10 +1,10 @@
 //! The recording: audit frames in MCAP files, one channel per node.
 //!
-//! A chunk is closed whenever something has to be on file before the world hears of it ([`Recording::flush`]), so a
-//! killed recorder loses nothing it has sealed. A frame counts as on file only once it was flushed there. A disk that takes
-//! nothing more loses nothing at once either: frames wait, as many as there is room for, and go to the next file once one
-//! can be written. Until then the recorder's core is not fed what waits and no seal goes out, so that a seal never
-//! covers an entry that is on no file. Chains and seals are the core's business (`wire::audit`).
+//! A chunk is closed whenever something has to be on file before the world hears of it ([`Recording::flush`]), so a killed
+//! recorder loses nothing it has sealed. A frame counts as on file only once it was flushed there. A full disk loses no
+//! frame at once either: frames wait, as many as there is room for, and go to the next file once one can be written. Until
+//! then the waiting frames do not reach the recorder's core and no seal goes out, so that a seal never covers an entry that
+//! is on no file. Chains and seals are the core's business (`wire::audit`).
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
@@ -31,15 +31,15 @@ const MAX_FILES: u32 = 1_000;
 /// Frames are flushed when so many are written and not flushed yet.
 const UNFLUSHED: usize = 1_024;
 
-/// Room for frames that wait for a file, in bytes, each with what it costs to keep.
+/// Room for frames that wait for a file, in bytes, each with its overhead.
 pub const ROOM: usize = 16 << 20;
 
-/// What a frame of so many bytes takes of [`ROOM`].
+/// Share of [`ROOM`] that a frame of so many bytes takes.
 pub fn cost(bytes: usize) -> usize {
     bytes + size_of::<Waiting>()
 }
 
-/// What became of frames.
+/// Counts of frames by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RecordingStats {
     /// Frames on file.
@@ -57,7 +57,7 @@ pub struct Recording {
     retry_at_us: u64,
     /// Frames that are not known to be on file, oldest first.
     waiting: VecDeque<Waiting>,
-    /// How many of them, from the oldest on, are written to the open file.
+    /// Number of them, from the oldest on, already written to the open file.
     unflushed: usize,
     room: usize,
     /// Entries that were written since they were last asked for.
@@ -67,13 +67,13 @@ pub struct Recording {
 
 struct Waiting {
     frame: Frame,
-    /// Whether the recorder's core has still to be fed with it.
+    /// True if the recorder's core has still to be fed with it.
     feeds: bool,
 }
 
 struct Open {
     writer: Writer<BufWriter<File>>,
-    /// The same file, to cut off what was not written whole.
+    /// The same file, for cutting off an incomplete write.
     file: File,
     path: PathBuf,
     /// Its length after the last flush.
@@ -144,7 +144,7 @@ impl Recording {
         self.stats
     }
 
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn stats(&self) -> RecordingStats {
         self.stats
     }
@@ -163,7 +163,7 @@ impl Recording {
         }
     }
 
-    /// Writes what waits, as long as that succeeds.
+    /// Writes waiting frames, as long as that succeeds.
     fn write_waiting(&mut self) {
         if self.unflushed < self.waiting.len() {
             self.begin_if_due();
@@ -252,7 +252,7 @@ impl Open {
         Ok(())
     }
 
-    /// Cuts off what was not flushed whole; true when nothing is left and the file with it.
+    /// Cuts off the unflushed part; true when the file was empty then and is removed.
     fn cut(self) -> bool {
         let Open { writer, file, path, length, frames, .. } = self;
         // It tries to write its end, which is cut off too.
@@ -280,8 +280,9 @@ mod tests {
         (Recording::new(folder.clone()), folder)
     }
 
+    /// Frames wait for a file, and are reported in order once they are in one.
     #[test]
-    fn frames_wait_for_a_file_and_are_told_of_in_order_once_they_are_in_one() {
+    fn waiting_frames_are_reported_in_file_order() {
         let parent = tempfile::tempdir().unwrap();
         let (mut recording, folder) = blocked(&parent);
         (1..=3).for_each(|at| recording.receive(frame(at, 10)));
@@ -298,8 +299,9 @@ mod tests {
         assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2, 3, 4]);
     }
 
+    /// They never reach the recorder's core.
     #[test]
-    fn what_finds_no_room_to_wait_is_lost_and_never_told_of() {
+    fn frames_beyond_the_room_are_lost_unreported() {
         let parent = tempfile::tempdir().unwrap();
         let (mut recording, _folder) = blocked(&parent);
         let room = ROOM / cost(1000);
@@ -309,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_and_not_flushed_goes_to_the_next_file_once() {
+    fn unflushed_frames_go_to_the_next_file_once() {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("recording");
         let mut recording = Recording::new(folder.clone());

@@ -1,10 +1,11 @@
-//! The sockets of a relay: what arrives on either side becomes an input, what the core says goes out on either side.
+//! The sockets of a relay: arrivals on either side become inputs of the core, its outputs go out on either side.
 //!
-//! The core decides what passes, when and how often; this file owns no policy and sees only ciphertext. A datagram relay
-//! carries one path, that of one client: a process of the same run that has begun a session through it. When the client
-//! begins one from another port, as it does after each loss, the relay takes a new socket towards the server, so that the
-//! server sees a new path too. Datagrams of anybody else are counted and go nowhere. Both ends are loopback addresses out
-//! of the specification. A process of the same user can still come from the run's own address and begin a session.
+//! The core decides which datagrams pass, when and how often; this file owns no policy and sees only ciphertext. A
+//! datagram relay carries one path, that of one client: a process of the same run that has begun a session through it.
+//! When the client begins one from another port, as it does after each loss, the relay takes a new socket towards the
+//! server, so that the server sees a new path too. Datagrams of any other sender are counted and dropped. Both ends are
+//! loopback addresses out of the specification. A process of the same user can still come from the run's own address and
+//! begin a session.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -35,7 +36,7 @@ const PIECE: usize = 8 * 1024;
 /// Room for one datagram.
 const DATAGRAM: usize = 8 * 1024;
 
-/// What a relay's sockets saw.
+/// Counters of a relay's sockets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RelayStats {
     /// Datagrams received from the client and from the server.
@@ -118,7 +119,7 @@ impl DatagramRelay {
         Ok(Self { local, front, path, stranger, counters })
     }
 
-    /// Where clients come.
+    /// Address for clients.
     pub fn local(&self) -> LoopbackAddr {
         self.local
     }
@@ -135,13 +136,13 @@ impl DatagramRelay {
         add(&counters[index(side)]);
     }
 
-    /// Emits a datagram towards the server from an address that no session knows. What comes back is not read.
+    /// Emits a datagram towards the server from an address that no session knows. Replies to it are not read.
     pub fn emit_stranger(&self, bytes: &[u8]) {
         let sent = sockets::emit(&self.stranger, None, bytes);
         add(if sent { &self.counters.strange } else { &self.counters.unsent[index(Side::Server)] });
     }
 
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn stats(&self) -> RelayStats {
         read(&self.counters)
     }
@@ -244,7 +245,7 @@ impl StreamRelay {
         Ok(this)
     }
 
-    /// Where clients come.
+    /// Address for clients.
     pub fn local(&self) -> LoopbackAddr {
         self.local
     }
@@ -267,7 +268,7 @@ impl StreamRelay {
         }
     }
 
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn stats(&self) -> RelayStats {
         read(&self.counters)
     }

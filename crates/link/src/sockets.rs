@@ -1,4 +1,4 @@
-//! Making sockets on the loopback interface, and what the kernel says it dropped on them.
+//! Sockets on the loopback interface, and the kernel's count of drops on them.
 
 use std::io;
 use std::net::SocketAddr;
@@ -13,7 +13,7 @@ use crate::loopback::LoopbackAddr;
 /// Receive buffer asked for, in bytes (the kernel may give less).
 const RECEIVE_BUFFER: usize = 1 << 20;
 
-/// A UDP socket bound at `at`, whose bound address has been checked again. Must be called inside a tokio runtime.
+/// A UDP socket bound at `at`; its bound address is checked again. Must be called inside a tokio runtime.
 pub fn udp(at: LoopbackAddr) -> io::Result<UdpSocket> {
     UdpSocket::from_std(bound(at)?)
 }
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_drops_column_of_the_right_row_is_read() {
+    fn drops_column_is_read_from_the_right_row() {
         let table = "  sl  local_address rem_address st tx rx tr tm retr uid timeout inode ref pointer drops\n \
              10: 0100007F:1F90 00000000:0000 07 0:0 0:0 0 0 0 0 2 5 0 17\n \
              11: 0100007F:1F91 00000000:0000 07 0:0 0:0 0 0 0 0 2 6 0 3\n";
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_socket_of_ours_is_found_in_the_kernel_table() {
+    async fn own_socket_is_found_in_the_kernel_table() {
         let socket = udp(LoopbackAddr::ANY_PORT).unwrap();
         let local = LoopbackAddr::try_from(socket.local_addr().unwrap()).unwrap();
         assert_eq!(kernel_drops(local), Some(0));

@@ -1,8 +1,8 @@
-//! What a service process is told when it starts, and how it is told to stop.
+//! Specification of a service process, and the messages that stop it.
 //!
 //! The launcher writes a [`ServiceSpec`] as JSON, preceded by its length (u32, big-endian), to the child's standard
 //! input and keeps the pipe open. Lines that follow are [`Control`]s; the end of the pipe ends the process at once.
-//! Keys travel here and nowhere else. What `config` holds is the service's own business.
+//! Keys travel here and nowhere else. The content of `config` is the service's own business.
 
 use std::io::{self, BufRead, Read, Write};
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub const ORPHANED: i32 = 3;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ServiceSpec {
-    /// Who this process is in records and logs.
+    /// Name of this process in records and logs.
     pub node: NodeId,
     /// Which start of the node this is.
     pub boot: Boot,
@@ -64,15 +64,15 @@ pub struct ServiceSpec {
     /// The recorder's socket, for audit entries.
     #[serde(default)]
     pub instrument: Option<PathBuf>,
-    /// What stands at the mouth of its sessions and streams keeps a log.
+    /// The log of the delivery witness of its sessions and streams.
     #[serde(default)]
     pub witness: Option<WitnessSpec>,
     /// Is the recorder.
     #[serde(default)]
     pub recorder: Option<RecorderSpec>,
-    /// Whether the DTLS guard drops unauthenticated records.
+    /// Mode of the DTLS guard: drop unauthenticated records, or pass them.
     pub guard: GuardMode,
-    /// The run's own address, with port 0: from there its processes send datagrams; what comes from elsewhere is an
+    /// The run's own address, with port 0: from there its processes send datagrams; those from elsewhere are an
     /// outsider's, and counted apart.
     #[serde(default = "any_port")]
     pub own: LoopbackAddr,
@@ -82,7 +82,7 @@ pub struct ServiceSpec {
     /// The core's own configuration.
     #[serde(default)]
     pub config: serde_json::Value,
-    /// When the run starts, raw monotonic microseconds; the core is made for that instant. Zero: at once.
+    /// Start of the run, raw monotonic microseconds; the core is made for that instant. Zero: at once.
     #[serde(default)]
     pub start_us: u64,
     /// The host's time when the specification was read.
@@ -136,9 +136,9 @@ pub struct ChannelSpec {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DtlsListen {
-    /// Where; port 0 lets the kernel choose, and the `ready` line tells.
+    /// Address; port 0 lets the kernel choose, and the `ready` line reports it.
     pub at: LoopbackAddr,
-    /// Who we are.
+    /// Own credential.
     pub credential: Credential,
 }
 
@@ -146,11 +146,11 @@ pub struct DtlsListen {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DtlsDial {
-    /// Where: the listener, or a relay before it.
+    /// Address of the listener, or of a relay before it.
     pub remote: LoopbackAddr,
-    /// Who must answer.
+    /// Expected peer.
     pub expect: PeerId,
-    /// Who we are.
+    /// Own credential.
     pub credential: Credential,
 }
 
@@ -158,11 +158,11 @@ pub struct DtlsDial {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MqttDial {
-    /// Where: the broker, or a relay before it.
+    /// Address of the broker, or of a relay before it.
     pub remote: LoopbackAddr,
-    /// Who we are; the client identifier.
+    /// Own name; the client identifier.
     pub own: PeerId,
-    /// Who must answer.
+    /// Expected peer.
     pub expect: PeerId,
     /// Our certificate.
     pub credential: Credential,
@@ -178,9 +178,9 @@ pub struct MqttDial {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BrokerListen {
-    /// Where.
+    /// Address.
     pub at: LoopbackAddr,
-    /// Who we are.
+    /// Own credential.
     pub credential: Credential,
 }
 
@@ -200,21 +200,21 @@ pub struct RelaySpec {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RelayLeg {
-    /// Where clients come.
+    /// Address for clients.
     pub at: LoopbackAddr,
-    /// Where the server is.
+    /// Address of the server.
     pub upstream: LoopbackAddr,
 }
 
-/// Keeping the log of what stands at the mouth of this process's sessions and streams ([`crate::witness`]).
+/// Settings of the delivery witness of this process's sessions and streams ([`crate::witness`]).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WitnessSpec {
-    /// Who it is in the log.
+    /// Its name in the log.
     pub node: NodeId,
     /// The key that signs its chain.
     pub secret: Secret,
-    /// Whether what this process dials is the gateway, with no relay in between.
+    /// True if this process dials the gateway, with no relay in between.
     #[serde(default)]
     pub direct: bool,
 }
@@ -223,11 +223,11 @@ pub struct WitnessSpec {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecorderSpec {
-    /// Where services connect (short: a socket path has room for 107 bytes).
+    /// Socket for services (short: a socket path has room for 107 bytes).
     pub socket: PathBuf,
-    /// Where recordings go; files are named `audit-<n>.mcap`.
+    /// Directory of recordings; files are named `audit-<n>.mcap`.
     pub directory: PathBuf,
-    /// Whether the launcher is told of entries that a step of an attack may wait for ([`wire::audit::is_awaited`]).
+    /// True if the launcher is told of entries that a step of an attack may wait for ([`wire::audit::is_awaited`]).
     #[serde(default)]
     pub tell: bool,
 }
@@ -246,14 +246,14 @@ pub enum SpecError {
     Json(#[from] serde_json::Error),
 }
 
-/// What the launcher says after the specification.
+/// A message of the launcher after the specification.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Control {
-    /// The run is over; keep accounting for what still arrives.
+    /// The run is over; keep accounting for late arrivals.
     Quiesce,
     /// Write the closing account and exit.
     Finish,
-    /// What a step waits for has come.
+    /// The event that a step waits for has occurred.
     Cue(StepName),
     /// A person does something, encoded (the console only): a hand without a window, to measure with.
     Act(Vec<u8>),
@@ -328,7 +328,7 @@ impl ServiceSpec {
         Ok(T::deserialize(&self.config)?)
     }
 
-    /// The host's time when the specification was read: what a core is made with, and what the mouth log's header says.
+    /// The host's time when the specification was read: the start time of a core, and of the journal's header.
     pub fn started(&self) -> Instant {
         self.started
     }
@@ -373,10 +373,11 @@ impl ServiceSpec {
         Ok(spec)
     }
 
-    /// What every service's `main` does first: ties this process's life to its launcher's, installs the cryptographic
+    /// First call of every service's `main`: ties this process's life to its launcher's, installs the cryptographic
     /// provider and logging, and reads the specification from standard input.
     ///
     /// # Errors
+    ///
     /// As [`ServiceSpec::read`].
     pub fn from_stdin() -> Result<Self, SpecError> {
         // A backstop: it follows the launcher's spawning thread; the end of the pipe is what counts.

@@ -1,8 +1,8 @@
-//! The mouth of a byte stream: what arrives at an end, when, and how it ended, as the second witness of what a relay
-//! says it did.
+//! Delivery witness of a byte stream: the bytes that arrive at an end, their time, and the stream's end, as the second
+//! witness of a relay's statements.
 //!
-//! It stands below TLS and sees what anyone on the path sees; names and places are `wire::place`'s. What a log has no
-//! room for is not logged, and so proves nothing. Judging is left to the oracle.
+//! It stands below TLS and sees only ciphertext, as anyone on the path does; names and places are `wire::place`'s.
+//! Bytes beyond the log's room are not logged, and so prove nothing. Judging is left to the oracle.
 
 use std::io::{Error, Result};
 use std::os::fd::OwnedFd;
@@ -20,11 +20,11 @@ use wire::stream::Sight;
 use crate::clock::trace_us;
 use crate::witness::{StreamSight, WitnessLog};
 
-/// Where a process notes what its streams' mouths see.
+/// Log in which a process notes the arrivals of its streams.
 #[derive(Clone, Debug)]
 pub struct StreamLog(Arc<Mutex<Option<Sink>>>);
 
-/// Where sights go.
+/// Destination of sights.
 #[derive(Debug)]
 enum Sink {
     /// Into the log of the guard.
@@ -34,7 +34,7 @@ enum Sink {
 }
 
 impl Sink {
-    /// Whether there was room for it.
+    /// True if there was room for it.
     fn take(&mut self, sight: &StreamSight) -> bool {
         match self {
             Sink::Witness(log) => {
@@ -48,7 +48,7 @@ impl Sink {
 }
 
 impl StreamLog {
-    /// A log that keeps nothing.
+    /// A log that is discarded.
     pub fn none() -> Self {
         Self(Arc::default())
     }
@@ -73,7 +73,7 @@ impl StreamLog {
     }
 }
 
-/// What is known of one direction; outlives its mouth, so that the layers above can add their word.
+/// State of one direction; outlives its stream, so that the layers above can add their errors.
 #[derive(Clone, Debug)]
 pub struct Witness {
     log: StreamLog,
@@ -112,7 +112,7 @@ impl Witness {
         self.log.write(&StreamSight { trace_us: trace_us(), sight, stream, offset, length, hash });
     }
 
-    /// Notes `error` when it is the secure layer's: it refused what had arrived, or the far end's did and said so.
+    /// Notes `error` when it is the secure layer's: it refused the arrived bytes, or the far end did and reported it.
     pub fn failed(&self, error: &(dyn std::error::Error + 'static)) {
         let mut link = Some(error);
         while let Some(error) = link {
@@ -134,7 +134,7 @@ pub struct Mouth<S> {
 }
 
 impl<S> Mouth<S> {
-    /// Watches what arrives over `inner`.
+    /// Watches arrivals over `inner`.
     pub fn new(inner: S, log: StreamLog) -> Self {
         Self { inner, witness: Witness::new(log), over: false }
     }
@@ -187,10 +187,11 @@ impl<S: AsyncWrite + Unpin> AsyncWrite for Mouth<S> {
     }
 }
 
-/// Puts a mouth before `stream` for a library that takes nothing but a socket: what it gets is one end of a socket pair
+/// Puts a witness before `stream` for a library that accepts only a socket: the library gets one end of a socket pair
 /// inside this process, and a task carries the bytes. Must be called inside a tokio runtime.
 ///
 /// # Errors
+///
 /// When the pair cannot be made.
 pub fn watched(stream: TcpStream, log: StreamLog) -> Result<(TcpStream, Witness)> {
     let (near, far) = std::os::unix::net::UnixStream::pair()?;
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_mouth_tells_what_arrived_and_who_ended_it() {
+    async fn stream_witness_reports_arrivals_and_the_end() {
         for far_ends in [true, false] {
             let (heard, log) = log();
             let (mut far, near) = tokio::io::duplex(64);
@@ -259,7 +260,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn the_secure_layers_refusal_is_told_apart_from_a_lost_connection() {
+    async fn secure_layer_refusal_differs_from_connection_loss() {
         let (heard, log) = log();
         let witness = Witness::new(log);
         witness.failed(&Error::new(std::io::ErrorKind::InvalidData, rustls::Error::DecryptError));
@@ -268,7 +269,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn a_watched_stream_carries_both_ways_and_ends_with_either_side() {
+    async fn watched_stream_carries_both_ways_until_either_ends() {
         let (heard, log) = log();
         let listener = tokio::net::TcpListener::bind(crate::loopback::LoopbackAddr::ANY_PORT.socket()).await.unwrap();
         let mut far = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();

@@ -1,8 +1,8 @@
 //! Pages for a browser on this host: read only, over HTTP/1.1 on loopback.
 //!
-//! A port of loopback is open to every user of the host, and to every page that a browser on it shows. So whoever reads needs the address
-//! with its secret, of 128 random bits; the request has to be for that address by number, for a name may be made to lead here; and no page
-//! of another origin may embed or read what is served. Nothing that is asked changes anything. What the pages hold is the caller's.
+//! A port of loopback is open to every user of the host, and to every page that a browser on it shows. So a reader needs the address with
+//! its secret, of 128 random bits; the request has to be for that address by number, for a name may be made to lead here; and no page of
+//! another origin may embed or read the pages. No request has a side effect. Page content is the caller's.
 
 use std::convert::Infallible;
 use std::io;
@@ -30,7 +30,7 @@ const HEAD: Duration = Duration::from_secs(5);
 const LIFE: Duration = Duration::from_secs(60);
 /// Longest head of a request, bytes, and most lines in it.
 const MAX_HEAD: (usize, usize) = (16 * 1024, 64);
-/// Pages run their own scripts and styles, ask their own address, and nothing else.
+/// Pages run their own scripts and styles, connect to their own address, and to no other.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; \
                       base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -40,11 +40,11 @@ pub struct Page {
     pub path: &'static str,
     /// Its media type.
     pub media: &'static str,
-    /// What it holds.
+    /// Its content.
     pub content: Content,
 }
 
-/// What a page holds.
+/// Content of a page.
 pub enum Content {
     /// Always the same.
     Fixed(&'static str),
@@ -88,7 +88,7 @@ impl Served {
         Ok(Self { at, secret, end: Some(end), thread: Some(thread) })
     }
 
-    /// Where a browser finds them.
+    /// Address for a browser.
     pub fn address(&self) -> String {
         format!("http://{}/{}/", self.at, self.secret)
     }
@@ -106,7 +106,7 @@ impl Drop for Served {
 }
 
 struct Site {
-    /// What a request has to say that it is for.
+    /// Required `Host` of a request.
     host: String,
     secret: String,
     pages: Vec<Page>,

@@ -1,8 +1,8 @@
-//! The log of what stands at the mouth of a process's secure sessions and streams: the target's half of a receipt.
+//! Log of the delivery witness of a process's secure sessions and streams: the target's half of a receipt.
 //!
-//! It is a hash chain of the guard's own, signed with the guard's own key as a service's is, in a file of its own, so that it goes
-//! by way of no recorder. What it came to, the process says in its closing account. What the entries mean is left to the oracle,
-//! whether they hold to whoever judges custody.
+//! It is a hash chain of the guard's own, signed with the guard's own key as a service's is, in a file of its own, so that no
+//! recorder handles it. The process states its head in its closing account. The meaning of entries is left to the oracle, their
+//! verification to the log verifier.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -26,17 +26,17 @@ use crate::guard::observe::Observation;
 use crate::instrument;
 use crate::spec::ServiceSpec;
 
-/// Room for what is seen, in bytes.
+/// Room for entries, in bytes.
 const LOG_BYTES: u64 = 128 << 20;
-/// What an entry and the signature behind it take at most, bytes.
+/// Largest size of an entry and the signature behind it, bytes.
 const MOST: u64 = 2 * (4 + MAX_ENTRY as u64);
 
-/// What a stream's mouth saw once.
+/// One observation of a stream's witness.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSight {
     /// Raw monotonic microseconds, for traces only.
     pub trace_us: u64,
-    /// What was seen.
+    /// The observation.
     pub sight: Sight,
     /// Name of the direction.
     pub stream: u64,
@@ -55,9 +55,9 @@ pub struct WitnessLog(Arc<Mutex<Log>>);
 #[derive(Debug)]
 struct Log {
     journal: Journal,
-    /// Where refused peers were refused.
+    /// Interface of the refused peers.
     interface: Interface,
-    /// Whether what this process dials is the gateway, with no relay in between.
+    /// True if this process dials the gateway, with no relay in between.
     direct: bool,
     /// None once it is closed, or could not be written.
     out: Option<BufWriter<File>>,
@@ -85,14 +85,15 @@ impl WitnessLog {
         Ok(Some(Self(Arc::new(Mutex::new(log)))))
     }
 
-    /// Notes what a guard saw of a record, a handshake or a session.
+    /// Notes a guard's observation of a record, a handshake or a session.
     pub(crate) fn observed(&self, seen: &Observation) {
         let mut log = self.log();
         let interface = log.interface;
         seen.events(interface).into_iter().flatten().for_each(|event| log.note(seen.trace_us, event));
     }
 
-    /// Notes what a stream's mouth saw, and hands it over at once: there is little of it, and a killed process keeps it.
+    /// Notes a stream's observation, and hands it over at once: there are few of them, and they survive a killed
+    /// process.
     pub(crate) fn sighted(&self, seen: &StreamSight) {
         let StreamSight { trace_us, sight, stream, offset, length, hash } = *seen;
         let mut log = self.log();
@@ -100,15 +101,16 @@ impl WitnessLog {
         log.flush_or_end();
     }
 
-    /// Hands what is buffered to the operating system.
+    /// Hands buffered entries to the operating system.
     ///
     /// # Errors
-    /// When it cannot be written.
+    ///
+    /// When they cannot be written.
     pub fn flush(&self) -> Result<()> {
         self.log().out.as_mut().map_or(Ok(()), Write::flush)
     }
 
-    /// Writes the closing account of the sessions, signs the chain and says how far it goes; nothing is noted afterwards.
+    /// Writes the closing account of the sessions, signs the chain and returns its head; later observations are dropped.
     pub fn close(&self, sessions: Option<(SessionStats, u64)>) -> Value {
         let mut log = self.log();
         let now = trace_us();
@@ -161,7 +163,7 @@ impl Log {
         self.end_on(flushed);
     }
 
-    /// A log that could not be written ends: its head then says that there is more than what is kept.
+    /// A log that could not be written ends: its head then names more entries than the file has.
     fn end_on(&mut self, outcome: Result<()>) {
         if let Err(error) = outcome {
             tracing::warn!(%error, "the guard's log ended");
@@ -170,7 +172,7 @@ impl Log {
     }
 }
 
-/// Where the log of this name is below a run's folder.
+/// Path of the log of this name below a run's folder.
 pub fn path(run_dir: &Path, name: &str) -> PathBuf {
     run_dir.join("guard").join(name)
 }
@@ -191,8 +193,8 @@ fn piece(out: &mut impl Write, bytes: &[u8]) -> Result<()> {
     out.write_all(bytes)
 }
 
-/// What the link counted, as accounts. What the secure layer consumed of application data without delivering it counts
-/// as discarded; other records that the guard passed are the handshake's.
+/// The link's counters, as accounts. Application data that the secure layer consumed without delivering counts as
+/// discarded; other records that the guard passed are the handshake's.
 fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account, u64); 10] {
     let SessionStats { guard, strangers, shed, unproven, proved, .. } = *stats;
     let unguarded = stats.overflowed + stats.abandoned + strangers + shed + unproven + proved + stats.asked;
@@ -234,8 +236,9 @@ mod tests {
         StreamSight { trace_us, sight: Sight::Arrived, stream: 1, offset: 0, length: 3, hash: 4 }
     }
 
+    /// Its process reports the head.
     #[test]
-    fn a_guards_log_is_a_signed_chain_whose_head_its_process_tells() {
+    fn guard_log_is_a_signed_chain() {
         let folder = tempfile::tempdir().unwrap();
         let spec = spec(folder.path());
         let log = WitnessLog::create(&spec).unwrap().unwrap();

@@ -1,5 +1,5 @@
 //! The stack as a whole, one binary: DTLS over an in-memory network in paused time, the accept loop on real sockets,
-//! shared memory, and what is read from files and pipes.
+//! shared memory, and readers of files and pipes.
 
 #[cfg(test)]
 mod stack {

@@ -16,7 +16,7 @@ use wire::id::NodeId;
 /// Longest line a service may print, bytes.
 const MAX_LINE: usize = 256 * 1024;
 
-/// How often the process table is looked at for a process that was told to stop.
+/// Number of looks at the process table for a process that was told to stop.
 const STOP_LOOKS: u32 = 10_000;
 
 /// Environment variables that a service may see.
@@ -26,7 +26,7 @@ const ENVIRONMENT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "PATH", "ORT_DYLIB
 const WINDOW: [&str; 7] =
     ["DISPLAY", "WAYLAND_DISPLAY", "XAUTHORITY", "XDG_RUNTIME_DIR", "HOME", "LD_LIBRARY_PATH", "LIBGL_ALWAYS_SOFTWARE"];
 
-/// Where the service programs are.
+/// Location of the service programs.
 #[derive(Clone, Debug)]
 pub enum Services {
     /// This very program, started again for each service.
@@ -36,7 +36,7 @@ pub enum Services {
 }
 
 impl Services {
-    /// What starts `service`.
+    /// The command that starts `service`.
     pub(super) fn command(&self, service: &str) -> Command {
         match self {
             Services::Own(program) => {
@@ -49,7 +49,7 @@ impl Services {
     }
 }
 
-/// What a service said on its standard output.
+/// A line of a service's standard output.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Line {
     /// Its links are open.
@@ -69,7 +69,7 @@ pub enum Line {
 }
 
 impl Line {
-    /// Reads a line; `None` where it says nothing that the launcher knows.
+    /// Reads a line; `None` where the launcher does not know it.
     pub fn parse(line: &str) -> Option<Line> {
         let (word, json) = line.split_once(' ')?;
         let value: Value = serde_json::from_str(json).ok()?;
@@ -87,14 +87,14 @@ impl Line {
 
 /// A running service.
 pub struct Child {
-    /// Who it is.
+    /// Node of the service.
     pub node: NodeId,
     process: Process,
     pipe: Option<ChildStdin>,
 }
 
 impl Child {
-    /// Starts `service` as `node` and hands it `spec`. What it prints goes to `lines`.
+    /// Starts `service` as `node` and hands it `spec`. Its output goes to `lines`.
     pub fn start(
         services: &Services,
         service: &str,
@@ -166,7 +166,7 @@ impl Child {
         !self.ended() && nix::sys::signal::kill(Pid::from_raw(pid), signal).is_ok()
     }
 
-    /// Whether it has ended.
+    /// True if it has ended.
     pub fn ended(&mut self) -> bool {
         !matches!(self.process.try_wait(), Ok(None))
     }
@@ -191,7 +191,7 @@ impl Drop for Child {
     }
 }
 
-/// Whether the process table shows this process stopped.
+/// True if the process table shows this process stopped.
 fn is_stopped(pid: u32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     // The name, in brackets, may hold anything; the state follows it.
@@ -229,7 +229,7 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// Held while a program is written and started, and by whoever else forks: a fork in between would keep it open for
+    /// Held while a program is written and started, and by every other fork: a fork in between would keep it open for
     /// writing, and so busy.
     pub(crate) static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
@@ -243,8 +243,9 @@ pub(super) mod tests {
         Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap()
     }
 
+    /// One that ended is not.
     #[test]
-    fn a_halted_process_stands_in_the_process_table_as_stopped_and_one_that_ended_does_not() {
+    fn halted_process_is_listed_as_stopped() {
         let folder = tempfile::tempdir().unwrap();
         let mut running = child(&folder, "exec cat");
         assert!(!is_stopped(running.pid()));
@@ -258,7 +259,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn only_a_process_that_sigkill_ended_counts_as_killed() {
+    fn only_sigkill_counts_as_killed() {
         let folder = tempfile::tempdir().unwrap();
         assert!(child(&folder, "exec cat").kill());
         assert!(!child(&folder, "exit 0").killed_after_its_end(), "it ended by itself");

@@ -1,9 +1,9 @@
-//! A recorder whose disk is full: the kernel refuses its writes, and its recording is looked at from outside.
+//! A recorder with a full disk: the kernel refuses its writes, and its recording is examined from outside.
 //!
-//! There is no full file system without root. In its place the limit on the size of the recorder's files is lowered to
-//! nothing on the running process (`prlimit`), from which moment on the kernel refuses every write to a file with EFBIG where a full
-//! disk would say ENOSPC; what the recorder makes of an error does not ask which. Pipes, sockets and memory that is mapped
-//! already go on, as on a full disk. Raised again, the disk has room again. The recorder itself has no part in it.
+//! There is no full file system without root. In its place the limit on the size of the recorder's files is lowered to zero on the
+//! running process (`prlimit`), from which moment on the kernel refuses every write to a file with EFBIG in place of a full disk's
+//! ENOSPC; the recorder treats both errors alike. Pipes, sockets and memory that is mapped already go on, as on a full disk. Raised
+//! again, the disk has room again. The recorder itself has no part in it.
 
 use std::path::{Path, PathBuf};
 
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_recording_is_told_of_when_it_has_grown() {
+    fn recording_growth_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let mut growth = Growth::of(folder.path().to_owned());
         assert_eq!(growth.look(), None);
@@ -60,8 +60,9 @@ mod tests {
         assert_eq!(growth.look(), Some(Event::Kept { bytes: 15 }));
     }
 
+    /// That of no process is not.
     #[test]
-    fn the_limit_of_a_running_process_is_lowered_and_raised_and_of_none_it_is_not() {
+    fn file_limit_of_a_process_is_adjustable() {
         let writing = crate::child::tests::WRITING.lock().unwrap();
         let mut running = std::process::Command::new("cat").stdin(std::process::Stdio::piped()).spawn().unwrap();
         drop(writing);

@@ -1,8 +1,8 @@
-//! The janitor: a process of its own that outlives a killed launcher and removes what the run left. Where it was killed too, the
+//! The janitor: a process of its own that outlives a killed launcher and removes the run's remains. Where it was killed too, the
 //! next run does ([`super::leftovers`]).
 //!
-//! It is told the run's prefixes and folder over its pipe, waits for the pipe to end, gives the services a moment to
-//! end themselves (they see the same end of their own pipes), and sweeps.
+//! It receives the run's prefixes and folder over its pipe, waits for the pipe to end, gives the services a moment to end
+//! themselves (they see the same end of their own pipes), and sweeps.
 
 use std::io::{BufRead, Read};
 use std::process::ExitCode;
@@ -13,7 +13,7 @@ use link::clock::pause;
 use super::leftovers::{Mark, sweep};
 use super::remains::Remains;
 
-/// How long services get to end themselves, in steps.
+/// Time for services to end themselves, in steps.
 const STEP: Duration = Duration::from_millis(50);
 const STEPS: u32 = 20;
 
@@ -50,7 +50,7 @@ pub fn main() -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// Whether the process still runs and is a service of ours (a recycled id is not).
+/// True if the process still runs and is a service of ours (a recycled id is not).
 fn is_service(pid: i32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     let command = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();

@@ -1,4 +1,5 @@
-//! What a trial leaves in its run directory: the log as MCAP and as JSON lines, and what is held of all of it.
+//! Files that a trial leaves in its run directory: the log as MCAP and as JSON lines, and the trust anchors of all of
+//! it.
 
 pub mod whole;
 
@@ -43,9 +44,9 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
 const EVENTS: &str = "events.jsonl";
 /// The most that is read of it.
 const MAX_LOG_BYTES: u64 = 1 << 28;
-/// What stands in the launcher's lines.
+/// Marker of the launcher's lines.
 const LAUNCHER: &str = r#""node":"campaign""#;
-/// How much of its beginning is read.
+/// Bound of the part that is read.
 const MAX_TOLD_BYTES: u64 = 1 << 20;
 
 /// The file with public keys and heads.
@@ -53,8 +54,9 @@ pub const HELD: &str = "held.json";
 /// The longest that is read.
 const MAX_HELD_BYTES: u64 = 1 << 20;
 
-/// Writes what is held of the recording outside the recorder: public keys and heads, no secret; and the digest of every file that
-/// is in `directory` by now, so that this comes last. Gives the digest of what it wrote: whoever knows that knows the whole run.
+/// Writes the trust anchors of the recording, which are held outside the recorder: public keys and heads, no secret; and the
+/// digest of every file that is in `directory` by now, so that this comes last. Returns the digest of the written file, which
+/// authenticates the whole run.
 pub fn held(directory: &Path, held: &Held) -> std::io::Result<String> {
     let held = Held { files: Some(whole::survey(directory)?), ..held.clone() };
     let bytes = serde_json::to_vec_pretty(&held)?;
@@ -73,7 +75,7 @@ pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
     Ok(serde_json::from_reader(from.take(MAX_HELD_BYTES))?)
 }
 
-/// The file with the site as it was planned, there from the beginning: no secret, and for whoever looks on while the run lasts.
+/// The file with the site as it was planned, there from the beginning: no secret, and for spectators of a running run.
 const SITE: &str = "site.json";
 /// The longest that is read.
 const MAX_SITE_BYTES: u64 = 1 << 20;
@@ -101,8 +103,8 @@ pub fn read_site(directory: &Path) -> std::io::Result<Site> {
     Ok(serde_json::from_reader(files::open(&directory.join(SITE))?.take(MAX_SITE_BYTES))?)
 }
 
-/// Writes what it takes to look at the console's mouth log again: no secret but the key of its feed, to which nobody answers
-/// any more. Beside it what really happened.
+/// Writes the file needed to replay the console's input journal: no secret but the key of its feed, which is void by then.
+/// Beside it the true events.
 pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io::Result<()> {
     let Some(console) = crate::console(cast) else { return Ok(()) };
     std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)?;
@@ -111,14 +113,14 @@ pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io:
     std::fs::write(directory.join(TRUTH), serde_json::to_vec(&done)?)
 }
 
-/// Writes what came of replaying the mouth logs.
+/// Writes the results of replaying the input journals.
 pub fn replays(directory: &Path, replays: &[CoreReplay]) -> std::io::Result<()> {
     std::fs::write(directory.join("replay.json"), serde_json::to_vec_pretty(replays)?)
 }
 
-/// Leaves out of the mouth logs below `directory` all sets of frames but each `every`-th ([`mouth::thin`]), of each core that `replays` found to
-/// be a function of its mouth in its first life: nobody needs them to the byte any more, and they are nearly all of a recording. A log of which anything
-/// else came stays as it is.
+/// Removes from the input journals below `directory` all sets of frames but each `every`-th ([`mouth::thin`]), for each core that `replays`
+/// found to be a function of its inputs in its first life: they are no longer needed to the byte, and they are nearly all of a recording. A
+/// journal with any other result stays as it is.
 pub fn thinned(directory: &Path, replays: &[CoreReplay], every: u32) -> std::io::Result<()> {
     let identical = replays.iter().filter(|r| r.difference.is_none());
     let with_frames = identical.filter(|r| matches!(r.node, NodeId::SIM | NodeId::PERCEPTION));
@@ -145,7 +147,7 @@ pub fn events(directory: &Path, evidence: &Evidence) -> std::io::Result<()> {
     out.flush()
 }
 
-/// What the log's JSON lines tell of a run that its recording does not.
+/// Facts of a run in the log's JSON lines that its recording lacks.
 #[derive(Clone, Debug)]
 pub struct Told {
     /// The bounds that were in force.
@@ -163,7 +165,7 @@ struct Mark {
 }
 
 impl Told {
-    /// When the run began, by the recording's own time.
+    /// Start of the run, by the recording's own time.
     pub fn start(&self, entries: &[Witnessed]) -> Option<Micros> {
         let mark = &self.mark;
         let is_it = |w: &&Witnessed| {
@@ -173,7 +175,7 @@ impl Told {
     }
 }
 
-/// What the launcher did to processes, as the log's JSON lines have it.
+/// Process faults by the launcher, as in the log's JSON lines.
 #[derive(Deserialize)]
 #[serde(tag = "is", rename_all = "snake_case")]
 enum Launched {
@@ -228,9 +230,8 @@ impl Note {
     }
 }
 
-/// What the launcher noted of the run in `directory`, at times of the run: which processes it ended, started again or kept from running,
-/// and whose disk it filled. It goes by way of no recorder, so that this is of the log's JSON lines, of which a bounded number of
-/// bytes is read.
+/// The launcher's notes of the run in `directory`, at times of the run: processes it ended, restarted or stopped, and filled disks. They
+/// go by way of no recorder, so they are read from the log's JSON lines, up to a bounded number of bytes.
 pub fn launched(directory: &Path) -> Vec<Witnessed> {
     let Ok(log) = files::open(&directory.join(EVENTS)) else { return Vec::new() };
     let lines = std::io::BufReader::new(log.take(MAX_LOG_BYTES)).lines().map_while(Result::ok);
@@ -251,8 +252,8 @@ pub fn told(directory: &Path) -> Option<Told> {
     Some(Told { bounds, mark })
 }
 
-/// What a judge gets to see, as JSON lines (`docs/reviewer/evidence.md`): first what holds for the whole run, then the events in
-/// (time, node, counter) order. What this program makes of them is not in it.
+/// Evidence for a judge, as JSON lines (`docs/reviewer/evidence.md`): first the facts of the whole run, then the events in
+/// (time, node, counter) order. This program's conclusions are not in it.
 pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
     let custody: Vec<String> = evidence.custody.iter().map(ToString::to_string).collect();
     let head = json!({
@@ -284,7 +285,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_the_launcher_did_is_read_from_its_own_lines_and_from_no_others() {
+    fn launcher_faults_are_read_from_its_lines_only() {
         let directory = std::env::temp_dir().join(format!("holdsafe-launched-{}", std::process::id()));
         std::fs::create_dir_all(&directory).expect("a folder");
         let line = |node: &str, event: &str| {

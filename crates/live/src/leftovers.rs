@@ -1,9 +1,9 @@
-//! What runs left behind whose launcher and janitor were both killed: found by the next run and by `holdsafe doctor`.
+//! Remains of runs with a killed launcher and janitor: found by the next run and by `holdsafe doctor`.
 //!
-//! A launcher keeps a mark among the shared memory of its run, a file that says what there is to remove, locked until the
-//! launcher has read and removed the last of it; the janitor locks it too. A run is over when nobody holds that lock any more,
-//! which the kernel takes from whoever ends, and no process has the run's shared memory mapped. So neither a process id that
-//! was given again nor a service that was left stopped is mistaken. What cannot be shown to be over is left alone.
+//! A launcher keeps a mark among the shared memory of its run, a file that lists the remains, locked until the launcher has
+//! read and removed the last of them; the janitor locks it too. A run is over when that lock has no holder any more (the
+//! kernel releases it when a process ends) and no process has the run's shared memory mapped. So neither a reused process id
+//! nor a service that was left stopped is mistaken. A run that cannot be shown to be over is left alone.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -15,21 +15,21 @@ use nix::fcntl::OFlag;
 
 use super::remains::Remains;
 
-/// How the name of a mark ends, behind the run's prefix.
+/// Suffix of a mark's name, behind the run's prefix.
 const MARK: &str = "mark";
 /// The longest mark that is read.
 const MAX_MARK: u64 = 64 * 1024;
 
-/// What became of runs that had left something.
+/// Counts of runs with remains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Leftovers {
-    /// Runs that are over; what they left is removed.
+    /// Runs that are over, with removed remains.
     pub removed: usize,
-    /// Runs whose launcher is gone while a process still has their shared memory mapped: left alone.
+    /// Runs without a launcher while a process still has their shared memory mapped: left alone.
     pub held: usize,
 }
 
-/// What a run leaves, in its launcher's hands: removed with this, its logs too where nobody keeps them, and last the mark.
+/// Remains of a run, in its launcher's hands: removed with this, unkept logs too, and last the mark.
 #[derive(Debug)]
 pub struct Marked {
     remains: Remains,
@@ -45,7 +45,7 @@ impl Marked {
         Ok(Marked { mark: Mark::set(&remains)?, remains })
     }
 
-    /// What there is to remove.
+    /// The remains.
     pub fn remains(&self) -> &Remains {
         &self.remains
     }
@@ -58,7 +58,7 @@ impl Drop for Marked {
     }
 }
 
-/// The lock on a run's mark. Whoever holds it will remove what the run leaves.
+/// The lock on a run's mark. Its holder will remove the remains.
 #[derive(Debug)]
 pub struct Mark {
     path: PathBuf,
@@ -81,9 +81,10 @@ impl Mark {
         Ok(Mark { path, _locked: file })
     }
 
-    /// Locks the mark of a run that somebody else has begun.
+    /// Locks the mark of a run that another process has begun.
     ///
     /// # Errors
+    ///
     /// When there is none.
     pub fn join(remains: &Remains) -> std::io::Result<Mark> {
         let path = path(&remains.prefix);
@@ -92,7 +93,7 @@ impl Mark {
         Ok(Mark { path, _locked: file })
     }
 
-    /// Takes the mark away: nothing of the run is left.
+    /// Removes the mark: the run has no remains.
     pub fn clear(&self) {
         if let Err(error) = std::fs::remove_file(&self.path) {
             tracing::debug!(%error, "the mark of a run was gone already");
@@ -100,9 +101,10 @@ impl Mark {
     }
 }
 
-/// Removes what runs of this user left that are over.
+/// Removes the remains of this user's finished runs.
 ///
 /// # Errors
+///
 /// When shared memory cannot be listed.
 pub fn remove() -> std::io::Result<Leftovers> {
     let mut found = Leftovers::default();
@@ -122,7 +124,7 @@ pub fn remove() -> std::io::Result<Leftovers> {
     Ok(found)
 }
 
-/// Removes what killed runs left, before another adds to it.
+/// Removes the remains of killed runs, before another adds to them.
 pub(super) fn make_room() {
     match remove() {
         Ok(found) if found.removed > 0 => tracing::info!(runs = found.removed, "removed what killed runs left"),
@@ -131,7 +133,7 @@ pub(super) fn make_room() {
     }
 }
 
-/// The mark at `path`, locked, when it is one of this user's and nobody else holds it.
+/// The mark at `path`, locked, when it is one of this user's and not locked elsewhere.
 fn abandoned(path: &Path) -> Option<(Mark, Remains)> {
     let file = File::options().read(true).custom_flags(OFlag::O_NOFOLLOW.bits()).open(path).ok()?;
     let about = file.metadata().ok()?;
@@ -149,7 +151,7 @@ fn path(prefix: &str) -> PathBuf {
     Path::new(SHARED_MEMORY).join(format!("{prefix}{MARK}"))
 }
 
-/// Removes what a run left; of a launcher that is `done` neither logs nor mark, which are there until it has read the logs.
+/// Removes the remains of a run; of a launcher that is `done` neither logs nor mark, which stay until it has read the logs.
 pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
     if done {
         return remains.remove();
@@ -176,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_whose_lock_is_held_is_left_alone_and_one_that_is_over_is_removed() {
+    fn locked_run_is_kept_and_finished_one_removed() {
         let (living, kept) = run("living");
         let (over, left) = run("over");
         let held = Mark::set(&living).unwrap();
@@ -191,8 +193,9 @@ mod tests {
         assert!(!kept.exists() && !living.folder.exists());
     }
 
+    /// Its reader was killed behind its janitor.
     #[test]
-    fn the_logs_of_a_run_whose_reader_was_killed_behind_its_janitor_are_removed() {
+    fn logs_of_a_doubly_killed_run_are_removed() {
         let (mut read, _segment) = run("read");
         let logs = read.folder.with_file_name(format!("{SCRATCH}{}", read.prefix));
         std::fs::create_dir_all(logs.join("recording")).unwrap();
@@ -208,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_launcher_that_is_done_leaves_neither_logs_nor_mark() {
+    fn finished_launcher_leaves_neither_logs_nor_mark() {
         let (mut done, segment) = run("done");
         let logs = done.folder.with_file_name(format!("{SCRATCH}{}", done.prefix));
         std::fs::create_dir_all(&logs).unwrap();
@@ -217,8 +220,9 @@ mod tests {
         assert!(!logs.exists() && !done.folder.exists() && !segment.exists() && !path(&done.prefix).exists());
     }
 
+    /// One that names another run or a strange folder.
     #[test]
-    fn a_mark_that_names_another_run_or_a_strange_folder_removes_nothing() {
+    fn foreign_mark_removes_no_file() {
         let (mut liar, kept) = run("liar");
         let own = std::mem::replace(&mut liar.prefix, "hs_other_run_".to_owned());
         std::fs::write(path(&own), serde_json::to_vec(&liar).unwrap()).unwrap();

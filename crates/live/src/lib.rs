@@ -1,8 +1,8 @@
 //! The live launcher: every service its own process, real clock, real links, the adversary really in the middle.
 //!
-//! Services end when their pipe ends, so they cannot outlive the launcher; a janitor process removes what shared memory
-//! and sockets a killed launcher left. The launcher itself carries nothing between services: it starts them, ends them
-//! on purpose where the scenario says so, and reads the recording afterwards.
+//! Services end when their pipe ends, so they cannot outlive the launcher; a janitor process removes a killed
+//! launcher's shared memory and sockets. The launcher itself carries no message between services: it starts them, ends
+//! them on purpose where the scenario says so, and reads the recording afterwards.
 
 pub mod child;
 mod disk;
@@ -59,16 +59,16 @@ static RUNS: AtomicU32 = AtomicU32::new(0);
 static STARTING: Mutex<()> = Mutex::new(());
 /// From the first process to the start of the run, microseconds: all links must stand by then.
 const LEAD_US: u64 = 2_500_000;
-/// How long a service may take to say that it is ready.
+/// Time limit for a service to report that it is ready.
 const READY: Duration = Duration::from_secs(20);
-/// How long what is under way may take to arrive at the end.
+/// Time limit at the end for messages under way.
 const GRACE_US: u64 = 1_200_000;
 /// By how much the host may oversleep before it, and not the platform, explains a latency, microseconds.
 pub const OVERSLEPT_US: u64 = 100_000;
-/// How long a service may take to end itself.
+/// Time limit for a service to end itself.
 const ENDING: Duration = Duration::from_secs(5);
 
-/// Why a live run came to nothing.
+/// Reason for a failed live run.
 #[derive(Debug, thiserror::Error)]
 pub enum LiveError {
     /// The host lacks something, or a service did not come up.
@@ -85,38 +85,38 @@ impl From<String> for LiveError {
     }
 }
 
-/// How a run is to be carried out.
+/// Options of a run.
 pub struct Options<'a> {
-    /// Where recording and logs are kept; made if it is not there. Without it they are gone with the run's [`Logs`].
+    /// Folder for recording and logs; made if it is not there. Without it they are deleted with the run's [`Logs`].
     pub keep: Option<PathBuf>,
-    /// Where the service programs are.
+    /// Location of the service programs.
     pub services: Services,
     /// The user's wish to stop.
     pub stop: &'a progress::Stop,
-    /// What the console shows, text by text.
+    /// Receiver of the console's display texts.
     pub show: &'a mut dyn FnMut(&str),
-    /// Whether the console has a window. Then the run lasts until that is closed, at least to the scenario's end: a person
+    /// True if the console has a window. Then the run lasts until that is closed, at least to the scenario's end: a person
     /// wants to look, and to act.
     pub window: bool,
-    /// What that person, or one without a window, may do.
+    /// Permissions of that person, or of one without a window.
     pub role: Role,
-    /// What a person does at the console, each at its time of the run, microseconds, in order.
+    /// Acts of a person at the console, each at its time of the run, microseconds, in order.
     pub acts: Vec<(u64, Act)>,
 }
 
-/// What a live run left, before anybody judges it.
+/// Records of a live run, before it is judged.
 pub struct Aftermath {
-    /// The recording, on the run's time; behind it what guards and launcher noted.
+    /// The recording, on the run's time; behind it the notes of guards and launcher.
     pub log: Vec<Logged>,
-    /// What came of the recording, as it was kept.
+    /// Verification of the recording, as it was kept.
     pub custody: Verification,
-    /// What is held of it outside the recorder.
+    /// Trust anchors held outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
     pub lost: Option<(u64, NodeId)>,
-    /// How long the run lasted, microseconds.
+    /// Duration of the run, microseconds.
     pub lasted: u64,
-    /// Where its recording and mouth logs are.
+    /// Folder of its recording and input journals.
     pub logs: Logs,
 }
 
@@ -182,7 +182,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     Ok(Aftermath { log, custody, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
 }
 
-/// Everything that is known of a run that is over, what does not hold of it, and what is held.
+/// All records of a finished run, faults of them, and the trust anchors.
 fn gathered(
     cast: &Cast,
     run_dir: &Path,
@@ -236,7 +236,7 @@ fn own_address(run: u32) -> LoopbackAddr {
     LoopbackAddr::of_run(std::process::id().wrapping_mul(0x10_01).wrapping_add(run))
 }
 
-/// When the launcher kept processes from running, by its own record, on the recording's clock.
+/// Times at which the launcher stopped processes, by its own record, on the recording's clock.
 fn stops(events: &[(u64, Event)], start_us: u64) -> Vec<Stop> {
     let mut stops: Vec<Stop> = Vec::new();
     for (at, event) in events {
@@ -258,13 +258,13 @@ fn stops(events: &[(u64, Event)], start_us: u64) -> Vec<Stop> {
 /// Starts a node anew under a boot.
 type Again<'a> = &'a mut dyn FnMut(NodeId, Boot) -> Result<Child, String>;
 
-/// What happened while the run was on.
+/// Events while the run was on.
 struct Stayed {
-    /// What was done to processes, and what befell them, in order.
+    /// Process faults and their effects, in order.
     events: Vec<(u64, Event)>,
     /// By how much the host overslept at most.
     overslept: u64,
-    /// How long the run lasted, microseconds.
+    /// Duration of the run, microseconds.
     lasted: u64,
 }
 
@@ -273,7 +273,7 @@ impl Stayed {
         self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
     }
 
-    /// Whether the recording lacks what came last: the recorder was dead or its disk full at the end.
+    /// True if the recording lacks its end: the recorder was dead or its disk full at the end.
     fn cut_short(&self) -> bool {
         let disk = self.events.iter().rev().find_map(|(_, event)| {
             let Event::DiskFull { on, .. } = event else { return None };
@@ -299,7 +299,7 @@ struct Company<'a> {
     show: &'a mut dyn FnMut(&str),
     /// A window is open, or about to be.
     window: bool,
-    /// What a person will do, with the number of each act.
+    /// Future acts of a person, with the number of each.
     acts: VecDeque<((u64, Act), u64)>,
     places: &'a Places,
 }
@@ -388,8 +388,8 @@ impl Company<'_> {
         Ok(())
     }
 
-    /// Stays until the end of the run, doing to processes what the scenario says and calling the steps that wait; `again`
-    /// starts a node anew. Gives what was done, and by how much the host overslept at most.
+    /// Stays until the end of the run, applying the scenario's process faults and calling the steps that wait; `again`
+    /// restarts a node. Returns the applied faults, and the most by which the host overslept.
     fn stay(&mut self, cast: &Cast, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
         let mut process_faults = ProcessFaults::new(cast);
         let mut watch = Watch::new(&cast.cues);
@@ -456,7 +456,7 @@ impl Company<'_> {
         }
     }
 
-    /// Has the person do what is due by `now` of the run.
+    /// Performs the person's acts due by `now` of the run.
     fn act(&mut self, now: u64) {
         while let Some(((_, act), serial)) = self.acts.pop_front_if(|((at, _), _)| *at <= now) {
             let act = Control::Act(codec::encode(&Numbered { serial, act }));
@@ -464,7 +464,7 @@ impl Company<'_> {
         }
     }
 
-    /// Calls steps: whoever has steps is told, and what is done to processes begins here.
+    /// Calls steps: processes with steps are told, and process faults begin here.
     fn call(&mut self, cast: &Cast, process_faults: &mut ProcessFaults, steps: Vec<StepName>, now: u64) {
         let takes = |node: NodeId| cast.members.iter().any(|m| m.node() == node && m.role.takes_cues());
         for step in steps {
@@ -473,9 +473,9 @@ impl Company<'_> {
         }
     }
 
-    /// Quiesce, let arrive what is under way, and have everybody write the closing account: the relays first, then whoever
-    /// sends to the gateway directly (it would dial again once the gateway is gone), then the gateway, so that no datagram
-    /// is under way while its two ends count; the recorder last.
+    /// Quiesces, lets messages under way arrive, and has every process write the closing account: the relays first, then
+    /// the services that send to the gateway directly (they would dial again once the gateway is gone), then the gateway,
+    /// so that no datagram is under way while its two ends count; the recorder last.
     fn finish(&mut self) -> Result<(), LiveError> {
         self.children.iter_mut().for_each(|c| c.tell(&Control::Quiesce));
         let until = trace_us() + GRACE_US;
@@ -517,7 +517,7 @@ impl Company<'_> {
 }
 
 impl Drop for Company<'_> {
-    /// Ends what still runs, then lets the janitor sweep.
+    /// Ends processes that still run, then lets the janitor sweep.
     fn drop(&mut self) {
         self.children.iter_mut().for_each(Child::release);
         self.children.clear();

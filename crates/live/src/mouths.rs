@@ -16,7 +16,7 @@ use wire::event::wire_hash;
 use wire::id::NodeId;
 use wire::time::Instant;
 
-/// What came of one core.
+/// Result of one core's replay.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CoreReplay {
     /// Which.
@@ -25,12 +25,12 @@ pub struct CoreReplay {
     pub inputs: u64,
     /// Outputs compared and found equal.
     pub outputs: u64,
-    /// Why the replay is not whole, where it is not.
+    /// Reason for which the replay is not whole, where it is not.
     pub difference: Option<String>,
 }
 
 impl CoreReplay {
-    /// What was found, with its core; nothing where the core did everything again.
+    /// The difference, with its core; `None` where the replay is exact.
     pub fn told(&self) -> Option<String> {
         let difference = self.difference.as_ref()?;
         Some(format!("{}, fed its mouth log again: {difference}", self.node))
@@ -65,7 +65,7 @@ fn feed(member: &Member, log: &Path) -> Result<mouth::Replayed, String> {
     })
 }
 
-/// Where core and log part, in words: what was expected is the log's, what was got the core's.
+/// First difference of core and journal, in words: expected is the journal's, got the core's.
 fn diverged(differs: &Divergence) -> String {
     let Divergence { input, index, expected, got } = differs;
     let (expected, got) = (output(expected.as_ref()), output(got.as_ref()));
@@ -85,7 +85,7 @@ fn output(of: Option<&Output>) -> String {
     format!("{} bytes of output with hash {:016x}", bytes.len(), wire_hash(&bytes))
 }
 
-/// A core whose first words, said when it was made, come out with the first input, as they do in a process.
+/// A core with initial outputs that come out with the first input, as they do in a process.
 struct Woken {
     core: Part,
     early: VecDeque<Output>,

@@ -1,8 +1,8 @@
-//! What the launcher does to processes on purpose, and when: the live form of `twin::process`.
+//! Process faults by the launcher, with their times: the live form of `twin::process`.
 //!
-//! Ending is SIGKILL, keeping from running SIGSTOP; a slow process is stopped for a part of each period; a
-//! full disk is a limit on the size of files. Nothing is told that was not seen: a kill by the wait status, a stop by the
-//! kernel's process table, a limit by the kernel's answer.
+//! Ending is SIGKILL, stopping SIGSTOP; a slow process is stopped for a part of each period; a full disk is a limit on
+//! the size of files. Only observed effects are reported: a kill by the wait status, a stop by the kernel's process
+//! table, a limit by the kernel's answer.
 
 use topology::{Cast, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::event::{Event, Suspension};
@@ -12,14 +12,14 @@ use wire::step::StepName;
 use super::child::Child;
 use super::disk::fill;
 
-/// The process_faults of a run, with what is still to be done.
+/// The process faults of a run, with their pending turns.
 pub(super) struct ProcessFaults {
     list: Vec<ProcessFault>,
-    /// When each began, once it has, microseconds of the run.
+    /// Start of each, once it has begun, microseconds of the run.
     begun: Vec<Option<u64>>,
-    /// Turns to come: when, of which, what.
+    /// Pending turns: time, fault, turn.
     turns: Vec<(u64, usize, Turn)>,
-    /// What was done and seen, in order.
+    /// Applied and observed faults, in order.
     events: Vec<(u64, Event)>,
 }
 
@@ -34,7 +34,7 @@ impl ProcessFaults {
         }
     }
 
-    /// When the next turn is due, microseconds of the run.
+    /// Time of the next turn, microseconds of the run.
     pub(super) fn next(&self) -> Option<u64> {
         self.turns.iter().map(|(at, ..)| *at).min()
     }
@@ -48,18 +48,18 @@ impl ProcessFaults {
         }
     }
 
-    /// What was done and seen so far, in order.
+    /// Applied and observed faults so far, in order.
     pub(super) fn events(&self) -> &[(u64, Event)] {
         &self.events
     }
 
-    /// Whether `node` was ended on purpose.
+    /// True if `node` was ended on purpose.
     pub(super) fn ended(&self, node: NodeId) -> bool {
         self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
     }
 
-    /// Does the turn that is due at `now`, if one is; `clock` tells the time of the run after what took time. Gives the
-    /// node that is to be started again, where that is due.
+    /// Carries out the turn that is due at `now`, if one is; `clock` gives the time of the run after slow operations.
+    /// Returns the node to restart, where that is due.
     pub(super) fn carry_out(&mut self, now: u64, children: &mut [Child], clock: &dyn Fn() -> u64) -> Option<NodeId> {
         let due = self.turns.iter().enumerate().filter(|(_, (at, ..))| *at <= now).min_by_key(|(_, (at, ..))| *at);
         let (at, i, turn) = self.turns.remove(due?.0);

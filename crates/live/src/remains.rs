@@ -1,23 +1,23 @@
-//! What a run leaves outside its own folder, and how it is removed.
+//! Remains of a run outside its own folder, and their removal.
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// How the folder of logs that nobody keeps begins.
+/// Prefix of the folder of unkept logs.
 pub const SCRATCH: &str = "holdsafe-run-";
 
-/// What there is to remove.
+/// The remains.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Remains {
-    /// How every shared-memory name of the run begins.
+    /// Prefix of every shared-memory name of the run.
     pub prefix: String,
     /// Shared-memory domains: (prefix, root).
     pub domains: Vec<(String, PathBuf)>,
     /// The run's folder for sockets.
     pub folder: PathBuf,
-    /// The run's logs, where they are nobody's to keep: removed when the launcher was killed and so nobody reads them.
+    /// The run's unkept logs: removed when the launcher was killed, since no reader is left.
     pub scratch: Option<PathBuf>,
 }
 
@@ -32,7 +32,7 @@ impl Remains {
         remove(&self.folder);
     }
 
-    /// Removes everything and the logs that nobody keeps.
+    /// Removes everything and the unkept logs.
     pub fn remove_all(&self) {
         self.remove();
         self.scratch.iter().for_each(|scratch| remove(scratch));
@@ -48,7 +48,7 @@ fn remove(folder: &Path) {
     }
 }
 
-/// A folder of a run and nothing else.
+/// True for a folder of a run only.
 fn is_ours(folder: &Path) -> bool {
     let name = folder.file_name().and_then(|n| n.to_str()).unwrap_or_default();
     name.starts_with("holdsafe-") && folder.parent() == Some(&std::env::temp_dir())

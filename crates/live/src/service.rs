@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-/// Runs the service called `name`; nothing by an unknown name.
+/// Runs the service called `name`; `None` for an unknown name.
 pub fn main(name: &str) -> Option<ExitCode> {
     Some(match name {
         "sim" => sim::process::main(),

@@ -25,12 +25,12 @@ use wire::policy::Requirement;
 
 use super::remains::{Remains, SCRATCH};
 
-/// Where a run keeps its things.
+/// Paths of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
     /// Recording, mouth logs, guard logs.
     pub run_dir: PathBuf,
-    /// Whether these are somebody's to keep.
+    /// True if these are somebody's to keep.
     kept: bool,
     /// Sockets and shared-memory roots; removed at the end.
     pub temporary: PathBuf,
@@ -41,8 +41,8 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// Places named after a run id of lower-case letters and digits; logs go to `keep`, where somebody wants them, and
-    /// datagrams leave from `own`.
+    /// Paths named after a run id of lower-case letters and digits; logs go to `keep`, if given, and datagrams leave
+    /// from `own`.
     pub(super) fn new(keep: Option<PathBuf>, id: &str, own: LoopbackAddr) -> Self {
         let temporary = |start: &str| std::env::temp_dir().join(format!("{start}{id}"));
         Self {
@@ -54,14 +54,14 @@ impl Places {
         }
     }
 
-    /// What there is to remove.
+    /// The remains.
     pub(super) fn remains(&self) -> Remains {
         let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
         let scratch = (!self.kept).then(|| self.run_dir.clone());
         Remains { prefix: self.prefix.clone(), domains, folder: self.temporary.clone(), scratch }
     }
 
-    /// Where the recorder writes.
+    /// Directory of the recorder.
     pub(super) fn recording(&self) -> PathBuf {
         self.run_dir.join("recording")
     }
@@ -75,7 +75,7 @@ impl Places {
     }
 }
 
-/// Where the channel of a second station is, beside its host's own.
+/// Subdirectory of a second station's channel, beside its host's own.
 const SECOND_STATION: &str = "station-2";
 
 fn scope(host: Host) -> &'static str {
@@ -111,17 +111,17 @@ pub(super) fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, P
 
 /// Writes specifications as addresses become known.
 pub(super) struct Specs<'a> {
-    /// Who takes part.
+    /// The participants.
     pub cast: &'a Cast,
-    /// Where things are.
+    /// Paths.
     pub places: &'a Places,
-    /// When the run starts, microseconds of trace time.
+    /// Start of the run, microseconds of trace time.
     pub start_us: u64,
     /// The record filter.
     pub guard: Requirement,
     /// Certificates.
     pub credentials: BTreeMap<NodeId, Credential>,
-    /// Whether the console opens a window.
+    /// True if the console opens a window.
     pub window: bool,
     /// Addresses that services have announced, by node and kind.
     pub addresses: BTreeMap<(NodeId, &'static str), LoopbackAddr>,
@@ -159,7 +159,7 @@ impl Specs<'_> {
         spec
     }
 
-    /// What stands at the node's mouth.
+    /// Settings of the node's delivery witness.
     fn witness(&self, node: NodeId) -> Option<WitnessSpec> {
         let guard = self.cast.mouth_of(node)?;
         let secret = self.cast.witnesses.get(&guard)?.clone();
@@ -271,7 +271,7 @@ impl Specs<'_> {
     }
 }
 
-/// What a member's process reads as its own configuration.
+/// Configuration of a participant's process.
 fn config(member: &Member, window: Option<Site>) -> Value {
     let setup = &member.setup;
     match &member.role {
@@ -287,7 +287,7 @@ fn config(member: &Member, window: Option<Site>) -> Value {
     }
 }
 
-/// What the console of a run is made with, its window included.
+/// Configuration of the run's console, its window included.
 pub(crate) fn console(cast: &Cast) -> Option<ProcessConfig> {
     cast.members.iter().find_map(|member| {
         let Role::Console(config) = &member.role else { return None };

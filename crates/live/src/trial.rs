@@ -15,19 +15,19 @@ use topology::{Cast, RunSecret, cast};
 
 /// A finished live run.
 pub struct Run {
-    /// Who took part.
+    /// The participants.
     pub cast: Cast,
-    /// What is held of the recording outside the recorder.
+    /// Trust anchors held outside the recorder.
     pub held: Held,
-    /// What the oracle saw.
+    /// The oracle's input.
     pub evidence: Evidence,
-    /// What it said.
+    /// Its verdict.
     pub verdict: Verdict,
     /// By how much the host overslept at most, microseconds, where that alone makes the run INVALID.
     pub spoilt: Option<Micros>,
-    /// What came of feeding every core its own mouth log again.
+    /// Results of feeding every core its own input journal again.
     pub replays: Vec<CoreReplay>,
-    /// Where its recording and mouth logs are.
+    /// Folder of its recording and input journals.
     pub logs: Logs,
 }
 
@@ -44,20 +44,20 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     Ok(Run { cast, held, evidence, verdict, spoilt, replays, logs })
 }
 
-/// What is made of a run that is over.
+/// Judgement of a finished run.
 pub struct Judged {
-    /// What the oracle saw.
+    /// The oracle's input.
     pub evidence: Evidence,
-    /// What it said.
+    /// Its verdict.
     pub verdict: Verdict,
     /// By how much the host overslept at most, microseconds, where that alone makes the run INVALID.
     pub spoilt: Option<Micros>,
-    /// What came of feeding every core its own mouth log again.
+    /// Results of feeding every core its own input journal again.
     pub replays: Vec<CoreReplay>,
 }
 
-/// Feeds every core of a run that is over its own mouth log again, and judges what the run left. The first is part of what is
-/// judged: a live trial whose cores do not replay is no evidence.
+/// Feeds every core of a finished run its own input journal again, and judges the run's records. The replay is part of the
+/// judgement: a live trial with cores that do not replay is no evidence.
 pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
     let replays = mouths::replay(cast, after.logs.folder());
     let (entries, broken_log) = read(&after.log);
@@ -92,7 +92,7 @@ fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>) -> Optio
     (!matches!(judge(&calm).outcome, Outcome::Invalid | Outcome::Unsafe)).then_some(by)
 }
 
-/// What came of a recording, in the order in which it was kept. One that a living recorder left empty holds nothing.
+/// Verification of a recording, in the order in which it was kept. An empty one of a living recorder holds no entries.
 pub(super) fn custody(recorded: &[Logged], held: &Held) -> Verification {
     let mut log_verifier = LogVerifier::new(held);
     for logged in recorded {
@@ -113,7 +113,7 @@ mod tests {
     use wire::id::{Boot, NodeId};
     use wire::time::{Instant, Span};
 
-    /// What a host that overslept by `by` leaves of a run that is NOMINAL on another.
+    /// Evidence that a host which overslept by `by` gives of a run that is NOMINAL on another.
     fn on_a_host_that_overslept(by: u64) -> Evidence {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_the_hosts_to_spoil_only_where_its_stall_alone_makes_it_invalid() {
+    fn host_stall_alone_spoils_a_run() {
         let calm = on_a_host_that_overslept(100_000);
         assert_eq!(found(&calm, None), (Outcome::Nominal, None));
         let stalled = on_a_host_that_overslept(312_000);
@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_that_a_living_recorder_left_empty_is_flawed() {
+    fn empty_recording_of_a_living_recorder_is_flawed() {
         assert!(!custody(&[], &Held::default()).flaws.is_empty());
     }
 }

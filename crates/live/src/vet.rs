@@ -1,7 +1,7 @@
-//! A detector that somebody brings, tried in a process of its own before it is loaded anywhere else.
+//! Trial of a custom detector in a process of its own before it is loaded anywhere else.
 //!
-//! The process has limits of CPU time and memory from the kernel, set before it is told what to load. So a file that
-//! loops, grows or brings its runtime down ends that process, and is refused with what became of it.
+//! The process has limits of CPU time and memory from the kernel, set before it learns the file. So a file that loops,
+//! grows or brings its runtime down ends that process, and is refused with the reason.
 
 use std::io::{Read, Write};
 use std::os::unix::process::ExitStatusExt;
@@ -13,7 +13,7 @@ use rustix::process::{Pid, Resource, Rlimit, prlimit};
 
 use super::child::{Line, Services};
 
-/// What a process that tries a detector may use.
+/// Resource limits of a process that tries a detector.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
     /// CPU time, seconds.
@@ -23,7 +23,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// A hundred times what the shipped detector takes, and a hundred times the size of a small one's file.
+    /// A hundred times the shipped detector's time, and a hundred times the size of a small one's file.
     pub const USUAL: Limits = Limits { cpu_s: 10, memory: 2 << 30 };
 }
 
@@ -61,7 +61,7 @@ fn limit(child: &Child, limits: Limits) -> Result<(), String> {
     Ok(())
 }
 
-/// What it says until it ends. One that ends before it has read the request says so by its status.
+/// Its output until it ends. A process that ends before it has read the request reports by its status.
 fn ask(child: &mut Child, request: &[u8]) -> Result<String, String> {
     if let Some(mut pipe) = child.stdin.take() {
         let _unread = pipe.write_all(request);
@@ -72,7 +72,7 @@ fn ask(child: &mut Child, request: &[u8]) -> Result<String, String> {
     Ok(said)
 }
 
-/// Why a process ended that gave no reason.
+/// Reason for which a process ended without an answer.
 fn end(status: ExitStatus, limits: Limits) -> String {
     let signal = status.signal().and_then(|number| Signal::try_from(number).ok());
     match signal {

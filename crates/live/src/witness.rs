@@ -1,5 +1,5 @@
-//! Reads what a live run left: the recording, or the mouth logs where there is none, the guards' logs, and the closing
-//! statistics of the links; and keeps what the launcher itself has to say.
+//! Reads the records of a live run: the recording, or the input journals where there is none, the guards' logs, and the
+//! closing statistics of the links; and keeps the launcher's own notes.
 
 use std::collections::VecDeque;
 use std::io::BufReader;
@@ -31,7 +31,7 @@ pub(super) fn recording(run_dir: &Path) -> Result<Vec<Logged>, LiveError> {
     Ok(frames.into_iter().map(logged).collect())
 }
 
-/// The same on the run's time; what was written before the start counts as written at the start.
+/// The same on the run's time; entries from before the start count as written at the start.
 pub(super) fn on_the_runs_time(kept: Vec<Logged>, start_us: u64) -> Vec<Logged> {
     kept.into_iter().map(|logged| Logged { at: logged.at.saturating_sub(start_us), ..logged }).collect()
 }
@@ -54,7 +54,8 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
     (recording.finish().lost == 0).then_some(()).ok_or_else(again)
 }
 
-/// How far each service's chain went, and its guard's, by its own closing words; the recorder's are none against it.
+/// Heads of each service's chain, and of its guard's, by its own closing statement; the recorder's is no evidence
+/// against it.
 pub(super) fn heads(cast: &Cast, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
     let of = |node: NodeId, head: &Value| {
         let boot = Boot(u32::try_from(head["boot"].as_u64()?).ok()?);
@@ -67,8 +68,8 @@ pub(super) fn heads(cast: &Cast, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
     stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).flat_map(both).flatten().collect()
 }
 
-/// The same entries out of every member's mouth log, for a run whose recorder died; each counts as written when its core
-/// was fed. The broker has no core and so no mouth: its entries are missing.
+/// The same entries out of every participant's input journal, for a run with a dead recorder; each counts as written
+/// when its core was fed. The broker has no core and so no journal: its entries are missing.
 pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> {
     let mut log = Vec::new();
     for member in &cast.members {
@@ -82,8 +83,8 @@ pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> 
     log
 }
 
-/// What the mouths of the cores took in of what insiders say in `log` that they sent. The launcher's word, read from what
-/// the process of each reader kept.
+/// Inputs of the cores among the messages that insiders in `log` claim to have sent. These are the launcher's statements,
+/// read from each reader's own records.
 pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Event)> {
     let mut claims = Claims::default();
     log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
@@ -98,7 +99,7 @@ pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged])
     seen
 }
 
-/// When the cores of processes that were to be kept from running were fed, by the mouth logs of those.
+/// Input times of cores in processes that were to be stopped, by their journals.
 pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, Event)> {
     let watched = cast.watched();
     let mut running = Running::new(&watched);
@@ -132,9 +133,9 @@ fn passed(cast: &Cast, member: &Member, run_dir: &Path, start_us: u64, mut each:
     }
 }
 
-/// What the telemetry relay's sockets did not take, and what came to them that was not the client's: its core cannot know.
+/// Datagrams that the telemetry relay's sockets refused, and those that were not the client's: unknown to its core.
 ///
-/// They are the launcher's word, read from the process's closing statistics, in a chain of the launcher's.
+/// They are the launcher's statements, read from the process's closing statistics, in a chain of the launcher's.
 pub(super) fn relayed(stats: &[(NodeId, Value)]) -> Vec<Event> {
     let relay = stats.iter().find(|(node, _)| *node == NodeId::RELAY_TELEMETRY);
     let Some((_, stats)) = relay else { return Vec::new() };
@@ -166,9 +167,10 @@ fn kept(node: NodeId, bytes: Vec<u8>) -> Logged {
     Logged { at: Entry::decode(&bytes).map_or(0, |entry| entry.at.0), node, bytes }
 }
 
-/// What was kept by its own writers in the run directory, file by file: what guards saw and the launcher noted.
+/// Logs kept by their own writers in the run directory, file by file: the guards' and the launcher's.
 ///
 /// # Errors
+///
 /// When a file cannot be read.
 pub fn own_logs(run_dir: &Path) -> std::io::Result<Vec<Logged>> {
     let mut files: Vec<_> = match std::fs::read_dir(run_dir.join("guard")) {
@@ -191,14 +193,14 @@ pub fn own_logs(run_dir: &Path) -> std::io::Result<Vec<Logged>> {
     Ok(log)
 }
 
-/// Keeps what the launcher noted beside the guards' logs.
+/// Keeps the launcher's notes beside the guards' logs.
 pub(super) fn keep_notes(run_dir: &Path, notes: &[Logged]) -> Result<(), LiveError> {
     let file = link::witness::path(run_dir, &format!("{}.cbor", NodeId::CAMPAIGN));
     let written = link::witness::write(&file, notes.iter().map(|note| note.bytes.as_slice()));
     written.map_err(|e| LiveError::Environment(format!("{}: {e}", file.display())))
 }
 
-/// What the launcher has to say, in order of time, as a chain that it signs at the end of the run.
+/// The launcher's notes, in order of time, as a chain that it signs at the end of the run.
 pub(super) fn notes(key: Option<Key>, told: &[(u64, Event)], end: u64) -> Vec<Logged> {
     let (mut journal, mut log) = (Journal::new(NodeId::CAMPAIGN, Boot(1), key), Vec::new());
     let mut take = |at: u64, out: VecDeque<Output>| {

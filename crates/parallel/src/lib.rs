@@ -1,4 +1,4 @@
-//! The same work on many items, on several threads; results in the order of the items whatever thread did what.
+//! The same work on many items, on several threads; results in the order of the items, independent of threads.
 
 pub mod progress;
 
@@ -8,7 +8,8 @@ use std::sync::{Mutex, PoisonError};
 /// Does `one` for each number below `count`, on at most `threads` threads.
 ///
 /// # Errors
-/// The failure of the least number that failed; nothing is begun after a failure was seen.
+///
+/// The failure of the least number that failed; no item is begun after a failure was seen.
 pub fn each<E: Send>(threads: usize, count: usize, one: impl Fn(usize) -> Result<(), E> + Sync) -> Result<(), E> {
     let (next, failed) = (AtomicUsize::new(0), Mutex::new(None::<(usize, E)>));
     let first = || failed.lock().unwrap_or_else(PoisonError::into_inner);
@@ -36,9 +37,10 @@ pub fn each<E: Send>(threads: usize, count: usize, one: impl Fn(usize) -> Result
     failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), |(_, failure)| Err(failure))
 }
 
-/// What `work` makes of each of `items`.
+/// Results of `work` on each of `items`.
 ///
 /// # Errors
+///
 /// As [`each`].
 pub fn map<I: Sync, O: Send, E: Send>(
     threads: usize,
@@ -54,7 +56,7 @@ pub fn map<I: Sync, O: Send, E: Send>(
     Ok(slots.into_iter().filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
 
-/// How many threads there is a core for.
+/// Number of threads that have a core each.
 pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
@@ -64,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_come_in_the_order_of_the_items_however_many_threads_there_are() {
+    fn results_keep_item_order_on_any_threads() {
         let items: Vec<u64> = (0..100).collect();
         let square = |i: &u64| Ok::<u64, ()>(i * i);
         assert_eq!(map(1, &items, square), map(7, &items, square));

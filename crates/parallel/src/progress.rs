@@ -1,6 +1,6 @@
-//! How far a long command has come, on stderr; and whether the user wants it to stop.
+//! Progress of a long command, on stderr; and the user's request to stop.
 //!
-//! A bar on a terminal, nothing elsewhere: a log file or a pipe has no use for it. Results never go through here.
+//! A bar on a terminal, no output elsewhere: a log file or a pipe has no use for it. Results never go through here.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// How much is said on stderr.
+/// Verbosity on stderr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Talk {
     /// Failures only.
@@ -55,7 +55,7 @@ fn bar(label: &str, total: u64) -> ProgressBar {
     bar
 }
 
-/// Whether the user wants to stop; every clone sees it.
+/// The user's request to stop; every clone sees it.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
@@ -65,7 +65,7 @@ impl Stop {
         self.0.store(true, Ordering::SeqCst);
     }
 
-    /// Whether to stop.
+    /// True if it was made.
     pub fn asked(&self) -> bool {
         self.0.load(Ordering::SeqCst)
     }

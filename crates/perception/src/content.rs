@@ -1,15 +1,15 @@
-//! Whether a sensor shows anything new: a stamp says when a reading was handed on, its content when it was taken.
+//! Test for new sensor content: a stamp says when a reading was handed on, its content when it was taken.
 //!
 //! A live sensor's noise never repeats. So each modality's content is compared, by a short hash, with those of the frames
 //! before it: rendered planes byte for byte, and where there are no planes the stage's candidates. [`REPEATS`] frames in a
 //! row that are all as many frames old are no chance, and no fresh product:
 //!
 //! - one frame old, again and again: the sensor is *stuck*. It counts again with the first new content.
-//! - more: old content is *played back*. No stuck sensor does that, and where the old content has been shown once, what
-//!   follows may be as late and new all the same; so the modality does not count again in this boot.
+//! - more: old content is *played back*. No stuck sensor does that, and a source that played old content once can play
+//!   later content as late and as unseen; so the modality does not count again in this boot.
 //!
-//! What this cannot see: content later than [`REACH`] frames, and a lag that somebody builds up behind gaps, each too short
-//! to count as a loss. There only the other modalities are left (`corroborate`).
+//! Not detected: content later than [`REACH`] frames, and a lag built up behind gaps, each too short to count as a loss.
+//! There only the other modalities are left (`corroborate`).
 
 use std::collections::VecDeque;
 
@@ -18,11 +18,11 @@ use wire::event::wire_hash;
 use wire::sensor::{Candidates, Frames, Modality};
 use wire::track::StageProduct;
 
-/// So many frames in a row. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so what
-/// passes would have passed with its true stamp.
+/// So many frames in a row. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so
+/// accepted content would have been accepted with its true stamp.
 ///
 /// A false alarm takes as many chance repetitions in a row, all at one distance. Over a rendered plane, noise by the pixel
-/// leaves no chance to speak of. Unrendered, a standing unit that sees one warm object and nothing else has the most: a
+/// leaves no chance to speak of. Unrendered, a standing unit that sees one warm object only has the most: a
 /// blob repeats in 0.94 % of pairs (0.3 K of jitter, told in hundredths), four times in a row at one of 32 distances in
 /// 2.5e-7 of frames, 0.009 an hour. Driving, or with two objects, there is none.
 pub const REPEATS: u8 = 4;
@@ -30,10 +30,10 @@ pub const REPEATS: u8 = 4;
 /// that picture late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be
 /// empty at the same distance.
 const TELLING: u8 = REPEATS - 1;
-/// How many frames back content is known again: 3.2 s.
+/// Number of past frames against which content is compared: 3.2 s.
 pub const REACH: usize = 32;
 
-/// What tells the contents of one frame apart, by [`Modality`]; none where there is nothing to go by.
+/// Fingerprint of one frame's contents, by [`Modality`]; `None` without usable content.
 pub type Prints = [Option<u64>; 4];
 
 /// Of a rendered frame: each plane as it came.
@@ -41,7 +41,7 @@ pub fn of_frames(frames: &Frames<'_>) -> Prints {
     [frames.rgb, frames.depth, frames.thermal, frames.lidar].map(|plane| plane.map(|bytes| wire_hash(bytes)))
 }
 
-/// Of an unrendered one: each list as it came. An empty one is every empty one's equal and says nothing.
+/// Of an unrendered frame: each list as it came. All empty ones are equal and carry no information.
 pub fn of_candidates(candidates: &Candidates) -> Prints {
     let Candidates { rgb, depth, thermal, lidar, .. } = candidates;
     let lists = [
@@ -67,13 +67,13 @@ impl Contents {
         Modality::ALL.into_iter().filter_map(begin).collect()
     }
 
-    /// Whether what `modality` shows now is not new.
+    /// True if the present content of `modality` is not new.
     pub fn repeats(&self, modality: Modality) -> bool {
         self.0[modality as usize].state != State::Live
     }
 }
 
-/// What is thought of a modality.
+/// Assessment of a modality.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum State {
     #[default]
@@ -133,7 +133,7 @@ mod tests {
 
     use super::*;
 
-    /// Of a modality that shows these contents in turn: the frames in which it repeats itself, and what it was told to be.
+    /// For a modality with these contents in turn: the frames in which it repeats itself, and its reported state.
     fn told(contents: impl IntoIterator<Item = u64>) -> (Vec<u64>, Vec<(u64, u64)>) {
         let (mut memory, mut repeats, mut begins) = (Contents::default(), Vec::new(), Vec::new());
         for (frame, print) in (1..).zip(contents) {
@@ -145,22 +145,24 @@ mod tests {
         (repeats, begins)
     }
 
+    /// It is as old as its content, and counts again with new content.
     #[test]
-    fn a_stuck_sensor_is_told_once_as_old_as_it_is_and_counts_again_with_new_content() {
+    fn stuck_sensor_is_reported_once_and_recovers() {
         assert_eq!(told([1, 2, 3, 3, 3, 3, 3, 3, 4, 5]), (vec![7, 8], vec![(7, 3)]));
         assert_eq!(told([1, 2, 3, 3, 3, 3, 4, 5, 5, 5, 5, 5]), (vec![12], vec![(12, 8)]), "three repetitions are none");
     }
 
     #[test]
-    fn what_is_played_back_late_or_in_a_loop_does_not_count_again() {
+    fn played_back_content_does_not_count_again() {
         let late = (1..=10).chain(5..=20);
         assert_eq!(told(late), ((14..=26).collect(), vec![(14, 8)]));
         let looped = (1..=20).chain((0..30).map(|n| 16 + n % 5));
         assert_eq!(told(looped).1, [(24, 19)]);
     }
 
+    /// Nor do repetitions out of reach.
     #[test]
-    fn empty_contents_scattered_repetitions_and_what_is_out_of_reach_are_none() {
+    fn scattered_or_empty_repetitions_do_not_count() {
         assert!(told([0; 50]).0.is_empty());
         assert!(told((0..200).map(|n| if n % 3 == 0 { 7 } else { 100 + n })).0.is_empty(), "one in three is the same");
         assert!(told((1..=33).chain(1..=33)).0.is_empty(), "33 frames back");

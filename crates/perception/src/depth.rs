@@ -42,8 +42,9 @@ mod tests {
     use super::*;
     use wire::sensor::Class;
 
+    /// And the outer half of the box.
     #[test]
-    fn the_median_ignores_pixels_without_a_return_and_the_box_outside_its_half() {
+    fn median_ignores_pixels_without_return() {
         let mut plane = vec![0u8; 2 * 16 * 12];
         let mut set = |x: usize, y: usize, mm: u16| plane[2 * (y * 16 + x)..][..2].copy_from_slice(&mm.to_le_bytes());
         (4..8).for_each(|x| set(x, 5, 7_000));

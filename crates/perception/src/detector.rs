@@ -1,9 +1,9 @@
-//! The colour detector: one ONNX model over `[1, 3, H, W]` in 0..1, and the [`Head`] that reads what it gives. A run may
-//! bring one in place of the shipped one.
+//! The colour detector: one ONNX model over `[1, 3, H, W]` in 0..1, and the [`Head`] that reads its output. A run may
+//! bring a custom model in place of the shipped one.
 //!
-//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that
-//! one of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends
-//! on its image alone.
+//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that one
+//! of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on its
+//! image alone.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -20,13 +20,13 @@ use crate::model::{Model, ModelError, ModelRef};
 use crate::onnx::{Inspected, OnnxError};
 use crate::runtime::{RuntimeError, environment};
 
-/// Why there is no detector, or no detections.
+/// Reason for the lack of a detector, or of detections.
 #[derive(Debug, thiserror::Error)]
 pub enum DetectorError {
     /// The model is not the pinned one.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// The file holds what no detector needs, or is no model.
+    /// The file holds parts that no detector needs, or is no model.
     #[error(transparent)]
     Onnx(#[from] OnnxError),
     /// There is no runtime.
@@ -35,20 +35,20 @@ pub enum DetectorError {
     /// The runtime refused the model or failed on an image.
     #[error("detector: {0}")]
     Session(String),
-    /// The model does not take what the head's detectors take.
+    /// The model's input is not that of the head's detectors.
     #[error("detector takes {got}, expected one float32 tensor {wanted}")]
     Input {
         /// Sides that fit.
         wanted: String,
-        /// What it takes.
+        /// Its input.
         got: String,
     },
-    /// The model does not give what the head reads.
+    /// The model's output does not suit the head.
     #[error("detector gives {got}, expected one float32 tensor {wanted}")]
     Output {
         /// The shape that fits.
         wanted: String,
-        /// What it gives.
+        /// Its output.
         got: String,
     },
     /// The image is not of the camera's size.
@@ -139,7 +139,7 @@ impl Detector {
 pub struct Brought {
     /// Its file, pinned.
     pub model: ModelRef,
-    /// How its output is read.
+    /// Decoding of its output.
     pub head: Head,
     /// The same, loaded. It cannot be sent: every process reads the file and holds it to the pin itself.
     #[serde(skip)]
@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_detectors_repeat_themselves_to_the_last_bit() {
+    fn shipped_detectors_repeat_to_the_last_bit() {
         for detector in [Detector::built_in().unwrap(), Detector::thermal().unwrap()] {
             let image: Vec<u8> = (0..3 * WIDTH * HEIGHT).map(|k| (k * 7 % 251) as u8).collect();
             assert_eq!(detector.detect(&image, 10).unwrap(), detector.detect(&image, 10).unwrap());
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_are_no_model_and_images_of_another_size_are_refused_by_name() {
+    fn wrong_bytes_and_sizes_are_refused_by_name() {
         let junk = b"not a model";
         let model = Model::pinned(junk, &crate::model::hex_digest(junk)).unwrap();
         assert!(matches!(Detector::new(model), Err(DetectorError::Onnx(_))));

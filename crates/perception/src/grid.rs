@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_cells_that_see_one_object_give_one_detection() {
+    fn neighbouring_cells_of_one_object_merge() {
         let cell = 15 * COLUMNS + 20;
         let here = [4.0, 0.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let beside = [3.0, 0.0, 6.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0];

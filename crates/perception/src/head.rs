@@ -1,4 +1,4 @@
-//! What a detector's output means.
+//! Meaning of a detector's output.
 
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
@@ -11,7 +11,7 @@ use crate::yolo::Yolo;
 /// The grid's shape.
 const GRID: [i64; 4] = [1, CHANNELS as i64, ROWS as i64, COLUMNS as i64];
 
-/// How an output is read.
+/// Decoding of an output.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Head {
@@ -30,7 +30,7 @@ impl Head {
         }
     }
 
-    /// Whether it reads what a model makes of images in this letterbox.
+    /// True if it reads the output of a model for images in this letterbox.
     pub(crate) fn sees(&self, letterbox: &Letterbox) -> bool {
         match self {
             Head::Grid => letterbox.is_plain(),
@@ -38,7 +38,7 @@ impl Head {
         }
     }
 
-    /// Whether it reads an output of this shape.
+    /// True if it reads an output of this shape.
     pub(crate) fn reads(&self, shape: &[i64]) -> bool {
         match self {
             Head::Grid => shape == GRID,

@@ -11,7 +11,7 @@ pub const SIDES: std::ops::RangeInclusive<usize> = 32..=640;
 /// The grey around the image: the one that the common exporters train with.
 const GREY: f32 = 114.0 / 255.0;
 
-/// Where the camera's image lies in a model's.
+/// Place of the camera's image within a model's.
 #[derive(Clone, Debug)]
 pub struct Letterbox {
     scale: f32,
@@ -37,7 +37,7 @@ impl Letterbox {
         Some(Letterbox { scale, left, top, rows, columns })
     }
 
-    /// Whether the model sees the camera's image as it is.
+    /// True if the model sees the camera's image as it is.
     pub fn is_plain(&self) -> bool {
         self.rows.len() == HEIGHT && self.columns.len() == WIDTH
     }
@@ -69,7 +69,7 @@ impl Letterbox {
     }
 }
 
-/// Where the image begins along one side, and for each pixel of the model what it is made of.
+/// Start of the image along one side, and for each pixel of the model its source pixels.
 fn taps(side: usize, camera: usize, scale: f32) -> (usize, Vec<Option<Tap>>) {
     let shown = ((camera as f32 * scale + 0.5) as usize).min(side);
     let first = (side - shown) / 2;
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_of_the_cameras_size_is_passed_on_as_it_is() {
+    fn camera_sized_image_is_passed_on_unchanged() {
         let letterbox = Letterbox::new(HEIGHT, WIDTH).unwrap();
         let rgb = image(|row, column| (row * 7 + column * 3) as u8);
         let tensor = letterbox.tensor(&rgb);
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_drawn_in_the_camera_is_found_again_where_it_was_for_every_size_of_model() {
+    fn drawn_marks_return_for_every_model_size() {
         for (height, width) in [(128, 160), (320, 320), (640, 640), (96, 64), (32, 640)] {
             let letterbox = Letterbox::new(height, width).unwrap();
             let tensor =
@@ -128,8 +128,9 @@ mod tests {
         }
     }
 
+    /// Sides beyond the bounds are refused.
     #[test]
-    fn what_lies_beside_the_image_is_grey_and_sides_beyond_the_bounds_are_refused() {
+    fn area_beside_the_image_is_grey() {
         let letterbox = Letterbox::new(160, 160).unwrap();
         let tensor = letterbox.tensor(&image(|_, _| 255));
         assert_eq!((tensor[(0, 0, 19, 80)], tensor[(0, 0, 20, 80)]), (GREY, 1.0));

@@ -1,13 +1,13 @@
 //! Perception of one unit: frames or candidates in, corroborated tracks out.
 //!
-//! - [`stages`] make candidates of a rendered frame: [`detector`] (an ONNX file that [`onnx`] has looked at, with what
-//!   [`head`] makes of its output), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the
+//! - [`stages`] make candidates of a rendered frame: [`detector`] (an ONNX file that [`onnx`] has checked, decoded by
+//!   [`head`]), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the
 //!   bus; everything after them is the same code.
-//! - [`content`] says whether a sensor shows anything new; one that does not has given no product.
-//! - [`corroborate`] sets the modalities against each other, [`tracker`] follows what they agree on, [`pose`] places it
-//!   in the world, [`provenance`] says which stage gave what and when, [`reasons`] what is doubted and what is followed.
+//! - [`content`] tells new sensor content from repeated; a sensor that repeats itself has given no product.
+//! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`] places it
+//!   in the world, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
-//!   missing, because liveness downstream rests on products. What follows from that is autonomy's to decide.
+//!   missing, because liveness downstream rests on products. Consequences are autonomy's to decide.
 
 mod boxes;
 pub mod content;
@@ -62,13 +62,13 @@ use crate::tracker::Tracker;
 /// so many objects in view.
 pub const CROWD: usize = 12;
 
-/// What a run may choose about perception.
+/// Run-specific choices about perception.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PerceptionConfig {
-    /// Whether frames come rendered ([`Topic::Frames`]) or candidates in their place ([`Topic::Candidates`]).
+    /// Kind of input: rendered frames ([`Topic::Frames`]), or candidates in their place ([`Topic::Candidates`]).
     pub rendered: bool,
-    /// A detector in place of the built-in one. Whoever makes the core has loaded it.
+    /// A detector in place of the built-in one, loaded by the maker of the core.
     pub detector: Option<Brought>,
     /// An ONNX Runtime library in place of the pure-Rust backend, by path and hash. Only a live process adopts one.
     pub runtime: Option<ModelRef>,
@@ -76,7 +76,7 @@ pub struct PerceptionConfig {
     pub limits: Limits,
 }
 
-/// Why a core could not be made.
+/// Reason for which a core could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PerceptionError {
     /// The setup lacks a channel.
@@ -95,7 +95,7 @@ pub struct Perception {
     setup: Setup,
     config: PerceptionConfig,
     camera: Camera,
-    /// Modalities whose objections the policy passes over.
+    /// Modalities with objections that the policy passes over.
     unheard: Modalities,
     /// Present when frames come rendered.
     stages: Option<Stages>,
@@ -249,7 +249,7 @@ impl Perception {
         }
     }
 
-    /// Without the modalities that show nothing new: they have given no product since their content was new.
+    /// Without the modalities that repeat themselves: they have given no product since their content was new.
     fn renewed(&mut self, now: Instant, candidates: Candidates, prints: &Prints) -> Candidates {
         let product = StageProduct { frame: candidates.frame, stamp: candidates.stamp };
         let required = self.setup.policy.check(Check::Content) == Requirement::Required;

@@ -2,8 +2,8 @@
 //!
 //! Ground is followed outward ring by ring in each azimuth: a return belongs to it while it rises no steeper than
 //! terrain may, measured from the last ground return, so slopes and a pitched unit are no objects. A far object's
-//! lowest return passes for ground until the next one stands above it; then it is taken back. What remains is joined
-//! to segments along an azimuth and then across neighbouring azimuths.
+//! lowest return passes for ground until the next one stands above it; then it is taken back. The remaining returns are
+//! joined to segments along an azimuth and then across neighbouring azimuths.
 
 use std::sync::Arc;
 
@@ -15,10 +15,11 @@ const RISE_M: f32 = 0.15;
 const SLOPE: f32 = 0.3;
 /// Returns of one azimuth further apart than this belong to different things, metres.
 const GAP_M: f32 = 0.8;
-/// Segments of neighbouring azimuths whose ranges differ by more than this do too: at no range, and for each metre.
+/// Segments of neighbouring azimuths are separate objects if their ranges differ by more than this too: at no range,
+/// and for each metre.
 const STEP_M: f32 = 0.5;
 const STEP_PER_M: f32 = 0.03;
-/// A return passed for ground is the foot of what stands above it within this much of its range, metres.
+/// A return taken for ground is the foot of an object that stands above it within this much of its range, metres.
 const FOOT_M: f32 = 0.5;
 /// Azimuths without a return that a cluster may reach across.
 const REACH: usize = 2;
@@ -27,8 +28,8 @@ const FEWEST: u32 = 2;
 const LEAST_HEIGHT_M: f32 = 0.2;
 const LARGEST_M: f32 = 8.0;
 
-/// Where the beams came back, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is ring-major, u16
-/// little-endian millimetres. A beam without a return is left out, and so is what is more than one scan.
+/// Points of the returns, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is ring-major, u16
+/// little-endian millimetres. A beam without a return is left out, and so is data beyond one scan.
 pub fn returns(beams: Lidar, plane: &[u8]) -> impl Iterator<Item = [f32; 3]> {
     let azimuths = usize::from(beams.azimuths).max(1);
     let ranges = plane.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 1e3);
@@ -105,7 +106,7 @@ impl Scanner {
         Some(shapes.iter().map(Shape::cluster).collect())
     }
 
-    /// What stands above the ground in one azimuth, nearest ring first.
+    /// Returns above the ground in one azimuth, nearest ring first.
     fn segments(&self, plane: &[u8], azimuth: usize) -> Vec<Segment> {
         let (mut before, mut ground, mut found) = ((0.0, 0.0), (0.0, 0.0), Vec::<Segment>::new());
         for (ring, (sin, cos)) in self.rings.iter().enumerate() {
@@ -275,8 +276,9 @@ mod tests {
         assert!(scanner.clusters(&[0; 10]).is_none());
     }
 
+    /// Though its azimuths wrap around.
     #[test]
-    fn an_object_straight_ahead_is_one_cluster_though_its_azimuths_come_round() {
+    fn object_straight_ahead_is_one_cluster() {
         let scanner = Scanner::new(&Lidar::GROUND);
         for slope in [-0.05, 0.0, 0.1] {
             let found = scanner.clusters(&scan(slope, &[(-8, 8, 12.0), (30, 36, 9.0)])).unwrap();

@@ -22,7 +22,7 @@ pub struct ModelRef {
     pub sha256: String,
 }
 
-/// Why bytes are not the model they should be.
+/// Reason for which bytes are not the expected model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ModelError {
     /// Longer than any model may be.
@@ -46,7 +46,7 @@ pub enum ModelError {
     Unpinned,
 }
 
-/// Bytes whose hash is the pinned one.
+/// Bytes with the pinned hash.
 #[derive(Clone, Copy, Debug)]
 pub struct Model<'a> {
     bytes: &'a [u8],
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_model_is_the_pinned_one_and_an_edited_copy_is_refused() {
+    fn edited_copy_of_the_shipped_model_is_refused() {
         let pinned = built_in_sha256().unwrap();
         assert_eq!(Model::built_in().unwrap().bytes().len(), BUILT_IN.len());
         let mut edited = BUILT_IN.to_vec();
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn an_oversized_model_is_refused_before_it_is_hashed() {
+    fn oversized_model_is_refused_before_hashing() {
         let bytes = vec![0; MAX_MODEL + 1];
         assert_eq!(Model::pinned(&bytes, "").unwrap_err(), ModelError::TooLarge { max: MAX_MODEL, got: MAX_MODEL + 1 });
     }

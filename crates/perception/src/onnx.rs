@@ -1,9 +1,9 @@
-//! What an ONNX file may hold, looked at before any runtime reads it.
+//! Permitted content of an ONNX file, checked before any runtime reads it.
 //!
-//! The runtime is a large library, and a file is somebody else's. So the bytes are walked once, without allocating, by
-//! a table of the parts and operators that a convolutional detector is made of; what the table does not name is
-//! refused with its place. That leaves out what reads other files, what branches or loops, what draws at random, and
-//! what grows in memory far beyond the file. What a graph computes, and whether a runtime takes it, is left to
+//! The runtime is a large library, and a file may come from a third party. So the bytes are walked once, without
+//! allocating, by a table of the parts and operators that a convolutional detector is made of; parts that the table
+//! does not name are refused with their place. That excludes reading other files, branches and loops, random draws, and
+//! growth in memory far beyond the file. The function of a graph, and its acceptance by a runtime, are left to
 //! [`crate::detector`].
 //!
 //! Field numbers are those of `onnx.proto3` in the ONNX repository, IR version 10.
@@ -18,7 +18,7 @@ const MAX_NAME: usize = 512;
 const MAX_DIMENSION: usize = 64;
 /// Types of tensors: float, int32, int64, bool.
 const ELEMENTS: [u64; 4] = [1, 6, 7, 9];
-/// What a detector may compute with, in order.
+/// Operators that a detector may use, in order.
 const OPERATORS: [&str; 57] = [
     "Abs",
     "Add",
@@ -79,37 +79,37 @@ const OPERATORS: [&str; 57] = [
     "Transpose",
 ];
 
-/// What is said of a model that is not in one file.
+/// Message for a model that is not in one file.
 const ELSEWHERE: &str = "weights in another file";
 
-/// Why a file is not taken. `at` is its offset in bytes.
+/// Reason for refusing a file. `at` is its offset in bytes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OnnxError {
     /// No protobuf, or cut off.
     #[error("no ONNX model: {why} at byte {at}")]
     Malformed {
-        /// Where.
+        /// Offset.
         at: usize,
-        /// What is wrong.
+        /// The fault.
         why: &'static str,
     },
     /// Something that no detector needs.
     #[error("the model has {what} at byte {at}; docs/researcher/detector.md says what one may be made of")]
     Unwanted {
-        /// Where.
+        /// Offset.
         at: usize,
-        /// What.
+        /// The part.
         what: String,
     },
     /// More parts than a detector has.
     #[error("the model has more than {MAX_FIELDS} fields")]
     TooMany,
-    /// Nothing to run.
+    /// An empty graph.
     #[error("no ONNX model: it has no graph with operators")]
     Empty,
 }
 
-/// A pinned model of whose parts each is one that a detector may have.
+/// A pinned model with permitted parts only.
 #[derive(Clone, Copy, Debug)]
 pub struct Inspected<'a>(Model<'a>);
 
@@ -146,7 +146,7 @@ enum Part {
     Entry,
 }
 
-/// What is done with a field.
+/// Treatment of a field.
 enum Rule {
     Into(Part),
     /// Numbers, weights and words that are skipped.
@@ -156,7 +156,7 @@ enum Rule {
     Operator,
     Domain,
     Element,
-    /// Where weights are: 0 is in this file.
+    /// Location of weights: 0 is in this file.
     Location,
     Unwanted(&'static str),
 }
@@ -246,7 +246,7 @@ impl Walk {
     }
 }
 
-/// At most so much of a foreign word as a line takes, in letters that do nothing to a terminal.
+/// The part of a foreign name that fits a line, in letters without effect on a terminal.
 fn printed(bytes: &[u8]) -> String {
     bytes.iter().take(40).map(|b| if b.is_ascii_graphic() { *b as char } else { '?' }).collect()
 }
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shipped_model_is_made_of_what_a_detector_may_have_and_cut_anywhere_it_is_no_model() {
+    fn shipped_model_passes_and_truncated_ones_fail() {
         let shipped = Model::built_in().unwrap().bytes();
         assert_eq!(inspect(shipped), Ok(()));
         // Every cut near a part's edge, and some within the weights.
@@ -351,8 +351,9 @@ mod tests {
         assert!(whole.iter().all(|cut| *cut > shipped.len() - 100), "{whole:?}");
     }
 
+    /// Those that branch, loop or draw, and those of other domains.
     #[test]
-    fn operators_that_branch_loop_or_draw_and_those_of_other_domains_are_refused_by_name() {
+    fn forbidden_operators_are_refused_by_name() {
         assert_eq!(inspect(&operator("Conv")), Ok(()));
         for name in ["If", "Loop", "Scan", "RandomNormal", "Multinomial", "NonMaxSuppression", "conv", ""] {
             let what = format!("the operator `{name}`");
@@ -363,8 +364,9 @@ mod tests {
         assert!(refused.to_string().contains("an operator of `com.microsoft`"), "{refused}");
     }
 
+    /// Half floats, too.
     #[test]
-    fn weights_in_another_file_graphs_in_operators_and_half_floats_are_refused() {
+    fn foreign_weights_and_nested_graphs_are_refused() {
         let external = field(13, &[field(1, b"location"), field(2, b"/etc/passwd")].concat());
         let tensors = [
             (external, "weights in another file"),
@@ -387,13 +389,13 @@ mod tests {
     }
 
     #[test]
-    fn weights_that_are_said_to_be_in_this_file_are_taken() {
+    fn weights_stated_in_this_file_are_accepted() {
         let graph = [field(5, &[14 << 3, 0]), field(1, &field(4, b"Conv"))].concat();
         assert_eq!(inspect(&field(7, &graph)), Ok(()));
     }
 
     #[test]
-    fn a_file_of_many_small_parts_is_refused_before_it_becomes_a_large_graph() {
+    fn many_small_parts_are_refused_before_growth() {
         let nodes = [1 << 3 | 2, 0].repeat(MAX_FIELDS);
         let length = nodes.len();
         let mut bytes = vec![7 << 3 | 2, length as u8 | 0x80, (length >> 7) as u8 | 0x80, (length >> 14) as u8];
@@ -401,8 +403,9 @@ mod tests {
         assert_eq!(inspect(&bytes), Err(OnnxError::TooMany));
     }
 
+    /// Those that would end a C string or nest an expression.
     #[test]
-    fn names_that_would_end_a_c_string_or_nest_an_expression_are_refused() {
+    fn names_with_terminators_or_nesting_are_refused() {
         let named = |name: &[u8]| field(7, &[field(2, name), field(1, &field(4, b"Conv"))].concat());
         assert_eq!(inspect(&named(b"graph")), Ok(()));
         assert!(matches!(inspect(&named(b"gr\0ph")), Err(OnnxError::Unwanted { .. })));

@@ -1,7 +1,7 @@
 //! The process around the core: reads its specification and its models, makes the [`Perception`], and lets `link`
 //! drive it.
 //!
-//! A detector from a file is [`load`]ed here alone, by whoever runs it: read, held to its pin, inspected, tried.
+//! A detector from a file is [`load`]ed here alone, by the running process: read, held to its pin, inspected, tried.
 
 pub mod vet;
 
@@ -22,13 +22,13 @@ use crate::{Perception, PerceptionConfig};
 
 /// The largest ONNX Runtime library, bytes.
 const MAX_LIBRARY: usize = 256 << 20;
-/// The most CPU time that a detector may take for a frame, microseconds: half of the time between two frames. The other
-/// stages of perception, and whoever else runs on the host, share the rest.
+/// The most CPU time that a detector may take for a frame, microseconds: half of the time between two frames. The rest
+/// is for the other stages of perception, and for other processes on the host.
 pub const MOST_CPU_US: u64 = 50_000;
-/// Frames on which a detector is tried. The quickest counts: what delays one of them is not the model's.
+/// Frames on which a detector is tried. The fastest counts: delays in the others are not the model's.
 const TRIED: usize = 3;
 
-/// What a launcher puts into [`ServiceSpec::config`] for perception.
+/// Configuration that a launcher puts into [`ServiceSpec::config`] for perception.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessConfig {
@@ -38,7 +38,7 @@ pub struct ProcessConfig {
     pub config: PerceptionConfig,
 }
 
-/// Why a model or library named in a configuration is not used.
+/// Reason for which a model or library named in a configuration is not used.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file could not be read.
@@ -46,7 +46,7 @@ pub enum LoadError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// Reason.
         why: std::io::Error,
     },
     /// The file is not the pinned one.
@@ -54,7 +54,7 @@ pub enum LoadError {
     Pin {
         /// The file.
         path: String,
-        /// Why.
+        /// Reason.
         why: ModelError,
     },
     /// The runtime was refused.
@@ -66,7 +66,7 @@ pub enum LoadError {
     /// The detector would be behind with its frames.
     #[error("the detector takes {got} us of CPU for a frame on this host, at most {MOST_CPU_US} allowed")]
     Slow {
-        /// What it takes, microseconds.
+        /// Measured time, microseconds.
         got: u64,
     },
 }
@@ -97,7 +97,8 @@ fn make() -> Result<(ServiceSpec, Perception), Box<dyn std::error::Error>> {
 /// Reads a pinned detector from its file and tries it.
 ///
 /// # Errors
-/// Unreadable, too large, not the pinned bytes, made of what a detector does not need, refused by the runtime, of a
+///
+/// Unreadable, too large, not the pinned bytes, with parts that a detector does not need, refused by the runtime, of a
 /// shape that its head does not read, or too slow for this host.
 pub fn load(brought: &Brought) -> Result<Detector, LoadError> {
     let ModelRef { path, sha256 } = &brought.model;
@@ -135,9 +136,10 @@ pub fn adopt(library: &ModelRef) -> Result<(), LoadError> {
     Ok(runtime::adopt(&library.path)?)
 }
 
-/// The file at `path` under the hash that it has now, for whoever states none.
+/// The file at `path` under its present hash, for callers without a pin.
 ///
 /// # Errors
+///
 /// Unreadable or too large.
 pub fn pin(path: &Path) -> Result<ModelRef, LoadError> {
     Ok(ModelRef { path: path.to_owned(), sha256: hex_digest(&read(path, MAX_MODEL)?) })

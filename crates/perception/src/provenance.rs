@@ -1,6 +1,6 @@
-//! Where products come from: which stage gave what last.
+//! Provenance of products: the last product of each stage.
 //!
-//! Liveness downstream rests on these products; a stage that gave nothing keeps its old stamp and so grows old.
+//! Liveness downstream rests on these products; a stage without a product keeps its old stamp and so grows old.
 
 use wire::codec::List;
 use wire::id::FrameId;
@@ -26,7 +26,7 @@ impl Provenance {
         changed.then_some(present)
     }
 
-    /// What `modality` gave since `product` was no product.
+    /// Withdraws the products of `modality` since `product`: they were repetitions.
     pub fn withdraw(&mut self, modality: Modality, product: StageProduct) {
         self.products[modality as usize] = Some(product);
     }
@@ -37,7 +37,7 @@ impl Provenance {
     }
 }
 
-/// The modalities whose stages gave a product.
+/// The modalities with a product of their stage.
 pub fn present(candidates: &Candidates) -> Modalities {
     let given = [
         (Modality::Rgb, candidates.rgb.is_some()),

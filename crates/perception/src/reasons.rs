@@ -1,7 +1,7 @@
-//! Why there is a track, and why there is none: what perception tells the audit of its reasons, once each.
+//! Reasons for tracks, and for their absence: perception's reports to the audit, once each.
 //!
-//! A doubt is told when most of the newest frames hold it, so that one noisy frame is none, and again only after it has
-//! been gone. What is followed is told when a track is first believed and when it is taken for something else.
+//! A doubt is reported when most of the newest frames hold it, so that one noisy frame is none, and again only after it
+//! has been gone. A followed object is reported when its track is first believed and when its class changes.
 
 use wire::codec::List;
 use wire::event::Event;
@@ -31,7 +31,7 @@ struct Doubt {
     told: bool,
 }
 
-/// What was told, and what may have to be.
+/// Reported reasons, and candidates for a report.
 #[derive(Clone, Debug, Default)]
 pub struct Reasons {
     doubts: Vec<Doubt>,
@@ -39,7 +39,7 @@ pub struct Reasons {
 }
 
 impl Reasons {
-    /// Takes a frame's judgements and the tracks that are believed after it; gives what is to be told.
+    /// Takes a frame's judgements and the tracks that are believed after it; returns the reports due.
     pub fn note(
         &mut self,
         camera: &Camera,
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_doubt_is_told_once_it_lasts_and_again_after_it_was_gone() {
+    fn lasting_doubt_is_reported_once_per_period() {
         let mut reasons = Reasons::default();
         let mut told = Vec::new();
         for n in 0..30 {
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_doubt_of_one_frame_in_ten_is_never_told() {
+    fn doubt_in_a_tenth_of_frames_is_unreported() {
         let mut reasons = Reasons::default();
         for n in 0..100 {
             let judged = if n % 10 == 0 { vec![cold()] } else { vec![] };
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_track_is_told_when_it_is_believed_and_when_it_is_taken_for_something_else() {
+    fn track_is_reported_at_belief_and_class_change() {
         let mut reasons = Reasons::default();
         let mut follow = |class| reasons.note(&Camera::GROUND, &frame(1, 60), &[], &[track(class)]).count();
         let told: Vec<usize> = [Class::Decoy, Class::Decoy, Class::Vehicle].map(&mut follow).to_vec();

@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 
 use ort::environment::Environment;
 
-/// Why there is no runtime.
+/// Reason for the lack of a runtime.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RuntimeError {
     /// The library could not be loaded.
@@ -52,9 +52,10 @@ pub fn adopt(path: &Path) -> Result<(), RuntimeError> {
     }
 }
 
-/// What runs the models, in the backend's own words, for a run's manifest.
+/// Runtime of the models, in the backend's own words, for a run's manifest.
 ///
 /// # Errors
+///
 /// The backend did not start.
 pub fn describe() -> Result<&'static str, RuntimeError> {
     environment().map(|_| ort::info())

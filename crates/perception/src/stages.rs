@@ -1,5 +1,5 @@
 //! The stages that make candidates of a rendered frame. Each works on its own plane; a missing plane is a missing
-//! product, and so is one whose stage fails.
+//! product, and so is that of a failed stage.
 
 use std::sync::Arc;
 

@@ -14,7 +14,7 @@ use wire::track::Track;
 
 use super::*;
 
-/// A unit at (100 m, 50 m) that faces north and sees what is put before it, ten times a second.
+/// A unit at (100 m, 50 m) that faces north and observes the objects put before it, ten times a second.
 struct Rig {
     core: Perception,
     candidates: Sender,
@@ -24,7 +24,7 @@ struct Rig {
     outputs: Vec<Output>,
 }
 
-/// An object ahead: the body-frame place of its near surface and what each modality makes of it.
+/// An object ahead: the body-frame place of its near surface and each modality's response.
 #[derive(Clone, Copy)]
 struct Thing {
     class: Class,
@@ -165,8 +165,9 @@ fn candidates(frame: FrameId, stamp: Instant, things: &[Thing]) -> Candidates {
     }
 }
 
+/// Near its true place.
 #[test]
-fn a_consistent_object_becomes_one_stable_track_near_its_true_place() {
+fn consistent_object_becomes_one_stable_track() {
     let mut rig = Rig::new();
     assert!(rig.frames(2, &[VEHICLE], |_| {}).is_empty(), "tentative until the third update");
     let id = rig.frames(1, &[VEHICLE], |_| {})[0].id;
@@ -203,7 +204,7 @@ fn depth_that_disagrees_with_lidar_vetoes() {
 }
 
 #[test]
-fn a_cold_decoy_that_looks_like_a_vehicle_is_vetoed() {
+fn cold_vehicle_decoy_is_vetoed() {
     let decoy = Thing { peak_ck: None, ..VEHICLE };
     assert!(Rig::new().frames(50, &[decoy], |_| {}).is_empty());
     // One that turns cold under a standing track takes its confidence.
@@ -216,8 +217,9 @@ fn a_cold_decoy_that_looks_like_a_vehicle_is_vetoed() {
     assert!(Rig::new().frames(50, &[wrong], |_| {}).is_empty());
 }
 
+/// It is reported once each way.
 #[test]
-fn a_missing_modality_ages_its_product_and_is_told_once_each_way() {
+fn missing_modality_ages_its_product() {
     let mut rig = Rig::new();
     rig.frames(5, &[VEHICLE], |_| {});
     let message = rig.frame(&[VEHICLE], |c| c.thermal = None);
@@ -234,7 +236,7 @@ fn a_missing_modality_ages_its_product_and_is_told_once_each_way() {
     assert_eq!(seen.collect::<Vec<_>>(), [(1, 4), (6, 3), (10, 4)]);
 }
 
-/// What the journal says of modalities that repeat themselves: which, the frame, and the frame that it is like.
+/// Journal entries of modalities that repeat themselves: the modality, the frame, and the earlier frame it equals.
 fn repeated(rig: &Rig) -> Vec<(Modality, u64, u64)> {
     let told = rig.outputs.iter().filter_map(|output| {
         let Output::Audit { bytes } = output else { return None };
@@ -245,8 +247,9 @@ fn repeated(rig: &Rig) -> Vec<(Modality, u64, u64)> {
     told.collect()
 }
 
+/// Since its content was new; its journal reports that once.
 #[test]
-fn a_frozen_modality_gives_no_product_since_its_content_was_new_and_its_journal_says_so_once() {
+fn frozen_modality_gives_no_product() {
     let frozen = candidates(FrameId(9), Instant(0), &[VEHICLE]).thermal;
     let mut rig = Rig::new();
     rig.frames(8, &[VEHICLE], |_| {});
@@ -257,8 +260,9 @@ fn a_frozen_modality_gives_no_product_since_its_content_was_new_and_its_journal_
     assert_eq!(repeated(&rig), [(Modality::Thermal, 13, 9)]);
 }
 
+/// Without the check both pass as live.
 #[test]
-fn frozen_colour_takes_the_depth_in_it_along_and_without_the_check_goes_on_as_live() {
+fn frozen_colour_withdraws_its_depth() {
     let frozen = candidates(FrameId(9), Instant(0), &[VEHICLE]).rgb;
     for requirement in [Requirement::Required, Requirement::Waived] {
         let mut rig = Rig::new();
@@ -273,7 +277,7 @@ fn frozen_colour_takes_the_depth_in_it_along_and_without_the_check_goes_on_as_li
 }
 
 #[test]
-fn two_objects_keep_their_identities_and_an_identity_is_never_used_again() {
+fn objects_keep_identities_that_are_never_reused() {
     let person = Thing { class: Class::Person, left: -4.0, size: [0.5, 1.75], peak_ck: Some(30_400), ..VEHICLE };
     let mut rig = Rig::new();
     let ids = |tracks: &[Track]| tracks.iter().map(|t| (t.id.0, t.class)).collect::<Vec<_>>();
@@ -285,7 +289,7 @@ fn two_objects_keep_their_identities_and_an_identity_is_never_used_again() {
 }
 
 #[test]
-fn a_replayed_product_is_refused_and_feeds_no_track() {
+fn replayed_product_is_refused_and_feeds_no_track() {
     let mut rig = Rig::new();
     rig.now += Span::ms(100);
     let recorded = Candidates { mode: ProductMode::Replay, ..candidates(FrameId(1), rig.now, &[VEHICLE]) };
@@ -298,7 +302,7 @@ fn a_replayed_product_is_refused_and_feeds_no_track() {
 }
 
 #[test]
-fn a_repetition_and_a_fork_are_equal_to_the_last_bit() {
+fn repetition_and_fork_are_equal_bitwise() {
     let run = |rig: &mut Rig| {
         rig.frames(15, &[VEHICLE, Thing { left: -3.0, forward: 9.0, ..VEHICLE }], |_| {});
         rig.outputs.clone()

@@ -1,22 +1,22 @@
-//! The thermal stage: what is warm in the thermal image, where, and like what.
+//! The thermal stage: warm regions of the thermal image, with place and likeness.
 //!
 //! A small network of its own, of the colour detector's form, looks at three bands of the plane ([`bands`]): warmth above the
-//! ground in two spans, and absolute temperature. It knows vehicles and persons by where they are warm, and calls what is
-//! warm and neither an obstacle; what is as cold as the ground it does not see. Temperatures are read from the plane itself,
-//! and what they mean for a class is left to `corroborate::thermal`.
+//! ground in two spans, and absolute temperature. It knows vehicles and persons by where they are warm, and calls other warm
+//! objects obstacles; it does not see objects as cold as the ground. Temperatures are read from the plane itself, and their
+//! meaning for a class is left to `corroborate::thermal`.
 
 use wire::codec::List;
 use wire::sensor::{Blob, Detection};
 
 use crate::detector::Detector;
 
-/// Least score of what is told, permille: on tuning frames 0.90 of vehicles and persons were then borne out, and 1 of 181 cold
-/// fakes (at 300: 0.82, and none).
+/// Least score of a reported blob, permille: on tuning frames 0.90 of vehicles and persons were then borne out, and 1 of 181
+/// cold fakes (at 300: 0.82, and none).
 const LEAST: u16 = 100;
 /// Readings beyond these are the sensor's failure, centikelvin.
 const PLAUSIBLE: core::ops::RangeInclusive<u16> = 20_000..=64_000;
 
-/// What is warm in a row-major plane of u16 little-endian centikelvin, surest first. `None` when the plane is not of this size,
+/// Warm regions in a row-major plane of u16 little-endian centikelvin, surest first. `None` when the plane is not of this size,
 /// or the network failed.
 pub fn blobs(network: &Detector, plane: &[u8], width: u16, height: u16) -> Option<List<Blob, 32>> {
     let kelvin = centikelvin(plane, width, height)?;
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bands_say_how_warm_a_pixel_is_above_the_ground_and_at_all() {
+    fn bands_give_relative_and_absolute_warmth() {
         let mut kelvin = vec![28_800u16; 40 * 30];
         kelvin[..10 * 40].fill(25_800);
         (kelvin[15 * 40 + 5], kelvin[15 * 40 + 6]) = (30_000, 34_800);

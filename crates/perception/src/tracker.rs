@@ -1,8 +1,8 @@
 //! Tracks from sightings: constant-velocity Kalman filters in the world frame and optimal assignment in a gate.
 //!
-//! `adskalman` filters, `pathfinding` assigns; this file says what is associated with what, when a track is believed
-//! and when it ends. A track is shown only after three supported updates within five frames, its identity is never
-//! used again, and confidence grows with supported score alone: a vetoed sighting moves a track and costs confidence.
+//! `adskalman` filters, `pathfinding` assigns; this file decides associations, the start of belief in a track, and its
+//! end. A track is shown only after three supported updates within five frames, its identity is never used again, and
+//! confidence grows with supported score alone: a vetoed sighting moves a track and costs confidence.
 
 use adskalman::{CovarianceUpdateMethod, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl};
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Matrix4x2, U2, U4, Vector2, Vector4};
@@ -21,7 +21,7 @@ use crate::pose::Placement;
 pub const MAX_TRACKS: usize = 16;
 /// A track ends after this long without an update.
 const LIFE: Span = Span::ms(1000);
-/// Frames whose opinions a track shows: the track limit of 500 ms at 10 Hz.
+/// Frames with opinions that a track shows: the track limit of 500 ms at 10 Hz.
 const OPINIONS: usize = 5;
 /// Of those, how many make a supporting modality: one noisy frame withdraws no support.
 const SUPPORTS: usize = 1;
@@ -32,7 +32,7 @@ const CONFIRMATIONS: u32 = 3;
 const CONFIRMATION_FRAMES: u8 = 0b1_1111;
 /// Squared Mahalanobis distance that 1 in 1000 true pairs exceed, two degrees of freedom; thousandths.
 const GATE: i64 = 13_816;
-/// What a sighting of another class costs in the assignment; thousandths.
+/// Cost of a sighting of another class in the assignment; thousandths.
 const OTHER_CLASS: i64 = 4_000;
 const IMPOSSIBLE: i64 = 1_000_000_000;
 /// Deviation of an object's acceleration on each axis, m/s².
@@ -50,7 +50,7 @@ struct Hypothesis {
     confirmed: bool,
     confidence: u16,
     votes: [u32; 4],
-    /// What supported and what vetoed the track in the newest frames, newest first.
+    /// Supporting and vetoing modalities in the newest frames, newest first.
     opinions: [(Modalities, Modalities); OPINIONS],
     updated: Instant,
     frame: FrameId,
@@ -65,7 +65,7 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Takes the sightings of one frame, placed by `ego`. Without `ego` nothing can be placed and tracks only age.
+    /// Takes the sightings of one frame, placed by `ego`. Without `ego` no sighting can be placed and tracks only age.
     pub fn update(&mut self, frame: FrameId, stamp: Instant, ego: Option<&Placement>, sightings: &[Sighting]) {
         self.predict(stamp);
         let placed: Vec<Placed> = ego.map_or(Vec::new(), |ego| sightings.iter().map(|s| Placed::new(s, ego)).collect());
@@ -125,7 +125,7 @@ impl Tracker {
 struct Placed {
     sighting: Sighting,
     at: Vector2<f64>,
-    /// How it is observed.
+    /// Mode of observation.
     seen: Seen,
 }
 
@@ -245,7 +245,7 @@ impl Hypothesis {
     }
 }
 
-/// What a standing sighting is worth: its score, less what was not there to be asked.
+/// Evidence of an unvetoed sighting: its score, reduced for absent modalities.
 fn evidence(sighting: &Sighting) -> u16 {
     let share = match (sighting.complete, sighting.supported.count()) {
         (true, 4..) => 10,

@@ -5,7 +5,7 @@
 //! - *v5*: `[1, N, 5 + C]`, each box with all its numbers; its fifth, how likely anything is there, multiplies the
 //!   class's.
 //!
-//! Which of the C classes mean what to the platform is stated by whoever brings the model; the others are ignored.
+//! The model's author states which of the C classes the platform uses; the others are ignored.
 
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
@@ -14,12 +14,12 @@ use wire::sensor::{Class, Detection};
 use crate::boxes::{Candidate, best};
 use crate::letterbox::Letterbox;
 
-/// Most boxes that a head may give: what a v5 head gives for 640 × 640 pixels.
+/// Most boxes of a head: those of a v5 head for 640 × 640 pixels.
 pub const MAX_BOXES: usize = 25_200;
 /// Most classes that a model may know.
 pub const MAX_CLASSES: usize = 256;
 
-/// How a head's numbers lie.
+/// Order of a head's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layout {
@@ -33,9 +33,9 @@ pub enum Layout {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Yolo {
-    /// How its numbers lie.
+    /// Order of its numbers.
     pub layout: Layout,
-    /// What each of the model's classes is to the platform; `None` is ignored.
+    /// The platform's class for each of the model's; `None` is ignored.
     pub classes: Vec<Option<Class>>,
 }
 
@@ -61,7 +61,7 @@ impl Yolo {
         }
     }
 
-    /// How many boxes an output of this shape holds; `None` where it is another head's.
+    /// Number of boxes in an output of this shape; `None` where it is another head's.
     pub(crate) fn boxes(&self, shape: &[i64]) -> Option<usize> {
         let channels = self.channels() as i64;
         let boxes = match (self.layout, shape) {
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn both_layouts_give_the_same_boxes_in_pixels_of_the_camera() {
+    fn both_layouts_give_the_same_boxes() {
         for layout in [Layout::V8, Layout::V5] {
             let found = decoded(
                 layout,
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_not_finite_take_their_box_with_them_and_no_other() {
+    fn number_not_finite_drops_its_box_only() {
         for layout in [Layout::V8, Layout::V5] {
             for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
                 let good = ([160.0, 160.0, 40.0, 20.0], 0.9, [0.9, 0.0, 0.0]);
@@ -175,8 +175,9 @@ mod tests {
         }
     }
 
+    /// Boxes beyond the image, inside out, or without end.
     #[test]
-    fn boxes_beyond_the_image_turned_inside_out_or_without_end_show_nothing_that_is_not_in_it() {
+    fn hostile_boxes_show_no_pixel_outside_the_image() {
         let everywhere = [f32::MAX, f32::MIN, 1e9, -1e9, -40.0, 0.0];
         for (x, w) in everywhere.iter().flat_map(|x| everywhere.map(|w| (*x, w))) {
             for found in decoded(Layout::V5, &[([x, x, w, w], 1.0, [1.0, 0.0, 0.0])]) {
@@ -187,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn an_output_of_another_shape_is_no_head_of_this_kind() {
+    fn output_of_another_shape_is_refused() {
         assert_eq!(head(Layout::V8).boxes(&[1, 7, 2100]), Some(2100));
         assert_eq!(head(Layout::V5).boxes(&[1, 2100, 8]), Some(2100));
         for shape in [&[1, 7, 0][..], &[1, 7, -1], &[1, 7, 25_201], &[2, 7, 9], &[1, 8, 9], &[1, 7], &[1, 1, 7, 9]] {

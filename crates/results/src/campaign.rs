@@ -1,8 +1,8 @@
-//! What a large campaign is: variations and trials of each, what each trial draws for itself, what is claimed of them.
+//! Plan of a large campaign: variations and trials of each, each trial's own draws, and the claims.
 //!
-//! A [`Plan`] says everything that the outcome of its trials depends on, so two that are equal are the same campaign, wherever
-//! and in however many parts it runs. A trial has a number: trial i of variation v is v * trials + i. Running them is
-//! the verb `campaign`'s business, folding them `report`'s.
+//! A [`Plan`] holds everything that the outcome of its trials depends on, so two that are equal are the same campaign,
+//! wherever and in however many parts it runs. A trial has a number: trial i of variation v is v * trials + i. Running them is
+//! the business of the verb `campaign`, folding them `report`'s.
 
 pub mod claim;
 pub mod draw;
@@ -33,13 +33,13 @@ pub const MAX_TRIALS: u64 = 10_000_000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
-    /// What all its trials share.
+    /// Terms shared by all its trials.
     pub terms: Terms,
     /// Its variations, in order.
     pub variations: Vec<PlanVariation>,
 }
 
-/// What all trials of a campaign share.
+/// Terms shared by all trials of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Terms {
@@ -51,15 +51,15 @@ pub struct Terms {
     pub seed: u64,
     /// Trials of each variation; the most there may be where the campaign is sequential.
     pub trials: u64,
-    /// Whether sensors are rendered and the detector runs.
+    /// True if sensors are rendered and the detector runs.
     pub rendered: bool,
     /// The policy that takes the place of the scenarios' own.
     pub policy: Option<String>,
-    /// What is claimed of each variation.
+    /// Claim on each variation.
     pub claim: Option<Claim>,
-    /// Whether a variation ends at the first look at which its claim is decided.
+    /// True if a variation ends at the first look at which its claim is decided.
     pub sequential: bool,
-    /// What each trial draws for itself, by its path in the scenario.
+    /// Each trial's own draws, by path in the scenario.
     pub draws: BTreeMap<String, Distribution>,
 }
 
@@ -71,23 +71,23 @@ pub struct PlanVariation {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
-    /// What the grid sets in it.
+    /// Settings of the grid in it.
     pub set: Settings,
     /// Policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// Where it runs.
+    /// Mode of its trials.
     pub mode: Mode,
-    /// Whether the scenario's mechanism really runs there; where not, n is no evidence of it.
+    /// True if the scenario's mechanism really runs there; where not, n is no evidence of it.
     pub counts: bool,
     /// The classes that are expected; any where none is named.
     pub expected: Vec<Outcome>,
-    /// What it is made of.
+    /// Its content.
     pub content: Content,
 }
 
-/// SHA-256 over what the outcome of a trial depends on beside program, mode and seed, hexadecimal.
+/// SHA-256 over the inputs of a trial's outcome beside program, mode and seed, hexadecimal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Content {
@@ -99,11 +99,11 @@ pub struct Content {
     pub platform: String,
 }
 
-/// Where two plans differ first.
+/// First difference of two plans.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what}: expected {expected}, got {got}")]
 pub struct Difference {
-    /// In what.
+    /// The differing part.
     pub what: String,
     /// The first plan's.
     pub expected: String,
@@ -112,10 +112,11 @@ pub struct Difference {
 }
 
 impl Plan {
-    /// That it is no larger than a campaign may be and has no variation twice.
+    /// Checks that it is no larger than a campaign may be and has no variation twice.
     ///
     /// # Errors
-    /// What is too large or there twice, in words.
+    ///
+    /// The excess or the repeated variation, in words.
     pub fn bounded(&self) -> Result<(), String> {
         let (variations, trials) = (self.variations.len(), self.terms.trials);
         if variations > MAX_VARIATIONS {
@@ -158,7 +159,7 @@ impl Plan {
         self.terms.seed.wrapping_add(i)
     }
 
-    /// What trial `i` of variation `v` draws: keyed by the campaign's seed, the variation's name, the trial's seed and the path.
+    /// Draws of trial `i` of variation `v`: keyed by the campaign's seed, the variation's name, the trial's seed and the path.
     pub fn drawn(&self, v: usize, i: u64) -> Settings {
         let name = self.variations.get(v).map(PlanVariation::name).unwrap_or_default();
         let (seed, trial) = (self.terms.seed.to_le_bytes(), self.seed(i).to_le_bytes());
@@ -191,8 +192,9 @@ impl Plan {
         format!("{} --seed {}", self.command(v, i), self.seed(i))
     }
 
-    /// How many trials of variation `v` count: all, or in a sequential campaign those up to the look at which the claim is
-    /// decided, or up to the first look for which one is still missing. Looks are in the order of seeds, whoever ran what.
+    /// Number of trials of variation `v` that count: all, or in a sequential campaign those up to the look at which the
+    /// claim is decided, or up to the first look for which one is still missing. Looks are in the order of seeds,
+    /// independent of partition.
     pub fn wanted(&self, v: usize, outcome: impl Fn(u64) -> Option<Outcome>) -> u64 {
         let all = self.terms.trials;
         let Some(claim) = self.terms.claim.as_ref().filter(|_| self.terms.sequential) else { return all };
@@ -217,7 +219,7 @@ impl Plan {
         hex(&digest.finalize())
     }
 
-    /// Where the other plan first differs from this one.
+    /// First difference of the other plan from this one.
     pub fn difference(&self, other: &Plan) -> Option<Difference> {
         let differs = |((what, expected), (_, got)): ((String, String), (String, String))| {
             (expected != got).then_some(Difference { what, expected, got })
@@ -253,7 +255,7 @@ impl Plan {
 }
 
 impl PlanVariation {
-    /// Scenario, cell and what is set: no two of a campaign are called alike.
+    /// Scenario, cell and settings: unique within a campaign.
     pub fn name(&self) -> String {
         let cell = self.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
         let set: Vec<String> = self.set.iter().map(|(path, value)| format!("{path}={value}")).collect();

@@ -1,7 +1,7 @@
-//! The threat catalogue: one row a threat, from `docs/reference/catalogue.toml`, and what in it does not fit the scenarios.
+//! The threat catalogue: one row a threat, from `docs/reference/catalogue.toml`, and its mismatches with the scenarios.
 //!
-//! A row's scenarios are those whose files name it; the row itself names its tests. Whether those tests exist is looked
-//! at by `tests/tidy`, which knows the sources. `page` writes docs/reference/threats.md, `figures`
+//! A row's scenarios are those with files that name it; the row itself names its tests. The existence of those tests is
+//! checked by `tests/tidy`, which knows the sources. `page` writes docs/reference/threats.md, `figures`
 //! docs/researcher/figures.md; running rows is left to the verb `matrix`.
 
 mod figures;
@@ -20,9 +20,9 @@ const TEXT: &str = include_str!("../../../docs/reference/catalogue.toml");
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catalogue {
-    /// What stands before the tables of docs/reference/threats.md.
+    /// Text before the tables of docs/reference/threats.md.
     head: String,
-    /// What stands behind them.
+    /// Text behind them.
     tail: String,
     /// The rows, in order.
     pub row: Vec<Row>,
@@ -34,7 +34,7 @@ pub struct Catalogue {
 pub struct Row {
     /// Its id.
     pub id: ThreatId,
-    /// What is done, and its parameters.
+    /// The threat, and its parameters.
     pub threat: String,
     /// Which of STRIDE.
     pub stride: Vec<Stride>,
@@ -45,18 +45,18 @@ pub struct Row {
     pub nearest: Vec<TechniqueId>,
     /// The boundary that is attacked, in words.
     pub interface: String,
-    /// What the row puts to the test.
+    /// The requirement under test.
     pub requirement: Requirement,
     /// Where its real mechanism runs; an n from elsewhere is no evidence of it.
     pub evidence: Vec<Evidence>,
-    /// What must come of it.
+    /// Required containment.
     pub containment: String,
     /// Tests named after it, `file::name`.
     pub tests: Vec<String>,
     /// Arguments of holdsafe that run it beside its scenarios.
     #[serde(default)]
     pub commands: Vec<String>,
-    /// What it lacks and why; none where it is whole.
+    /// The open gap and its reason; `None` if the row is complete.
     #[serde(default)]
     pub open: Option<String>,
 }
@@ -65,7 +65,8 @@ impl Catalogue {
     /// The catalogue that this program was built with.
     ///
     /// # Errors
-    /// What is wrong with the file, in its place.
+    ///
+    /// Faults of the file, with their place.
     pub fn load() -> Result<Self, Problems> {
         toml::from_str(TEXT).map_err(|e| Problem::from_toml("docs/reference/catalogue.toml", TEXT, &e).into())
     }
@@ -94,7 +95,7 @@ impl Catalogue {
         page::page(self, scenarios)
     }
 
-    /// docs/researcher/figures.md; the architecture is that of a run of `shown`, whose cast this is.
+    /// docs/researcher/figures.md; the architecture is that of a run of `shown` with this topology.
     pub fn figures(&self, scenarios: &[Scenario], shown: &str, cast: &Cast, platforms: &[Platform]) -> String {
         figures::page(self, scenarios, shown, cast, platforms)
     }
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_without_scenario_or_test_has_to_say_why() {
+    fn row_without_scenario_or_test_needs_a_reason() {
         let bare = catalogue(&(row("N0", "tests = ['a::b']") + &row("A01", "tests = []")));
         let found = bare.disagreements(&[nominal()]);
         assert!(matches!(&found[..], [one] if one.starts_with("A01 has no scenario")), "{found:?}");
@@ -169,8 +170,9 @@ mod tests {
         assert_eq!(told.disagreements(&[nominal()]), Vec::<String>::new());
     }
 
+    /// And their requirement.
     #[test]
-    fn a_scenario_has_the_stride_techniques_and_requirement_of_its_rows() {
+    fn scenario_carries_its_rows_stride_and_techniques() {
         let mut scenario = nominal();
         scenario.stride = scenario::List::of([Stride::Spoofing]);
         scenario.requirement = Requirement::PerceptionIntegrity;

@@ -25,7 +25,7 @@ impl Mode {
         }
     }
 
-    /// Where the evidence of a trial in this mode comes from.
+    /// Origin of the evidence of a trial in this mode.
     pub fn evidence(self) -> Evidence {
         match self {
             Mode::Twin => Evidence::Model,
@@ -34,7 +34,7 @@ impl Mode {
         }
     }
 
-    /// Whether the mechanism of a scenario runs in this mode, when its real place is `place`.
+    /// True if the mechanism of a scenario runs in this mode, when its real place is `place`.
     pub fn counts_for(self, place: Evidence) -> bool {
         self.evidence() != Evidence::Model || place == Evidence::Model
     }

@@ -1,7 +1,7 @@
 //! From trials to results: the object of `run --json`, the rows of the reference evaluation, the table.
 //!
 //! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
-//! and once with INVALID counted as failure. Nothing here judges a trial.
+//! and once with INVALID counted as failure. No code here judges a trial.
 
 mod ablate;
 mod campaign;

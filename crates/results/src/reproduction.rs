@@ -1,7 +1,7 @@
-//! What runs in the twin came to when they were committed, and whether they come to it again.
+//! Committed outcomes of runs in the twin, and their comparison with new runs.
 //!
 //! A reference is of one run under one seed, on one architecture: floating-point sums may differ on another. It has the run's two
-//! hashes, and the hash of its decisions up to each second, so that where runs part can be told to the second without their logs.
+//! hashes, and the hash of its decisions up to each second, so that a divergence is located to the second without the logs.
 
 use std::io::{BufRead, Read, Write};
 
@@ -34,7 +34,7 @@ pub struct Reference {
     pub outcome: Outcome,
     /// Hash of everything.
     pub log_hash: String,
-    /// Hash of what was decided, and when.
+    /// Hash of the decisions, with their times.
     pub decision_hash: String,
     /// The same up to the end of each second, its first four bytes.
     pub by_second: Vec<String>,
@@ -56,7 +56,7 @@ struct Head {
     seed: u64,
 }
 
-/// How a run compares with its reference.
+/// Comparison of a run with its reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Again {
@@ -68,7 +68,7 @@ pub enum Again {
     Parted {
         /// The first second in which they do, from 0.
         second: usize,
-        /// What the run that was made now decided in that second.
+        /// Decisions of the new run in that second.
         now: Vec<Decided>,
     },
 }
@@ -87,7 +87,7 @@ impl Reference {
         }
     }
 
-    /// Whether `now`, a run with these `entries`, is the same run.
+    /// Compares `now`, a run with these `entries`, with the reference.
     pub fn again(&self, now: &Reference, entries: &[Witnessed]) -> Again {
         if self.log_hash == now.log_hash {
             return Again::Same;
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_that_part_are_told_apart_in_the_second_in_which_they_do() {
+    fn diverging_runs_are_located_to_the_second() {
         let run = [revoked(100_000, 1), revoked(2_500_000, 2), revoked(4_000_000, 3)];
         let of = reference(&run);
         assert_eq!(of.again(&of, &run), Again::Same);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_is_read_as_it_was_written_and_a_damaged_one_is_refused_by_its_line() {
+    fn reference_file_round_trips_or_names_its_line() {
         let whole = References { seed: 7, runs: vec![reference(&[revoked(1, 1)]), reference(&[revoked(2, 1)])] };
         let mut file = Vec::new();
         whole.write(&mut file).expect("memory takes it");

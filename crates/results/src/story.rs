@@ -1,6 +1,7 @@
-//! One run told for a reviewer, from its log: what the dossier draws over time.
+//! Summary of one run for a reviewer, from its log: the report's drawings over time.
 //!
-//! Times are those of the run. The services' own words give modes, authority, refusals and reasons; what was done to the run is ground truth and stands apart.
+//! Times are those of the run. Modes, authority, refusals and reasons are the services' own statements; injections are ground truth and stand
+//! apart.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -21,7 +22,7 @@ const TOGETHER: Micros = 100_000;
 /// The most stretches of one kind that are told.
 const MAX_STRETCHES: usize = 512;
 
-/// The run with this name. `flaw` is what does not hold of its log.
+/// The run with this name. `flaw` is the fault of its log.
 pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> Story {
     let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
     let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();

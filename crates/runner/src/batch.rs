@@ -1,6 +1,6 @@
 //! Runs many trials: twin trials on all cores, live trials as many at a time as is asked for.
 //!
-//! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
+//! The order of the results is the order of the plan, independent of threads; each trial's CPU time is measured here.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ struct Job<'a> {
 
 /// A batch of trials, `n` of each variation.
 pub struct Batch<'a> {
-    /// What it is called while it runs.
+    /// Its name while it runs.
     pub label: &'a str,
     /// The way to run them.
     pub mode: Mode,
@@ -45,7 +45,7 @@ pub struct Batch<'a> {
     pub seed: u64,
     /// Live trials at a time; each has its own folders, names, keys and janitor.
     pub jobs: usize,
-    /// Where recordings go: of each live trial, and of the first twin trial of each variation.
+    /// Folder of recordings: of each live trial, and of the first twin trial of each variation.
     pub out: Option<&'a Path>,
 }
 
@@ -96,16 +96,17 @@ impl Batch<'_> {
         (0..self.n).map(move |i| Job { planned, seed: seed.wrapping_add(i), keep: live || i == 0 })
     }
 
-    /// Whether no trial that is to be kept would be written over one that is.
+    /// Checks that no kept trial would overwrite another.
     ///
     /// # Errors
+    ///
     /// When one would.
     pub fn check_free(&self) -> Result<(), Failure> {
         let mut jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
         jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::unused(&folder)))
     }
 
-    /// Where the recording of a trial goes, if it is kept.
+    /// Folder of a trial's recording, if it is kept.
     fn folder(&self, job: &Job<'_>) -> Option<PathBuf> {
         let variation = &job.planned.variation;
         let mut folder = self.out.filter(|_| job.keep)?.join(self.mode.name()).join(variation.scenario.name.as_str());
@@ -133,7 +134,7 @@ impl Batch<'_> {
     }
 }
 
-/// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile, attempts that the host spoilt included.
+/// Runs one trial of a variation with `setup`. Its CPU time includes attempts that the host spoilt.
 pub fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Stop) -> Result<Trial, Failure> {
     let variation = &planned.variation;
     let before = cpu_seconds(mode);
@@ -168,14 +169,14 @@ pub fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
     format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)
 }
 
-/// The injections of an INVALID trial of which nothing proves that they arrived.
+/// The injections of an INVALID trial without proof of arrival.
 fn unproven(trial: &Trial) -> impl Iterator<Item = String> + '_ {
     let open =
         trial.injections.iter().filter(|row| trial.outcome == Outcome::Invalid && row.fate == FateName::NotProven);
     open.map(|row| format!("not proven: {}, from {} ms at the earliest", row.what, row.from_ms))
 }
 
-/// Whether a receipt was believed of which nothing is true: of actors who only said that they acted.
+/// True if an untrue receipt was believed: of actors who only claimed to act.
 fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
 }
@@ -297,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sabotaged_receipt_that_is_believed_is_unexpected_and_no_other() {
+    fn only_a_believed_sabotage_receipt_is_unexpected() {
         assert!(is_believed(true, true));
         assert!(!is_believed(true, false) && !is_believed(false, true));
     }

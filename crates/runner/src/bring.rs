@@ -18,7 +18,7 @@ pub struct Bring {
     /// An ONNX detector in place of the shipped one (docs/researcher/detector.md); sensors are then rendered.
     #[arg(long, value_name = "FILE", requires = "labels")]
     detector: Option<PathBuf>,
-    /// How that detector's output is read, and what its classes mean.
+    /// Decoding of that detector's output, and the meaning of its classes.
     #[arg(long, value_name = "FILE", requires = "detector")]
     labels: Option<PathBuf>,
 }
@@ -28,7 +28,7 @@ pub struct Bring {
 pub struct Loaded {
     /// The detector.
     pub brought: Brought,
-    /// What reproduces it on a command line.
+    /// Command line options that reproduce it.
     pub options: String,
 }
 

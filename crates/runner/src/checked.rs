@@ -25,7 +25,7 @@ const MAX_VERDICT_BYTES: u64 = 1 << 20;
 /// The longest reason, characters.
 const MAX_REASON: usize = 400;
 
-/// What to do about a recording that does not hold.
+/// Treatment of a recording that fails verification.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Unverified {
     /// Of a recorded run that is INVALID: end with this command's own exit code and not with 4. It is said to be INVALID all the same.
@@ -34,18 +34,18 @@ pub struct Unverified {
 }
 
 impl Unverified {
-    /// How a command ends that read these and would end with `own`.
+    /// Exit code of a command that reads these and would end with `own`.
     pub fn exit(self, read: &[&Checked], own: Exit) -> Exit {
         if read.iter().all(|of| of.invalid().is_none()) { own } else { self.of_invalid(own) }
     }
 
-    /// How a command ends that read what is INVALID and would end with `own`.
+    /// Exit code of a command that reads INVALID input and would end with `own`.
     pub fn of_invalid(self, own: Exit) -> Exit {
         if self.unverified { own } else { Exit::NoEvidence }
     }
 }
 
-/// What was found of a recording.
+/// Verification result of a recording.
 #[derive(Clone, Debug, Serialize)]
 pub struct Custody {
     /// The folder of its trial.
@@ -54,7 +54,7 @@ pub struct Custody {
     pub sha256: String,
     /// It verifies, and its trial did not end INVALID.
     pub valid: bool,
-    /// Why it is INVALID.
+    /// Reason for which it is INVALID.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// It verifies: `holdsafe verify` says that the evidence holds.
@@ -66,7 +66,7 @@ pub struct Custody {
     pub events: u64,
 }
 
-/// A recorded run whose custody was looked at, whatever was found.
+/// A recorded run after verification, with any result.
 #[derive(Clone, Debug)]
 pub struct Checked {
     path: PathBuf,
@@ -79,12 +79,12 @@ impl Checked {
         &self.path
     }
 
-    /// What was found.
+    /// The result.
     pub fn custody(&self) -> &Custody {
         &self.custody
     }
 
-    /// Why it is INVALID, if it is.
+    /// Reason for which it is INVALID, if it is.
     pub fn invalid(&self) -> Option<&str> {
         self.custody.reason.as_deref()
     }
@@ -128,7 +128,7 @@ fn trial(path: PathBuf) -> Result<Checked, Failure> {
     Ok(Checked { path, custody })
 }
 
-/// What does not hold of a recording.
+/// Faults of a recording.
 fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
     let first = findings.first().map(String::as_str);
     let first = first.or((!sealed).then_some("TRUNCATED: no closing seal"))?;
@@ -139,14 +139,14 @@ fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
     Some(format!("the recording does not verify: {first}{more}"))
 }
 
-/// What is read of a verdict.
+/// Parts of a verdict that are read.
 #[derive(Deserialize)]
 struct Ended {
     outcome: Outcome,
     findings: Vec<String>,
 }
 
-/// The class in which the trial ended, and why that is no evidence; nothing where it is not told.
+/// The class in which the trial ended, and the reason for which that is no evidence; `None` where it is not recorded.
 pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     let file = path.join(VERDICT);
     if !file.exists() {
@@ -167,7 +167,7 @@ pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     }
 }
 
-/// Why a trial is no evidence that ended INVALID with this first finding.
+/// Reason for which a trial that ended INVALID with this first finding is no evidence.
 pub fn ended_invalid(first: Option<impl std::fmt::Display>) -> String {
     let why = first.map_or_else(|| "an injection has no receipt".to_owned(), |why| why.to_string());
     format!("the trial itself ended INVALID: {why}")
@@ -190,12 +190,12 @@ fn digest(recording: &Path) -> Result<String, Failure> {
     Ok(hex(&digest.finalize()))
 }
 
-/// Words that may be somebody else's: on one line, of bounded length, with nothing that a terminal obeys.
+/// Possibly foreign text: on one line, of bounded length, without terminal control characters.
 fn tame(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(MAX_REASON).collect()
 }
 
-/// Says first of all which of what was read is INVALID: on stdout, or where that is for the object, on stderr.
+/// Names the INVALID inputs before any other output: on stdout, or where that is for the object, on stderr.
 pub fn say(context: &Context, read: &[&Checked]) {
     read.iter().filter_map(|of| of.mark()).for_each(|mark| say_mark(context, &mark));
 }
@@ -209,7 +209,7 @@ pub fn say_mark(context: &Context, mark: &str) {
     }
 }
 
-/// A result, and what was found of the recordings that it was made of.
+/// A result, and the verification of its recordings.
 #[derive(Serialize)]
 struct Of<'a, T> {
     #[serde(flatten)]
@@ -237,8 +237,9 @@ mod tests {
         Checked { path: "x".into(), custody }
     }
 
+    /// Unless told otherwise.
     #[test]
-    fn one_that_is_invalid_makes_4_of_every_code_unless_told_otherwise() {
+    fn invalid_input_makes_every_exit_code_4() {
         let (whole, broken) = (checked(None), checked(Some("event 7")));
         let exit = |unverified, read: &[&Checked]| Unverified { unverified }.exit(read, Exit::Unexpected);
         assert_eq!(exit(false, &[&whole]), Exit::Unexpected);
@@ -248,14 +249,14 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_without_its_closing_seal_is_unsound_though_nothing_else_is_found() {
+    fn recording_without_closing_seal_is_unsound() {
         let found = |sealed| unsound(sealed, &[], Path::new("x"));
         assert!(found(false).is_some_and(|why| why.contains("TRUNCATED")));
         assert_eq!(found(true), None);
     }
 
     #[test]
-    fn words_of_a_file_stay_on_one_line_and_obey_no_terminal() {
+    fn foreign_words_stay_on_one_line() {
         let reason = tame(&format!("a\u{1b}[2J\nb{}", "c".repeat(1_000)));
         assert!(!reason.contains(['\n', '\u{1b}']) && reason.chars().count() == MAX_REASON, "{reason}");
     }

@@ -1,4 +1,4 @@
-//! What every verb works with beside its own arguments.
+//! Context of every verb beside its own arguments.
 
 use std::path::PathBuf;
 
@@ -6,18 +6,18 @@ use parallel::progress::{Stop, Talk};
 
 use crate::failure::{Exit, Failure};
 
-/// What a verb works with beside its own arguments.
+/// Context of a verb beside its own arguments.
 #[derive(Clone, Debug)]
 pub struct Context {
-    /// Whether results are printed as one JSON object.
+    /// True if results are printed as one JSON object.
     pub json: bool,
     /// Base seed; trial i has seed + i.
     pub seed: u64,
-    /// How much is said on stderr.
+    /// Verbosity on stderr.
     pub talk: Talk,
     /// The directory with the scenarios, where it was named.
     pub root: Option<PathBuf>,
-    /// Whether the user wants it to stop.
+    /// The user's request to stop.
     pub stop: Stop,
     /// SHA-256 over the sources of the program.
     pub program: &'static str,

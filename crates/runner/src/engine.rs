@@ -77,9 +77,10 @@ fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineErro
     Ok(Trial { held: Some(held), ..trial })
 }
 
-/// Whether a trial can begin: the services take their setups, and the adversary its plan.
+/// Checks that a trial can begin: the services take their setups, and the adversary its plan.
 ///
 /// # Errors
+///
 /// The first refusal.
 pub fn can_start(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(), EngineError> {
     match scenario.is_of_stacks() {
@@ -94,15 +95,15 @@ pub fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial,
     Ok(judged::trial(seed, scenario.level(), &done.evidence, &done.verdict))
 }
 
-/// How a live run is looked at.
+/// Observation of a live run.
 pub struct View<'a> {
-    /// Takes what the console shows, text by text.
+    /// Receives the console's display texts.
     pub show: &'a mut dyn FnMut(&str),
-    /// Whether it has a window besides, until whose end the run lasts.
+    /// True for an additional window; the run lasts until it is closed.
     pub window: bool,
-    /// What a person at the console may do.
+    /// Permissions of a person at the console.
     pub role: Role,
-    /// What a person does at the console, each at its time of the run, microseconds.
+    /// Acts of a person at the console, each at its time of the run, microseconds.
     pub acts: Vec<(u64, Act)>,
 }
 
@@ -113,13 +114,13 @@ impl<'a> View<'a> {
         Self { window: setup.window.is_some(), role, ..Self::nobody(show) }
     }
 
-    /// Nobody looks, and nobody acts.
+    /// Without window and acts.
     pub fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
         Self { show, window: false, role: Role::Supervise, acts: Vec::new() }
     }
 }
 
-/// Runs one live trial that somebody looks at.
+/// Runs one observed live trial.
 pub fn watched(
     scenario: &Scenario,
     setup: &Setup,
@@ -175,8 +176,8 @@ pub fn run_live(
     })
 }
 
-/// What came of feeding every mouth log of `run` back into its core. That was done right after the run: the keys
-/// that the cores sign with are gone since, so no later replay could give the same bytes.
+/// Results of replaying every input journal of `run` in its core. That was done right after the run: the keys that the
+/// cores sign with are gone since, so no later replay could give the same bytes.
 pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
     let file = run.path().join("replay.json");
     let unreadable = |message: String| EngineError::Unreadable {
@@ -196,13 +197,13 @@ pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
     Ok(cores.into_iter().map(told).collect())
 }
 
-/// Feeds it to cores that are set up otherwise, and compares what they decide.
+/// Feeds it to cores with another setup, and compares their decisions.
 pub fn otherwise(eaten: &Fed, other: &Planned, seed: u64) -> Result<Vec<Refed>, EngineError> {
     let cast = cast(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
     eaten.again(&cast, Same::Decisions).map_err(EngineError::failed)
 }
 
-/// A run in the twin with what its cores were fed.
+/// A run in the twin with the inputs of its cores.
 pub fn eaten(planned: &Planned, seed: u64) -> Result<Fed, EngineError> {
     fed(&planned.variation.scenario, &planned.setup, seed).map_err(EngineError::failed)
 }
@@ -212,7 +213,7 @@ pub fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
     eaten.again(eaten.cast(), Same::Bytes).map_err(EngineError::failed)
 }
 
-/// One run in the twin: what the oracle saw, and what it said.
+/// One run in the twin: the oracle's input, and its verdict.
 pub fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
     let run = concluded(scenario, setup, seed)?;
     Ok((run.evidence, run.verdict))

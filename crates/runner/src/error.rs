@@ -1,8 +1,8 @@
-//! Why a trial could not be run, or a recorded one not read.
+//! Reasons for which a trial could not be run, or a recorded one not read.
 
 use std::path::PathBuf;
 
-/// Why an engine gave no result.
+/// Reason for which an engine gave no result.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum EngineError {
     /// A defect of ours.
@@ -16,9 +16,9 @@ pub enum EngineError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What is wrong with it, with the line or offset.
+        /// The fault, with the line or offset.
         message: String,
-        /// What to do.
+        /// Remedy.
         remedy: String,
     },
     /// The user stopped it.
@@ -27,7 +27,7 @@ pub enum EngineError {
 }
 
 impl EngineError {
-    /// A defect of ours, in the words of what failed.
+    /// An internal defect, in the words of the failed part.
     pub fn failed(error: impl std::fmt::Display) -> Self {
         EngineError::Failed(error.to_string())
     }

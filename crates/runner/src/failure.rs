@@ -1,4 +1,4 @@
-//! How a command ends when it does not end well: exit code, one message, the one line that reproduces it.
+//! Failure of a command: exit code, one message, the one line that reproduces it.
 
 use std::fmt;
 use std::io::IsTerminal;
@@ -20,7 +20,7 @@ pub enum Exit {
     Usage,
     /// An outcome that was not expected.
     Unexpected,
-    /// Nothing ran, or an unexpected INVALID.
+    /// No trial ran, or an unexpected INVALID.
     NoEvidence,
     /// The environment lacks something.
     Environment,
@@ -43,7 +43,7 @@ impl Exit {
     }
 }
 
-/// Why a command could not do its work.
+/// Reason for which a command failed.
 #[derive(Clone, Debug)]
 pub struct Failure {
     exit: Exit,
@@ -106,7 +106,7 @@ impl Failure {
     }
 }
 
-/// Whether stderr takes colours: a terminal does, unless `NO_COLOR` is set to anything (<https://no-color.org>).
+/// True if stderr takes colours: a terminal does, unless `NO_COLOR` is set to anything (<https://no-color.org>).
 pub fn colour() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }

@@ -1,4 +1,4 @@
-//! What a search works on, put together from what a command line or a list of weaknesses names.
+//! Configuration of a search, assembled from a command line or a list of weaknesses.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ pub struct Asked<'a> {
     pub alphabet: &'a str,
     /// Policy and cell of the scenario.
     pub wanted: Wanted,
-    /// What is waived besides.
+    /// Additional waivers.
     pub waive: &'a [Switch],
     /// The bound that the services are made with a wrong value of.
     pub misset: Option<&'a Misset>,
@@ -87,7 +87,7 @@ pub fn weaknesses(context: &Context) -> Result<Vec<Weakness>, Failure> {
     Ok(names.iter().map(list).collect::<Result<Vec<_>, Failure>>()?.concat())
 }
 
-/// What is shipped in a folder of scenarios/, by name, in order.
+/// The files in a folder of scenarios/, by name, in order.
 pub fn shipped(context: &Context, folder: &str) -> Result<Vec<String>, Failure> {
     let entries = std::fs::read_dir(context.root()?.join("scenarios").join(folder))?;
     let mut names: Vec<String> = entries.flatten().map(|entry| plan::stem(&entry.path())).collect();
@@ -95,7 +95,7 @@ pub fn shipped(context: &Context, folder: &str) -> Result<Vec<String>, Failure> 
     Ok(names)
 }
 
-/// Why a search ended early: it was asked to, or a word did not fit.
+/// Reason for the early end of a search: a request to stop, or a sequence that did not fit.
 pub fn stopped_or_unfit(context: &Context, why: String) -> Failure {
     if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
 }

@@ -1,8 +1,8 @@
-//! Finished trials on disk, so that a command that is ended in any way, `kill -9` too, goes on where it was.
+//! Finished trials on disk, so that a command resumes after any interruption, `kill -9` too.
 //!
 //! One file for each variation, mode and build, one line a trial, written when the trial is judged. A file's name holds
-//! the digest of everything that the outcome depends on beside the seed (this program, scenario and scene, policy,
-//! bounds, platform), so that nothing is taken for what it is not.
+//! the digest of everything but the seed that the outcome depends on (this program, scenario and scene, policy, bounds,
+//! platform), so that no trial is taken for another.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -30,7 +30,7 @@ pub struct Shelf {
     lines: Lines,
 }
 
-/// A trial as it is kept: with what its own form leaves out of reports.
+/// A trial as it is kept: with the fields that its own form leaves out of reports.
 #[derive(Serialize, Deserialize)]
 struct Line {
     trial: Trial,
@@ -55,7 +55,7 @@ impl Kept {
         &self.build
     }
 
-    /// What is finished of `planned`, and where more of it goes.
+    /// Finished trials of `planned`, and the file for more.
     pub fn shelf(&self, mode: Mode, planned: &Planned) -> Result<Shelf, Failure> {
         let cell = planned.variation.cell.as_deref().map(|c| format!(".{}", c.replace(['/', ' '], "-")));
         let scenario = planned.variation.scenario.name.as_str();
@@ -89,7 +89,7 @@ impl Shelf {
         self.done.get(&seed)
     }
 
-    /// How many of the seeds from `first` are not finished.
+    /// Number of the seeds from `first` without a finished trial.
     pub fn missing(&self, first: u64, n: u64) -> usize {
         (0..n).filter(|i| !self.done.contains_key(&first.wrapping_add(*i))).count()
     }
@@ -139,7 +139,7 @@ mod tests {
     use evidence::trial::Outcome;
 
     #[test]
-    fn what_was_put_is_there_again_and_a_line_cut_short_is_not() {
+    fn kept_trials_return_and_truncated_lines_do_not() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         let shelf = Shelf::open(&path).expect("a new file");

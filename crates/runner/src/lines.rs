@@ -1,7 +1,7 @@
 //! A file of JSON lines that grows as a command goes on, and is whole after any end of it, `kill -9` too.
 //!
-//! A line is written in one piece once it is known. A last line that is cut short counts for nothing and is cut off before
-//! another is written. What a line says is its owner's business.
+//! A line is written in one piece when it is complete. An incomplete last line is ignored, and cut off before another is
+//! written. The content of a line is its owner's business.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -22,11 +22,11 @@ const MAX_LINE_BYTES: u64 = 1 << 24;
 pub struct Lines {
     path: PathBuf,
     file: File,
-    /// Where the next line goes; held while one is written.
+    /// Offset of the next line; held while one is written.
     end: Mutex<u64>,
 }
 
-/// Where a line stands in its file.
+/// Place of a line in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct At {
     from: u64,
@@ -34,7 +34,7 @@ pub struct At {
 }
 
 impl Lines {
-    /// Opens or makes the file and gives each whole line to `take`, which says what is wrong with one that does not fit.
+    /// Opens or makes the file and gives each whole line to `take`, which returns the fault of one that does not fit.
     pub fn open<T: DeserializeOwned>(
         path: &Path,
         take: impl FnMut(At, T) -> Result<(), String>,
@@ -71,7 +71,7 @@ impl Lines {
     }
 }
 
-/// Gives each whole line of what is in `path` to `take`, and says where the last one ends.
+/// Gives each whole line of `path` to `take`, and returns the end of the last one.
 pub fn scan<T: DeserializeOwned>(
     path: &Path,
     file: impl Read,
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_cut_short_is_cut_off_and_what_follows_is_whole() {
+    fn truncated_line_is_cut_before_the_next() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         std::fs::write(&path, "1\n22\n33").expect("written");
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_that_is_none_is_told_with_its_place_and_a_remedy() {
+    fn malformed_line_is_reported_with_remedy() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         std::fs::write(&path, "1\nx\n3\n").expect("written");

@@ -1,6 +1,6 @@
-//! The run directory: what was run with what (manifest), each trial as a line, the result as JSON.
+//! The run directory: the inputs of a run (manifest), each trial as a line, the result as JSON.
 //!
-//! Recordings of single trials (MCAP, mouth logs) are put below it by the engines.
+//! Recordings of single trials (MCAP, input journals) are put below it by the engines.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -19,7 +19,7 @@ use super::Context;
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
 
-/// What a run was made of.
+/// Inputs of a run.
 #[derive(Debug, Serialize)]
 pub struct Manifest {
     schema_version: u32,
@@ -59,7 +59,7 @@ impl Manifest {
     }
 }
 
-/// Where the files are that a result depends on.
+/// Places of the files that a result depends on.
 const INPUTS: [&str; 7] = [
     "scenarios",
     "scenarios/alphabets",
@@ -109,10 +109,11 @@ pub fn directory(root: &Path, wanted: Option<&Path>, label: &str) -> Result<Path
     Err(Failure::new(Exit::Environment, format!("{} is full; remove old runs or use --out DIR", runs.display())))
 }
 
-/// Whether nothing is in `folder`, where the recording of a trial is to go.
+/// Checks that `folder`, for the recording of a trial, is empty or absent.
 ///
 /// # Errors
-/// When something is, or it is no folder.
+///
+/// When it has content, or is no folder.
 pub fn unused(folder: &Path) -> Result<(), Failure> {
     match fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
         Ok(true) => Ok(()),
@@ -126,7 +127,7 @@ pub fn unused(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-/// A result as it is written: what kind of object it is, and the object.
+/// A result as it is written: its kind, and the object.
 #[derive(Serialize)]
 struct Named<'a, T> {
     kind: &'static str,

@@ -16,25 +16,25 @@ use super::failure::{Exit, Failure};
 /// One variation of a scenario, ready to run.
 #[derive(Clone, Debug)]
 pub struct Planned {
-    /// What to run.
+    /// The variation to run.
     pub variation: Variation,
-    /// With what.
+    /// Its setup.
     pub setup: Setup,
     /// The options beyond scenario and seed that reproduce it.
     pub options: String,
     /// The line that reproduces it without its seed, where that is not `run`.
     pub command: Option<String>,
-    /// Nobody acts, and the actors say that they did.
+    /// Actors do not act, and claim that they did.
     pub sabotage: bool,
 }
 
 impl Planned {
-    /// Where it runs when it does not run live.
+    /// Its mode when it does not run live.
     pub fn mode(&self) -> Mode {
         if self.variation.scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin }
     }
 
-    /// What the outcome of its trials depends on beside program, mode and seed.
+    /// The inputs of its trials' outcome beside program, mode and seed.
     pub fn content(&self) -> Result<Content, Failure> {
         let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
         let (scenario, setup) = (&self.variation.scenario, &self.setup);
@@ -46,7 +46,7 @@ impl Planned {
     }
 }
 
-/// What is asked of every scenario of a plan.
+/// Options for every scenario of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
     /// A policy file in place of the scenario's own.
@@ -57,11 +57,11 @@ pub struct Wanted {
     pub rendered: bool,
     /// Another detector than the shipped one; sensors are then rendered.
     pub detector: Option<Loaded>,
-    /// Nobody acts, and the actors say that they did.
+    /// Actors do not act, and claim that they did.
     pub sabotage: bool,
 }
 
-/// Whether a scenario is given by its file, and not by the name of a shipped one.
+/// True if a scenario is given by its file, and not by the name of a shipped one.
 pub fn is_path(name: &str) -> bool {
     name.ends_with(".toml") || name.contains('/')
 }
@@ -190,7 +190,7 @@ pub fn detector(planned: &[Planned]) -> Option<String> {
     planned.iter().find_map(|one| Some(one.setup.detector.as_ref()?.model.sha256.clone()))
 }
 
-/// What `Variation::with` says, with the place and the remedy that a cell's error has in its file.
+/// The error of `Variation::with`, with the place and the remedy that a cell's error has in its file.
 pub fn unfit(variation: &Variation, why: String) -> Failure {
     let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
     let name = variation.scenario.name.as_str();

@@ -11,17 +11,17 @@ use super::checked::{self, Checked};
 use super::engine;
 use crate::error::EngineError;
 
-/// What is taken of a recording without `events.jsonl`.
+/// Assumptions about a recording without `events.jsonl`.
 const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run began: the ground platform's are taken, and times \
                        count from the recording's first entry";
 
-/// A log, and what it is to be held against.
+/// A log, and the values to judge it by.
 pub struct Recorded {
-    /// In (time, node, counter) order; times count from the start of the run. What the launcher did to processes is among them.
+    /// In (time, node, counter) order; times count from the start of the run. The launcher's process faults are among them.
     pub entries: Vec<Witnessed>,
-    /// Why it is INVALID, or the first thing that does not hold of its chains.
+    /// Reason for which it is INVALID, or the first fault of its chains.
     pub flaw: Option<String>,
-    /// What is not told of the run and was taken to be so.
+    /// Assumption where the recording lacks the value.
     pub assumed: Option<&'static str>,
     /// The bounds that were in force.
     pub bounds: Bounds,
@@ -49,7 +49,7 @@ impl Recorded {
         Recorded { entries: evidence.entries, flaw, assumed: None, bounds: evidence.bounds }
     }
 
-    /// Says on stderr what was taken to be so of `run`.
+    /// Prints the assumptions about `run` on stderr.
     pub fn warn(&self, run: &str) {
         if let Some(assumed) = self.assumed {
             link::note!("{run}: {assumed}");

@@ -1,7 +1,7 @@
-//! Repeating a live trial that the host spoilt, as often as `--retries` says.
+//! Repetition of a live trial that the host spoilt, as often as `--retries` allows.
 //!
-//! Only a trial that nothing but a stall of the host makes INVALID is repeated (`live::trial`), with the same seed. Each
-//! such attempt is told on stderr, counted in the trial that takes its place, and its recordings stay beside that one's.
+//! Only a trial that is INVALID by a stall of the host alone is repeated (`live::trial`), with the same seed. Each such
+//! attempt is reported on stderr, counted in the trial that takes its place, and its recordings stay beside that one's.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,7 @@ use scenario::Setup;
 /// Attempts of one trial that may be repeated, at most.
 pub const MAX_RETRIES: u32 = 10;
 
-/// Where the recordings of spoilt attempts go, with a number behind it.
+/// Folder of a spoilt attempt's recordings, with a number behind it.
 const SPOILT: &str = "spoilt-";
 
 /// `--retries`, for commands that run live.
@@ -47,7 +47,7 @@ pub fn retried(setup: &Setup, seed: u64, mut once: impl FnMut() -> Result<Trial,
     }
 }
 
-/// Moves what an attempt left in `directory` into a folder of its own there.
+/// Moves the records of an attempt in `directory` into a folder of its own there.
 fn put_aside(directory: &Path, number: usize) -> Result<(), Failure> {
     let left: Vec<_> = fs::read_dir(directory)?.collect::<Result<_, _>>()?;
     let into = directory.join(format!("{SPOILT}{number}"));
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_the_host_spoilt_is_repeated_and_no_more_often_than_was_asked_for() {
+    fn only_spoilt_trials_are_repeated_as_allowed() {
         let (trial, made) = attempts(&[Some(312.0), None], &setup(2));
         assert_eq!((trial.outcome, trial.host_spoilt_ms, made), (Outcome::HoldSafe, vec![312.0], 2));
         let (trial, made) = attempts(&[Some(312.0)], &setup(0));

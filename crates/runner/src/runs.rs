@@ -1,22 +1,22 @@
-//! What a directory holds of recorded runs, for every command that takes one: the folder of one trial, that of a scenario, or
-//! the whole that `--out` made. Whether a recording holds is left to `checked`.
+//! Recorded runs in a directory, for every command that takes one: the folder of one trial, that of a scenario, or the whole
+//! of an `--out`. Verification is left to `checked`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::failure::{Exit, Failure};
 
-/// From what `--out` was given to a trial are four levels (mode, scenario, cell, seed); a folder of several such is one more.
+/// From the folder of `--out` to a trial are four levels (mode, scenario, cell, seed); a folder of several such is one more.
 const DEEPEST: usize = 6;
 /// Folders that are looked into.
 const MOST: usize = 10_000;
 /// Trials that are listed.
 const LISTED: usize = 20;
 
-/// What a trial has beside its recording; some of it is there whatever somebody took away.
+/// Files beside a trial's recording; some are there even if others were removed.
 const BESIDE: [&str; 4] = ["held.json", "events.jsonl", "site.json", "verdict.json"];
 
-/// Whether this is the folder of one trial. A live one has its site and mouth logs before anything is recorded.
+/// True if this is the folder of one trial. A live one has its site and mouth logs before anything is recorded.
 fn is_trial(dir: &Path) -> bool {
     let has = |folder: &str| dir.join(folder).is_dir();
     (has("recording") || has("mouth")) && BESIDE.iter().any(|file| dir.join(file).is_file())
@@ -95,8 +95,9 @@ pub fn one(dir: &Path) -> Result<PathBuf, Failure> {
 mod tests {
     use super::*;
 
+    /// Of several each is named.
     #[test]
-    fn one_trial_is_found_from_any_level_and_of_several_each_is_named() {
+    fn trial_is_found_from_any_level() {
         let root = tempfile::tempdir().expect("a folder");
         let trial = |name: &str| {
             let path = root.path().join(name);

@@ -1,4 +1,4 @@
-//! Whether the files of a run are what was written: every byte against `held.json`, then chains, seals, signatures and heads.
+//! Integrity of a run's files: every byte against `held.json`, then chains, seals, signatures and heads.
 
 use std::path::{Path, PathBuf};
 
@@ -10,14 +10,14 @@ use serde::Serialize;
 
 use crate::error::EngineError;
 
-/// What the evidence of a run is worth.
+/// Integrity of a run's evidence.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verified {
     /// SHA-256 of `held.json`, hexadecimal: the same as when the run was made, or the whole directory may be another's.
     pub held: String,
     /// Files that are covered, each to the last byte.
     pub files: u64,
-    /// What is covered by nothing, in a directory of a program that did not cover it.
+    /// Parts without cover, in a directory of a program that did not cover them.
     pub uncovered: Vec<String>,
     /// Events in the log.
     pub events: u64,
@@ -25,9 +25,9 @@ pub struct Verified {
     pub head: String,
     /// Heads held outside the recorder that it was set against.
     pub heads: u64,
-    /// Whether the closing seal is there; without it the log is TRUNCATED.
+    /// True if the closing seal is there; without it the log is TRUNCATED.
     pub sealed: bool,
-    /// What does not hold, each with its position.
+    /// Faults, each with its position.
     pub findings: Vec<String>,
 }
 
@@ -45,8 +45,8 @@ fn not_a_run(file: PathBuf, message: String) -> EngineError {
     EngineError::Unreadable { file, message, remedy }
 }
 
-/// Checks every file of the run in `run` to the last byte, then chains, seals, signatures and heads, by what is held in the file
-/// beside them.
+/// Checks every file of the run in `run` to the last byte, then chains, seals, signatures and heads, by the trust anchors in the
+/// file beside them.
 pub fn verify(run: &Path) -> Result<Verified, EngineError> {
     readable(run)?;
     let (held, digest) = keep::read_held(run).map_err(|e| not_a_run(run.join(keep::HELD), e.to_string()))?;
@@ -76,7 +76,7 @@ pub fn verify(run: &Path) -> Result<Verified, EngineError> {
     })
 }
 
-/// What went by way of the recorder, and behind it, where they sign it, what guards and launcher kept themselves.
+/// Entries of the recorder, and behind them, where they sign them, the own logs of guards and launcher.
 fn logged(run: &Path, witnesses: bool) -> Result<Vec<Logged>, EngineError> {
     let frames = frames(run)?.into_iter().filter(|frame| witnesses || by_recorder(frame.node));
     let mut log: Vec<Logged> = frames.map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
@@ -86,7 +86,7 @@ fn logged(run: &Path, witnesses: bool) -> Result<Vec<Logged>, EngineError> {
     Ok(log)
 }
 
-/// What a directory of an earlier program leaves open.
+/// Gaps of a directory of an earlier program.
 fn uncovered(held: &Held) -> Vec<String> {
     let files = "bytes that are in no entry, and every file but the recording: held.json lists no file";
     let witnesses = "what guards saw and the launcher noted: held.json has no key and no head of theirs";

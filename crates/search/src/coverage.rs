@@ -1,9 +1,9 @@
-//! What a trial showed that others may not have: its semantic coverage.
+//! Semantic coverage of a trial: situations that earlier trials may not have shown.
 //!
-//! A *point* of coverage is a situation of the platform at a decision: mode × authority × modalities that last came × what was
-//! decided (accepted in which bucket of age, refused for which reason, changed for which cause, shown how old). Beside these
-//! there are *steps*: how near a trial came to the limit, in tenths of the way, so that a trial that comes nearer
-//! than any before is as new as one that sees something new. Whether anything is broken is the oracle's to say.
+//! A *point* of coverage is a situation of the platform at a decision: mode × authority × modalities that last came × decision
+//! (accepted in which bucket of age, refused for which reason, changed for which cause, shown how old). Beside these there are
+//! *steps*: the approach of a trial to the limit, in tenths of the way, so that a trial that comes nearer than any before is
+//! as new as one with a new situation. Whether any property is broken is the oracle's to say.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -16,13 +16,13 @@ use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 
-/// Points and steps, by a digest of what they are.
+/// Points and steps, by digest.
 pub type Coverage = BTreeSet<u64>;
 
 /// In how many steps the way to a limit is divided.
 const STEPS: u32 = 10;
 
-/// What the platform under test is in when something is decided.
+/// Situation of the platform under test at a decision.
 #[derive(Debug)]
 struct Situation {
     mode: Mode,
@@ -58,7 +58,7 @@ fn follow(now: &mut Situation, w: &Witnessed) {
     }
 }
 
-/// What was decided, in few words: numbers in buckets, no names of records.
+/// The decision, in few words: numbers in buckets, no names of records.
 fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
     let node = w.entry.node;
     match w.entry.event {

@@ -1,12 +1,11 @@
-//! Where words come from: three strategies, each with one fixed way to draw.
+//! Sources of attack sequences (words): three strategies, each with one fixed way to draw.
 //!
-//! *Uniform* draws length, moves, moments and numbers evenly from the alphabet: what a search is measured against.
-//! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
-//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the moves like cards, each once
-//! before any comes again, from the second deal on every other one in proportion to what it has gained (a bandit by
-//! probability matching); draws moments from changes, edges of bounds and evenly; and, as fresh words cease to show anything
-//! new, changes words that did, or that came nearest to a limit. Nothing has probability zero in any but the second. What was
-//! learned so far is `learned`'s.
+//! *Uniform* draws length, action types, moments and numbers evenly from the attack space: the baseline of a search. *Transitions*
+//! begins every action where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS: In-Situ Model
+//! Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the action types like cards, each once before
+//! any comes again, from the second deal on every other one in proportion to its gains (a bandit by probability matching); draws
+//! moments from changes, edges of bounds and evenly; and, as fresh sequences cease to show new situations, changes sequences that
+//! did, or that came nearest to a limit. Only the second gives any sequence probability zero. The learned state is `learned`'s.
 
 use std::collections::VecDeque;
 
@@ -29,10 +28,10 @@ const FROM_NEAREST: u32 = 5;
 /// rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
 const AT_EDGES: u32 = 3;
-/// How long after a change of mode still counts as at it, ticks.
+/// Time after a change of mode that still counts as at it, ticks.
 const AFTER_CHANGE: u32 = 30;
 
-/// How words are drawn.
+/// Strategy for drawing sequences.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Strategy {
@@ -40,7 +39,7 @@ pub enum Strategy {
     Uniform,
     /// At changes of mode.
     Transitions,
-    /// By what was new so far.
+    /// By the novelty so far.
     Guided,
 }
 
@@ -48,7 +47,7 @@ impl Strategy {
     /// Every strategy, that which others are measured against first.
     pub const ALL: [Strategy; 3] = [Strategy::Uniform, Strategy::Transitions, Strategy::Guided];
 
-    /// Whether it draws from the moments of the run without a word.
+    /// True if it draws from the moments of the run without a word.
     pub(super) fn reads_moments(self) -> bool {
         match self {
             Strategy::Uniform => false,
@@ -66,11 +65,11 @@ pub(super) struct Drawer<'a> {
     rng: ChaCha8Rng,
     nominal: Moments,
     learned: Learned,
-    /// Of each word that was drawn and of which nothing was learned yet, in order: whether it is a fresh one.
+    /// For each sequence that was drawn and not learned from yet, in order: whether it is a fresh one.
     drawn: VecDeque<bool>,
     /// Moves that are still to be dealt, never none.
     deck: Vec<usize>,
-    /// Whether each was dealt once.
+    /// True if each was dealt once.
     all_dealt: bool,
 }
 
@@ -107,7 +106,7 @@ impl<'a> Drawer<'a> {
         self.bounds
     }
 
-    /// What came of the first word of which nothing was learned yet.
+    /// Records the lesson of the first sequence not learned from yet.
     pub(super) fn learn(&mut self, lesson: Lesson) {
         let fresh = self.drawn.pop_front() == Some(true);
         self.learned.take(lesson, fresh);
@@ -177,7 +176,7 @@ impl<'a> Drawer<'a> {
         self.by_weight(&weights)
     }
 
-    /// The place of one of `weights`, each in proportion to what it is.
+    /// An index into `weights`, drawn in proportion to them.
     fn by_weight(&mut self, weights: &[u64]) -> usize {
         let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
         let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
@@ -274,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn guided_drawing_deals_every_move_once_before_any_comes_again() {
+    fn guided_drawing_deals_every_move_before_repeating() {
         let alphabet = alphabet();
         let mut first = kinds(&mut guided(&alphabet), alphabet.moves.len());
         first.sort_unstable();
@@ -283,8 +282,9 @@ mod tests {
         assert!(first.len() >= alphabet.moves.len() - alphabet.longest.unsigned() as usize, "{first:?}");
     }
 
+    /// Every move goes on being dealt.
     #[test]
-    fn a_move_that_gains_is_dealt_more_often_and_every_move_goes_on_being_dealt() {
+    fn gaining_moves_are_dealt_more_often() {
         let alphabet = alphabet();
         let mut drawer = guided(&alphabet);
         for _ in 0..200 {
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn known_words_are_changed_only_once_fresh_ones_cease_to_show_anything_new() {
+    fn known_words_change_once_fresh_ones_are_stale() {
         let alphabet = alphabet();
         let changed = |new: bool| {
             let mut drawer = guided(&alphabet);
@@ -319,7 +319,7 @@ mod tests {
         assert!((50..=90).contains(&stale), "{stale} of 100, where seven of ten are meant");
     }
 
-    /// A limit that nothing new marks the way to: only who keeps to what came nearest gets there.
+    /// A limit without new situations on the way to it: only staying with the nearest sequence gets there.
     #[test]
     fn the_way_to_a_limit_is_climbed() {
         let alphabet = alphabet();

@@ -45,7 +45,7 @@ impl Ground {
     }
 }
 
-/// How many sets of `k` there are of `n`; none where that is more than a number holds.
+/// Number of sets of `k` out of `n`; `None` where that overflows.
 fn choices(n: usize, k: usize) -> Option<usize> {
     (0..k).try_fold(1_usize, |sets, i| Some(sets.checked_mul(n.checked_sub(i)?)? / (i + 1)))
 }

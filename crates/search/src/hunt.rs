@@ -1,4 +1,5 @@
-//! The hunt: rounds of words, each drawn before any of it is tried, so that what is found does not depend on threads.
+//! The search run: rounds of sequences, each drawn before any of it is tried, so that findings do not depend on
+//! threads.
 
 use std::collections::BTreeMap;
 
@@ -18,16 +19,16 @@ use super::word::Word;
 /// Words drawn at a time.
 const ROUND: u64 = 16;
 
-/// How a hunt goes, and how long it lasts.
+/// Parameters of a search run, and its length.
 #[derive(Clone, Copy, Debug)]
 pub struct Quest {
-    /// How words are drawn.
+    /// Strategy for drawing sequences.
     pub strategy: Strategy,
     /// Seed of the drawing; the trials have their own.
     pub seed: u64,
     /// Most trials.
     pub budget: u64,
-    /// Whether to end with the first.
+    /// True to end with the first finding.
     pub first: bool,
 }
 
@@ -42,14 +43,14 @@ pub struct Found {
     pub cpu_seconds: f64,
 }
 
-/// What came of a hunt.
+/// Result of a search run.
 #[derive(Clone, Debug, Default)]
 pub struct Hunted {
     /// Trials made.
     pub trials: u64,
     /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
     pub cpu_seconds: f64,
-    /// How often which class.
+    /// Count of each class.
     pub outcomes: BTreeMap<Outcome, u64>,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
@@ -62,17 +63,17 @@ pub struct Hunted {
 /// A hunt as a row of a report.
 #[derive(Clone, Debug, Serialize)]
 pub struct HuntRow {
-    /// How words were drawn.
+    /// Strategy for drawing sequences.
     pub strategy: Strategy,
     /// Trials made.
     pub trials: u64,
     /// CPU time of all of them, seconds.
     pub cpu_seconds: f64,
-    /// How often which class.
+    /// Count of each class.
     pub outcomes: BTreeMap<&'static str, u64>,
     /// Points and steps of coverage seen.
     pub covered: usize,
-    /// How near it came to each limit that has a way to it.
+    /// Nearest approach to each limit with a graded way to it.
     pub nearest: Vec<NearestRow>,
 }
 

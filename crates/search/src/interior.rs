@@ -1,26 +1,26 @@
-//! From a word on its edge to one inside its region: far enough from where it ceases to be a finding that the jitter of a live
-//! run does not decide.
+//! From a sequence on the edge of a finding to a robust case inside its region: far enough from the edge that the jitter of a
+//! live run does not decide the outcome.
 //!
-//! The edge itself is the twin's. Live runs of what is here are left to whoever asks for them.
+//! The edge itself is the twin's. Live runs of robust cases are left to the caller.
 
 use super::tried::{Cause, Ground, Test};
 use super::word::{Letter, Word, move_of};
 
-/// How much later or earlier than in the twin something happens live, milliseconds: from the mean to the 95th percentile of
-/// the time from a loss to DEGRADED over 59 live runs (`holdsafe bench live --runs 59`: 194 and 197 ms, and 194 and 196),
-/// rounded up.
+/// Deviation of live times from the twin's, milliseconds: from the mean to the 95th percentile of the time from a loss to
+/// DEGRADED over 59 live runs (`holdsafe bench live --runs 59`: 194 and 197 ms, and 194 and 196), rounded up.
 const LIVE_JITTER_MS: f64 = 5.0;
 
-/// How many times that a word stays away from its edge.
+/// Multiple of it by which a sequence stays away from its edge.
 const AWAY: f64 = 3.0;
 
 impl Ground {
-    /// A word of the same moves, each number strengthened by that far, what counts no time by one step; which `test` finds for
-    /// `cause` as it is, with everything that far earlier and later, and with every number as much stronger again. None where there
-    /// is none: the region is thinner, or the alphabet ends before.
+    /// A sequence of the same action types, each number strengthened by that margin, numbers other than times by one step; `test`
+    /// finds it for `cause` as it is, with everything that much earlier and later, and with every number strengthened as much
+    /// again. `None` where the region is thinner, or the attack space ends before.
     ///
     /// # Errors
-    /// Why a word cannot be run.
+    ///
+    /// Reason for which a sequence cannot be run.
     pub fn inside(&self, word: &Word, test: Test<'_>, cause: &Cause) -> Result<Option<Word>, String> {
         let Some(stronger) = self.stronger(word) else { return Ok(None) };
         let away = self.ticks();

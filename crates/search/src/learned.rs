@@ -1,4 +1,4 @@
-//! What a hunt has learned so far: which words showed something new, which came nearest to a limit, and what each move is worth.
+//! State of a search run: the sequences with new situations, the nearest to each limit, and the value of each action type.
 //!
 //! Drawing from it is `draw`'s.
 
@@ -14,7 +14,7 @@ pub(super) const NEWEST: usize = 16;
 const MOST_KNOWN: usize = 4_096;
 /// Most words that are kept because they came nearest; no others are kept beside them then.
 const MOST_NEAREST: usize = 1_024;
-/// Beyond so far over a limit nothing is nearer: the oracle has seen it and did not mind.
+/// Bound beyond a limit at which approach no longer counts: the oracle has seen the value and accepted it.
 const FARTHEST: u32 = 2 * AT_LIMIT;
 
 /// A word worth changing.
@@ -29,20 +29,20 @@ pub(super) struct Known {
 #[derive(Clone, Debug)]
 pub(super) struct Near {
     pub(super) limit: Limit,
-    /// How far it came, in thousandths of the way.
+    /// Its approach, in thousandths of the way.
     pub(super) way: u32,
     pub(super) known: Known,
     /// Words that were made from it.
     pub(super) tried: u32,
 }
 
-/// What one trial taught.
+/// Lesson of one trial.
 #[derive(Clone, Debug)]
 pub(super) struct Lesson {
     pub(super) known: Known,
-    /// Whether it showed something new.
+    /// True if it showed something new.
     pub(super) new: bool,
-    /// How near it came; nothing where what was tried did not arrive.
+    /// Its approach to each limit; empty where the attack did not arrive.
     pub(super) nearness: Nearness,
 }
 
@@ -57,11 +57,11 @@ struct Worth {
 #[derive(Debug)]
 pub(super) struct Learned {
     known: VecDeque<Known>,
-    /// How far the run without a word came to each limit, and how far anything.
+    /// Approach of the run without an attack to each limit, and the furthest of any.
     nominal: Nearness,
     furthest: Nearness,
-    /// The word that came nearest to each limit, of those that are made of the same moves: what cannot get any nearer does not
-    /// stand in the way of what can.
+    /// The sequence nearest to each limit, for each set of action types: a set that cannot come any nearer does not displace
+    /// one that can.
     nearest: BTreeMap<(Limit, Vec<usize>), Near>,
     /// Of each of the newest fresh words: whether it showed something new.
     fresh: VecDeque<bool>,
@@ -69,7 +69,7 @@ pub(super) struct Learned {
 }
 
 impl Learned {
-    /// Nothing yet, of an alphabet of so many moves; `nominal` is how near the run without a word came.
+    /// The initial state, for so many action types; `nominal` is the approach of the run without an attack.
     pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
         Self {
             known: VecDeque::new(),
@@ -126,7 +126,7 @@ impl Learned {
         any
     }
 
-    /// How many of the newest fresh words showed nothing new.
+    /// Number of the newest fresh sequences without a new situation.
     pub(super) fn stale(&self) -> u32 {
         self.fresh.iter().filter(|new| !**new).count() as u32
     }
@@ -136,8 +136,8 @@ impl Learned {
         &self.known
     }
 
-    /// What each of the words that came nearest to a limit is worth changing: the nearer the more, and the less the more often
-    /// that was tried since it came so near.
+    /// Weight of changing each of the sequences nearest to a limit: higher for nearer ones, lower with each try since it came
+    /// so near.
     pub(super) fn nearest(&self) -> impl Iterator<Item = u64> + '_ {
         self.nearest.values().map(|near| u64::from(near.way).pow(2) / (8 + u64::from(near.tried)))
     }
@@ -149,7 +149,7 @@ impl Learned {
         Some(near.clone())
     }
 
-    /// What each move is worth, by its place in the alphabet: in proportion to how often it gained, never nothing.
+    /// Weight of each action type, by its place in the attack space: in proportion to its gains, never zero.
     pub(super) fn weights(&self) -> impl Iterator<Item = u64> + '_ {
         self.moves.iter().map(|worth| 1_000 * u64::from(worth.gained + 1) / u64::from(worth.tried + 1) + 1)
     }

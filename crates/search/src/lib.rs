@@ -1,12 +1,13 @@
-//! A search for what nobody wrote down: words over an alphabet of attacks, tried on a scenario, until something breaks; and
-//! each finding as the smallest word that shows it.
+//! A search for attacks beyond the written scenarios: sequences from a space of attacks, tried on a scenario until a property
+//! breaks; and each finding as the smallest sequence that shows it.
 //!
-//! Terms: a *move* is a kind of attack of an `Alphabet`; a *letter* one move with its moment and its numbers; a
-//! *word* what an adversary does in one trial. A *cause* is the class of a trial with the first property it broke.
-//! `word` is the word and the scenario that it makes, `tried` one trial of it, `coverage` what that showed, `moments` when it may
-//! matter, `learned` what all of it taught, `draw` the strategies, `vary` words made from others, `hunt` the loop, `exhaust` every
-//! word up to a length, `shrink` the smallest, `interior` one away from its edge, `sample` words drawn at random to hold live
-//! runs against. Which properties there are, whether one broke and how near it came to that is `oracle`'s.
+//! Terms: a *move* is an action type of an `Alphabet`, the attack space; a *letter* is one action, with its moment and its
+//! numbers; a *word* is an attack sequence, all actions of one trial. A *cause* is the class of a trial with the first property it
+//! broke. `word` is the sequence and the scenario that it makes, `tried` one trial of it, `coverage` the situations it showed,
+//! `moments` the times that may matter, `learned` the state of a search run, `draw` the strategies, `vary` variations of
+//! sequences, `hunt` the loop, `exhaust` every sequence up to a length, `shrink` the smallest, `interior` one away from its edge,
+//! `sample` sequences drawn at random for comparison with live runs. The list of properties, their verdicts and approaches are
+//! `oracle`'s.
 
 mod coverage;
 mod draw;

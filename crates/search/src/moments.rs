@@ -1,4 +1,5 @@
-//! When it may matter: the moments of a run at which something changes, and the edges of the bounds that begin there.
+//! Moments that may matter: the times of a run at which its state changes, and the edges of the bounds that begin
+//! there.
 
 use scenario::Alphabet;
 use wire::bounds::Bounds;

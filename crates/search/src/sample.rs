@@ -1,8 +1,8 @@
-//! Words drawn at random, to hold live runs against the twin: findings away from their edge, words that break nothing, and words
-//! next to an edge.
+//! Sequences drawn at random, for comparing live runs with the twin: findings away from their edge, harmless sequences, and
+//! sequences next to an edge.
 //!
-//! Which word a seed gives depends on ground, stratum and seed alone. Every draw is *uniform*: the other strategies look for what
-//! they do not know yet, and would draw one word because of another. Running them live is left to whoever asks for them.
+//! The sequence for a seed depends on ground, stratum and seed alone. Every draw is *uniform*: the other strategies look for
+//! unknown situations, and would draw one sequence because of another. Running them live is left to the caller.
 
 use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
@@ -17,13 +17,13 @@ use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::{Letter, Word, move_of};
 
-/// How far from an edge still is next to it, milliseconds.
+/// Distance from an edge that still is next to it, milliseconds.
 const NEXT_MS: i64 = 20;
-/// How often a word is hunted for, and how many words each hunt tries at most.
+/// Number of searches for a sequence, and bound of the tries in each.
 const HUNTS: u32 = 4;
 const WORDS: u64 = 500;
 
-/// What kind of words a word is drawn from.
+/// Kind of sequences to draw from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stratum {
@@ -61,10 +61,11 @@ pub struct Drawn {
 }
 
 impl Ground {
-    /// Draws a word; `found` says what a finding is. None where none was come upon: there is no such word, or it is rare.
+    /// Draws a sequence; `found` defines a finding. `None` where none was met: there is no such sequence, or it is rare.
     ///
     /// # Errors
-    /// Why a word cannot be run, or that the user wants it to stop.
+    ///
+    /// Reason for which a sequence cannot be run, or the user's request to stop.
     pub fn sample(&self, of: Stratum, found: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<Drawn>, String> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let safe = |tried: &Tried| safe(tried, found);
@@ -107,8 +108,8 @@ impl Ground {
         Ok(Drawn { scenario, word, outcome })
     }
 
-    /// What a finding shrinks to, with one of its lengths of time moved from its edge, over the same alphabet in milliseconds. It
-    /// is found and shrunk unrendered, which is sooner; the edge is that of this ground. None where none has one.
+    /// A shrunk finding with one of its lengths of time moved from its edge, over the same attack space in milliseconds. It is
+    /// found and shrunk unrendered, which is faster; the edge is that of this ground. `None` where none has one.
     fn next_to_edge(
         &self,
         found: Test<'_>,
@@ -183,7 +184,7 @@ impl Length {
     }
 }
 
-/// Of a trial that broke nothing that was looked for and whose attack arrived.
+/// Of a trial without a finding in which the attack arrived.
 fn safe(tried: &Tried, found: Test<'_>) -> Option<Cause> {
     let outcome = tried.trial.outcome;
     let holds = tried.trial.receipt && outcome != Outcome::Invalid && found(tried).is_none();
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seed_gives_one_word_and_it_is_of_its_stratum() {
+    fn seed_gives_one_word_of_its_stratum() {
         let (ground, found) = (ground(), [Outcome::HoldSafe]);
         let sample = |of: Stratum, seed| ground.sample(of, &ends_in(&found), seed, &Stop::default()).unwrap();
         let safe = sample(Stratum::Safe, 1).unwrap();
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_edge_of_a_length_is_the_first_millisecond_that_holds() {
+    fn edge_of_a_length_is_its_first_millisecond() {
         let mut ground = ground();
         ground.alphabet = ground.alphabet.in_milliseconds();
         let kind = ground.alphabet.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();

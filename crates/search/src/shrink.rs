@@ -1,10 +1,10 @@
-//! From a word that was found to the one that says it best: the fewest moves, at canonical moments, with the smallest
-//! numbers that keep class and cause; and the margin of each number.
+//! From a found sequence to its clearest form: the fewest actions, at canonical moments, with the smallest numbers that keep
+//! class and cause; and the margin of each number.
 //!
-//! What is tried in which order is fixed, and each step looks for the first that holds and not for a better one than before,
-//! so words that mean the same end as the same word. Where one move by itself does it at a moment that the run without a word
-//! has, which one is looked for without the word that was found: there nothing of it is left but its cause. Numbers are
-//! halved between what holds and what does not: what they find is an edge, and the only one where more is never less.
+//! The order of tries is fixed, and each step takes the first success rather than a better one, so equivalent sequences end
+//! as the same sequence. Where a single action suffices at a moment that the run without an attack has, the search for it
+//! ignores the found sequence: only its cause is left then. Numbers are halved between a success and a failure: they find an
+//! edge, and the only one where more is never less.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ pub struct Shrunk {
     pub word: Word,
     /// Trials that it took.
     pub executions: u64,
-    /// Where each number stands to its edge.
+    /// Margin of each number to its edge.
     pub margins: Vec<Margin>,
 }
 
@@ -32,9 +32,9 @@ pub struct Margin {
     pub of: String,
     /// `duration_s`, or the number's key.
     pub number: String,
-    /// What does it; milliseconds for a length.
+    /// Value on the edge that suffices; milliseconds for a length.
     pub holds: f64,
-    /// What does not; nothing where the weakest of the range does it.
+    /// Next weaker value, which fails; `None` where the weakest of the range suffices.
     pub fails: Option<f64>,
 }
 
@@ -126,8 +126,8 @@ impl Shrinker<'_> {
         Ok(letters)
     }
 
-    /// The same moves, all at their strongest, at the first canonical moments at which that does it. What one of several has
-    /// to be depends on what the others are: taken together, nothing of how they were found is left but which they are.
+    /// The same action types, all at their strongest, at the first canonical moments that suffice. The requirement on one of
+    /// several depends on the others: taken together, only their types are left of the way they were found.
     fn together(&mut self, letters: &[Letter], moments: &Moments) -> Result<Option<Vec<Letter>>, String> {
         let (first, _) = self.ground.alphabet.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
@@ -247,9 +247,9 @@ mod tests {
         ground.alphabet.moves.iter().position(|of| of.name.as_str() == name).unwrap()
     }
 
-    /// What is found is whatever has a silence of half a second and a delay of at least 300 ms in it, at any time.
+    /// Every sequence with a silence of half a second and a delay of at least 300 ms in it, at any time, is a finding.
     #[test]
-    fn words_that_mean_the_same_end_as_the_same_word_whichever_move_began_first() {
+    fn equivalent_words_shrink_to_the_same_word() {
         let ground = ground();
         let (silence, delay, copies) =
             (kind(&ground, "command-stall"), kind(&ground, "hold-up"), kind(&ground, "copy"));

@@ -1,4 +1,4 @@
-//! One word tried: the trial that it makes, judged, and what a search keeps of it.
+//! One tried sequence: its trial, judged, and the values that a search keeps of it.
 
 use std::sync::Arc;
 
@@ -15,27 +15,28 @@ use twin::trial::{baseline, conclude, start, start_following};
 /// megabytes a second.
 const LONGEST_TRUNK_S: f64 = 60.0;
 
-/// What is searched: a scenario and its setup, one seed, and what may be done to it.
+/// Configuration of a search: a scenario and its setup, one seed, and the attack space.
 #[derive(Clone)]
 pub struct Ground {
     /// The scenario without any word.
     pub scenario: Scenario,
-    /// With what it runs.
+    /// Its setup.
     pub setup: Setup,
-    /// The seed of every trial: trials differ by their word and by nothing else.
+    /// The seed of every trial: trials differ by their sequence alone.
     pub seed: u64,
-    /// What may be done.
+    /// The attack space.
     pub alphabet: Alphabet,
-    /// The run without any word: what a word does not reach is not computed again. None of a run that is too long to keep.
+    /// The baseline run without an attack: parts that a sequence does not reach are not computed again. `None` for a run
+    /// that is too long to keep.
     baseline: Option<Arc<Baseline>>,
 }
 
-/// Why a trial is a finding: shrinking keeps it.
+/// Cause of a finding: shrinking keeps it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 pub struct Cause {
     /// The class that the oracle gave.
     pub outcome: Outcome,
-    /// What was broken, by its name: of the oracle's the property.
+    /// The broken property, by its name.
     pub broken: String,
 }
 
@@ -51,7 +52,7 @@ pub fn ends_in(classes: &[Outcome]) -> impl Fn(&Tried) -> Option<Cause> + Sync +
     }
 }
 
-/// A word and what came of it.
+/// A sequence and its outcome.
 #[derive(Clone, Debug)]
 pub struct Tried {
     /// The word.
@@ -60,16 +61,17 @@ pub struct Tried {
     pub trial: Trial,
     /// The first property that was found broken, where one was.
     pub broken: Option<Property>,
-    /// What it covered.
+    /// Its coverage.
     pub coverage: Coverage,
-    /// How near it came to each limit.
+    /// Its approach to each limit.
     pub nearness: Nearness,
-    /// When the unit under test changed mode, milliseconds.
+    /// Times at which the unit under test changed mode, milliseconds.
     pub changes_ms: Vec<u32>,
 }
 
 impl Tried {
-    /// How near its word brought it to each limit: nothing where that did not arrive, whatever else was near in that trial.
+    /// Approach to each limit caused by the sequence: empty where its attack did not arrive, whatever the trial itself
+    /// approached.
     pub(super) fn brought_near(&self) -> Nearness {
         if self.trial.outcome == Outcome::Invalid { Nearness::new() } else { self.nearness.clone() }
     }
@@ -106,11 +108,12 @@ impl Ground {
         Ok(())
     }
 
-    /// The scenario of a word that was found, to be run until it no longer ends in one of the classes `found`; INVALID and
-    /// UNSAFE are never fine. `why` is what was wrong.
+    /// The scenario of a found sequence, to be run until it no longer ends in one of the classes `found`; INVALID and
+    /// UNSAFE are never fine. `why` describes the finding.
     ///
     /// # Errors
-    /// Which letter does not fit.
+    ///
+    /// The action that does not fit.
     pub fn as_regression(&self, word: &Word, found: &[Outcome], why: &str) -> Result<Scenario, String> {
         let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let never =
@@ -160,7 +163,7 @@ mod tests {
     use scenario::{find_root, load};
 
     #[test]
-    fn a_run_too_long_to_keep_has_no_trunk_and_its_words_are_tried_all_the_same() {
+    fn long_run_has_no_trunk_and_still_runs() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();

@@ -1,4 +1,4 @@
-//! Words made from others: one thing changed, one number moved a little, or by just what was missing to a limit.
+//! Variations of sequences: one change, one number moved a little, or by the distance to a limit.
 
 use super::draw::Drawer;
 use super::learned::{Known, Near};
@@ -7,13 +7,12 @@ use oracle::AT_LIMIT;
 
 /// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
 const NUDGE: u32 = 32;
-/// By how much more than what was missing a word is moved, ticks: what a property allows for beyond its limit, and what the
-/// platform rounds up to its periods, is between.
+/// Additions to the distance by which a sequence is moved, ticks: they cover a property's tolerance beyond its limit, and
+/// the platform's rounding to its periods.
 const BEYOND: [u32; 5] = [0, 1, 2, 4, 8];
 
 impl Drawer<'_> {
-    /// A word made from the one that came nearest to a limit: half of them moved by what was missing, where that is a length of
-    /// time.
+    /// A variation of the sequence nearest to a limit: half of them moved by the distance, where that is a length of time.
     pub(super) fn nearer(&mut self, near: &Near) -> Word {
         match self.below(4) {
             0 => self.changed(&near.known),
@@ -22,7 +21,7 @@ impl Drawer<'_> {
         }
     }
 
-    /// The same word with one of its times moved by what was missing to the limit, earlier or later, or a little more.
+    /// The same sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
     fn aimed(&mut self, near: &Near) -> Option<Word> {
         let limit = near.limit.ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
@@ -106,7 +105,7 @@ mod tests {
     use crate::moments::Moments;
 
     #[test]
-    fn a_word_short_of_a_limit_of_time_is_moved_by_what_was_missing_or_a_little_more() {
+    fn word_short_of_a_limit_moves_to_it() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let bounds = Bounds::GROUND;

@@ -8,7 +8,7 @@ use serde::Serialize;
 /// One move at one moment.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct Letter {
-    /// When it begins, in ticks of the alphabet.
+    /// Start, in ticks of the attack space.
     pub begins: u32,
     /// Which move, by its place in the alphabet.
     pub kind: usize,
@@ -16,7 +16,7 @@ pub struct Letter {
     pub places: Vec<u32>,
 }
 
-/// What an adversary does in one trial, in order of time.
+/// The attack sequence of one trial, in order of time.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct Word(Vec<Letter>);
 
@@ -44,10 +44,11 @@ impl Word {
             .collect()
     }
 
-    /// `base` with what this word does in it.
+    /// `base` with the actions of this sequence in it.
     ///
     /// # Errors
-    /// Which letter does not fit `base`, in words.
+    ///
+    /// The action that does not fit `base`, in words.
     pub fn in_scenario(&self, alphabet: &Alphabet, base: &Scenario) -> Result<Scenario, String> {
         let tick = alphabet.tick_ms.unsigned();
         let entry = |letter: &Letter| {
@@ -57,7 +58,7 @@ impl Word {
         base.with_entries(&alphabet.with, self.0.iter().map(entry))
     }
 
-    /// What it does, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.
+    /// Its actions, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.
     pub fn told(&self, alphabet: &Alphabet) -> String {
         let tick = alphabet.tick_ms.unsigned();
         let tell = |letter: &Letter| {
@@ -98,12 +99,12 @@ mod tests {
     }
 
     #[test]
-    fn a_word_is_the_same_in_whatever_order_its_letters_come() {
+    fn word_is_independent_of_letter_order() {
         assert_eq!(Word::new(vec![letter(5, 0), letter(2, 1)]), Word::new(vec![letter(2, 1), letter(5, 0)]));
     }
 
     #[test]
-    fn its_subwords_are_every_choice_of_so_many_letters_once() {
+    fn subwords_are_every_choice_of_letters_once() {
         let word = Word::new((0..4).map(|i| letter(i, 0)).collect());
         let counts: Vec<usize> = (0..=4).map(|n| word.subwords(n).len()).collect();
         assert_eq!(counts, [1, 4, 6, 4, 1]);

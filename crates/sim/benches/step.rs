@@ -35,7 +35,7 @@ fn main() {
     println!("sim, rendered: {:.1} simulated s per CPU s", 10.0 / drive(sim, 10));
 }
 
-/// World and vehicle alone: what physics costs with nobody looking.
+/// World and vehicle alone: the cost of physics without sensors.
 fn bare(config: &SimConfig) -> f64 {
     let mut world = World::new(Arc::new(config.scene.clone()));
     let mut plant = Plant::new(&mut world, &config.scene.start, &config.fidelity);

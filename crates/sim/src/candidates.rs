@@ -1,10 +1,10 @@
 //! Unrendered mode: candidates straight from ground truth, in place of sensors and detector stages.
 //!
 //! **The noise model is uncalibrated.** Its figures ([`NoiseModel`]) are placeholders until they have been fitted to
-//! the rendered pipeline; a result that rests on them is a hypothesis. What it does model: range, field of view,
-//! what covers a vehicle or a decoy in part (`occlusion`; persons, obstacles and the ground by one ray per object and
+//! the rendered pipeline; a result that rests on them is a hypothesis. It models: range, field of view,
+//! partial cover of a vehicle or a decoy (`occlusion`; persons, obstacles and the ground by one ray per object and
 //! viewpoint), misses that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every fault of `fault`.
-//! Corroboration, tracking and all that follows are the real code; they cannot tell where a candidate came from.
+//! Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate came from.
 
 use rapier3d::prelude::Vector;
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ pub struct NoiseModel {
     pub miss: f32,
     /// Chance that it misses one at the end of its range.
     pub miss_far: f32,
-    /// Chance that a stage sees something where nothing is, per frame.
+    /// Chance of a false detection by a stage, per frame.
     pub false_positive: f32,
     /// Chance that a decoy is called a vehicle, or a vehicle a decoy.
     pub confusion: f32,
@@ -49,9 +49,9 @@ pub struct NoiseModel {
     pub lidar_range: f32,
 }
 
-/// How sure the thermal stage is, permille. A placeholder, as all of these are.
+/// Confidence of the thermal stage, permille. A placeholder, as all of these are.
 const WARM: u16 = 900;
-/// How much less sure the colour stage is of an object of which nothing is left to see, permille; of a part, so much less.
+/// Loss of the colour stage's confidence in a fully covered object, permille; proportional for a part.
 const HIDDEN: f32 = 250.0;
 
 impl Default for NoiseModel {
@@ -197,7 +197,7 @@ impl Stages {
         objects.filter_map(|(index, (object, place))| self.look(eye, index, object, place)).collect()
     }
 
-    /// What the camera sees of an object.
+    /// The camera's view of an object.
     fn look<'a>(&self, eye: &Eye<'_>, index: usize, object: &'a Object, place: &Placement) -> Option<Seen<'a>> {
         let (_, depth) = project(&self.camera, eye.state, place.centre)?;
         if depth > self.model.image_range {
@@ -216,7 +216,7 @@ impl Stages {
         self.visible(&seen.bounds).then_some(seen)
     }
 
-    /// What the colour stage gives: of now, or of some frames ago, and with chaff.
+    /// Output of the colour stage: the present one, or that of some frames ago, and with chaff.
     fn colour(&mut self, seen: &[Seen<'_>], effect: &Effect) -> List<Detection, 32> {
         let now = self.detections(seen, effect);
         let mut shown = self.past_rgb.pass(now, effect.skew);
@@ -331,7 +331,7 @@ impl Stages {
     }
 }
 
-/// What a sensor that freezes now goes on showing: the newest list, or where that is empty the one before.
+/// List that a sensor repeats when it freezes now: the newest list, or where that is empty the one before.
 fn filled<T: Clone, const MAX: usize>(
     now: &Option<List<T, MAX>>,
     before: Option<&List<T, MAX>>,
@@ -353,7 +353,7 @@ fn pick<T>(effect: &Effect, new: impl FnOnce() -> T, old: impl FnOnce() -> Optio
     }
 }
 
-/// Whether nothing stands between: the hit on `id`, its distance as a share of the way to the centre.
+/// True if the way is free: the hit on `id`, its distance as a share of the way to the centre.
 fn sight(view: &View<'_>, origin: Vector, centre: Vector, id: ObjectId) -> Option<Hit> {
     view.cast(origin, centre - origin, 1.0).filter(|hit| hit.surface == Surface::Object(id))
 }
@@ -367,7 +367,7 @@ pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Pl
     around(camera, projected.iter().flatten())
 }
 
-/// What the LiDAR meets of an object.
+/// LiDAR returns from an object.
 struct Met {
     /// With its size; its place is `centroid`.
     cluster: Cluster,
@@ -412,19 +412,19 @@ fn sized(width: f32, height: f32) -> Cluster {
     Cluster { x_mm: 0, y_mm: 0, width_mm: width as u16, height_mm: height as u16 }
 }
 
-/// Whether an occlusion covers the middle of a box.
+/// True if an occlusion covers the middle of a box.
 fn hidden(camera: &Camera, effect: &Effect, bounds: &PixelBox) -> bool {
     usize::from((bounds.x0 + bounds.x1) / 2) < covered(effect, usize::from(camera.width))
 }
 
-/// Whether an occlusion covers the LiDAR's beam to a place in the body frame.
+/// True if an occlusion covers the LiDAR's beam to a place in the body frame.
 fn shadowed(effect: &Effect, at: Vector) -> bool {
     let degrees = libm::atan2f(at.y, at.x).to_degrees();
     let azimuth = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     azimuth < 360.0 * f32::from(effect.occluded) / 1000.0
 }
 
-/// Whether a stage may call it a vehicle. What is covered of anything else decides over no act, and stays with one ray.
+/// True if a stage may call it a vehicle. Cover of any other object decides over no act, and stays with one ray.
 fn passes_for_a_vehicle(object: &Object) -> bool {
     [object.class, object.paint(), object.warm_as()].iter().any(|c| matches!(c, Class::Vehicle | Class::Decoy))
 }

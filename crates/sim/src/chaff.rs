@@ -1,6 +1,6 @@
-//! Chaff: many weak detections in each frame, every one of them of the class that an act may be designated on.
+//! Chaff: many weak detections in each frame, each of the class that an act may be designated on.
 //!
-//! Rendered, pictures of vehicles painted over the colour plane; unrendered, what a detector makes of such. No two frames
+//! Rendered, pictures of vehicles painted over the colour plane; unrendered, a detector's output for them. No two frames
 //! have them at the same places.
 
 use wire::codec::List;
@@ -21,7 +21,7 @@ const LINES: [(f32, f32, u16); 5] = [(0.33, 14.0, 8), (0.42, 16.0, 8), (0.5, 18.
 /// Their coats.
 const COATS: [[u8; 3]; 4] = [[150, 60, 50], [60, 80, 150], [200, 200, 200], [80, 40, 40]];
 
-/// Up to `count` detections more, as far as the list has room: what a detector is surer of stands before them.
+/// Adds up to `count` detections, as far as the list has room: more confident ones come first.
 pub(crate) fn detect(camera: &Camera, noise: &mut Noise, count: u8, found: &mut List<Detection, 32>) {
     for _ in 0..count {
         let bounds = place(camera, noise);
@@ -76,7 +76,7 @@ fn standing(left: f32, foot: f32, width: f32) -> PixelBox {
     PixelBox { x0: left as u16, y0: top as u16, x1: (left + width) as u16, y1: foot as u16 }
 }
 
-/// Where there is ground, in the lower half of the image.
+/// A place on the ground, in the lower half of the image.
 fn place(camera: &Camera, noise: &mut Noise) -> PixelBox {
     let width = between(noise, WIDTH);
     let height = width * HEIGHT;

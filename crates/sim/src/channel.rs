@@ -1,4 +1,4 @@
-//! The sim's ends of the shared-memory channels: what it publishes, and the gates before what it obeys.
+//! The sim's ends of the shared-memory channels: its publications, and the gates before its commands.
 //!
 //! The gates always stand in full, whatever a run's policy waives elsewhere: the plant is one of the oracle's
 //! witnesses. Refusals are counted by reason; the first ones are also written down one by one.

@@ -1,8 +1,8 @@
-//! Sensor faults as scenario data: which sensor, what happens to it, from when and for how long.
+//! Sensor faults as scenario data: sensor, disturbance, start and duration.
 //!
-//! A fault changes readings before they leave sim, so no service knows that it is there. [`Faults::at`] folds what is
-//! active into one [`Effect`] for a sensor; `lib` writes its start, its end and every affected frame to the audit
-//! trail, which is the actor's half of the receipt.
+//! A fault changes readings before they leave sim, so services are unaware of it. [`Faults::at`] folds the active
+//! faults into one [`Effect`] for a sensor; `lib` writes start, end and every affected frame to the audit trail, which
+//! is the actor's half of the receipt.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::limits::SceneError;
 /// Most faults of one run.
 pub const MAX_FAULTS: usize = 32;
 
-/// The most frames by which what a camera shows may be late.
+/// The most frames by which a camera's content may be late.
 pub const MAX_SKEW: u8 = 32;
 /// The most weak detections that one frame can be given: as many as a stage's list has room for.
 pub const MAX_CHAFF: u8 = 32;
@@ -26,25 +26,25 @@ pub const MAX_STRENGTH: u8 = 100;
 /// The greatest factor on a sensor's noise, however many faults multiply it.
 const MAX_NOISE: f32 = 65_535.0;
 
-/// What happens to the sensor.
+/// Disturbance of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Disturbance {
-    /// It gives nothing.
+    /// It gives no reading.
     Dropout,
     /// It repeats its last content under fresh stamps.
     Freeze,
-    /// It shows what it saw some frames ago, under fresh stamps (colour and thermal).
+    /// It shows the content of some frames ago, under fresh stamps (colour and thermal).
     Skew {
-        /// How many, 1 to [`MAX_SKEW`].
+        /// Number of frames, 1 to [`MAX_SKEW`].
         frames: u8,
     },
     /// It shows many weak detections (colour only).
     Chaff {
-        /// How many in each frame, 1 to [`MAX_CHAFF`].
+        /// Number in each frame, 1 to [`MAX_CHAFF`].
         count: u8,
     },
-    /// The scene's perturbation is added to what it shows (colour only).
+    /// The scene's perturbation is added to the image (colour only).
     Perturbation {
         /// By how much of 255 a byte is changed at most, up to [`MAX_STRENGTH`].
         strength: u8,
@@ -85,7 +85,7 @@ pub enum Disturbance {
     },
 }
 
-/// Whether a sensor is part of the frames (and not of the navigation readings).
+/// True if a sensor is part of the frames (and not of the navigation readings).
 pub fn is_imaging(sensor: Sensor) -> bool {
     match sensor {
         Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => true,
@@ -97,13 +97,13 @@ pub fn is_imaging(sensor: Sensor) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fault {
-    /// What it befalls.
+    /// Affected sensor.
     pub sensor: Sensor,
-    /// What happens.
+    /// Its disturbance.
     pub disturbance: Disturbance,
     /// Milliseconds after the start of the run.
     pub start_ms: u64,
-    /// How long it lasts, milliseconds.
+    /// Duration, milliseconds.
     pub duration_ms: u64,
     /// The step it is a part of, under which it is told and called, where that has a name.
     #[serde(default)]
@@ -114,22 +114,22 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// Whether it is in force this long after the start of the run.
+    /// True if it is in force this long after the start of the run.
     pub fn active(&self, run: Span) -> bool {
         self.waits_ms.is_none() && run >= self.begins() && run < self.ends()
     }
 
-    /// When it starts, after the start of the run.
+    /// Start, after the start of the run.
     pub fn begins(&self) -> Span {
         Span(self.start_ms.saturating_mul(1000))
     }
 
-    /// When it ends, after the start of the run.
+    /// End, after the start of the run.
     pub fn ends(&self) -> Span {
         self.begins() + Span(self.duration_ms.saturating_mul(1000))
     }
 
-    /// What it is called in the audit trail.
+    /// Its name in the audit trail.
     pub fn kind(&self) -> FaultKind {
         match self.disturbance {
             Disturbance::Dropout => FaultKind::Dropout,
@@ -164,18 +164,18 @@ impl Fault {
     }
 }
 
-/// What all active faults together do to one sensor.
+/// Combined effect of all active faults on one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
-    /// Gives nothing.
+    /// Gives no reading.
     pub dropout: bool,
     /// Repeats its last content.
     pub freeze: bool,
     /// By how many frames it is late.
     pub skew: u8,
-    /// How many weak detections it shows besides.
+    /// Number of additional weak detections.
     pub chaff: u8,
-    /// By how much of 255 the scene's perturbation changes what it shows at most, if it is added at all.
+    /// Largest change by the scene's perturbation, of 255, if it is added at all.
     pub perturbation: Option<u8>,
     /// Factor on its noise.
     pub noise: f32,
@@ -201,7 +201,7 @@ impl Effect {
         displaced_us: 0,
     };
 
-    /// Whether a new reading has to be made.
+    /// True if a new reading has to be made.
     pub fn refreshes(&self) -> bool {
         !self.dropout && !self.freeze
     }
@@ -237,7 +237,7 @@ impl Faults {
         &self.all
     }
 
-    /// The same without what is of this kind on this sensor; indices stay.
+    /// The same without faults of this kind on this sensor; indices stay.
     pub(crate) fn without(&self, sensor: Sensor, kind: FaultKind) -> Self {
         let calm = |fault: &Fault| match (fault.sensor, fault.kind()) == (sensor, kind) {
             true => Fault { duration_ms: 0, ..*fault },
@@ -264,14 +264,14 @@ impl Faults {
         self.all = self.all.iter().map(called).collect();
     }
 
-    /// What befalls `sensor` this long after the start of the run.
+    /// Effect on `sensor` this long after the start of the run.
     pub fn at(&self, run: Span, sensor: Sensor) -> Effect {
         let active = self.all.iter().filter(|f| f.sensor == sensor && f.active(run));
         active.fold(Effect { noise: self.noise, ..Effect::NONE }, |effect, fault| effect.with(fault, run))
     }
 }
 
-/// What befalls colour, depth, thermal and LiDAR.
+/// Effects on colour, depth, thermal and LiDAR.
 pub(crate) fn imaging(faults: &Faults, run: Span) -> [Effect; 4] {
     [Sensor::Rgb, Sensor::Depth, Sensor::Thermal, Sensor::Lidar].map(|s| faults.at(run, s))
 }
@@ -310,7 +310,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_drift_grows_with_time_and_ends_with_its_fault() {
+    fn drift_grows_and_ends_with_its_fault() {
         let disturbance = Disturbance::Drift { east_mm_s: 500, north_mm_s: -100 };
         let fault = Fault {
             sensor: Sensor::Localisation,
@@ -326,8 +326,9 @@ mod tests {
         assert_eq!(faults.at(Span::ms(5000), Sensor::Localisation), Effect::NONE);
     }
 
+    /// Not before the time of the fault.
     #[test]
-    fn a_fault_that_waits_starts_when_its_step_is_called_and_not_before_its_time() {
+    fn waiting_fault_starts_with_its_step() {
         let step = StepName::new("blind");
         let (sensor, disturbance) = (Sensor::Thermal, Disturbance::Dropout);
         let fault = Fault { sensor, disturbance, start_ms: 1000, duration_ms: 500, step, waits_ms: Some(100) };
@@ -343,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_multiplies_the_noise_that_is_there_without_it() {
+    fn noise_fault_multiplies_the_present_noise() {
         let (sensor, disturbance) = (Sensor::Rgb, Disturbance::Noise { factor: 4 });
         let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1000, step: None, waits_ms: None };
         let faults = Faults::new(&[fault]).unwrap().over(0.5);

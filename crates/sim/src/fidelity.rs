@@ -1,7 +1,7 @@
-//! How far the models of sensors and plant are taken to be off, so that it can be asked which results hang on them.
+//! Assumed errors of the models of sensors and plant, for asking which results depend on them.
 //!
-//! These are properties of the world that no service knows of and no fault: nothing is injected, and nothing of it is in a receipt.
-//! Leaves to scenarios what to try, and to campaigns what then comes out otherwise.
+//! These are properties of the world, unknown to services, and no faults: they inject no event and appear in no receipt. Scenarios
+//! choose the values, campaigns compare the results.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ pub struct Fidelity {
     /// On the noise of every sensor, and unrendered on how often a stage misses, confuses or invents something; not on the 0.3 K of the unrendered
     /// thermal stage, nor on how sure a detection is.
     pub noise: f32,
-    /// On the mass of the vehicle, of which its drive and its brakes know nothing: they push as before.
+    /// On the mass of the vehicle, unknown to its drive and its brakes: they push as before.
     pub load: f32,
     /// On the friction between wheels and ground.
     pub grip: f32,
@@ -54,8 +54,9 @@ impl Default for Fidelity {
 mod tests {
     use super::*;
 
+    /// So is one that is no number.
     #[test]
-    fn a_factor_beyond_its_range_and_one_that_is_no_number_are_refused() {
+    fn factor_out_of_range_is_refused() {
         assert_eq!(Fidelity::SHIPPED.check(), Ok(()));
         for noise in [0.0, 11.0, f32::NAN, f32::INFINITY] {
             let refused = Fidelity { noise, ..Fidelity::SHIPPED }.check();

@@ -1,15 +1,14 @@
 //! Simulation of one ground unit: world, plant, sensors, sensor faults and ground truth.
 //!
-//! [`Sim`] is a deterministic core: time in, bytes out. It knows nothing of perception or autonomy. What it publishes
-//! is `Navigation` 20 times a second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); what it
-//! obeys is leased set-points; what it tells the oracle is in `truth`.
+//! [`Sim`] is a deterministic core: time in, bytes out. It knows neither perception nor autonomy. It publishes `Navigation` 20 times a
+//! second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); it obeys leased set-points; its reports to the
+//! oracle are in `truth`.
 //!
-//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be
-//! woken only when something is due that another can see. What happens is a function of the inputs and their times,
-//! not of how often the core is woken.
+//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be woken only when
+//! something is due that another can see. The result is a function of the inputs and their times, not of how often the core is woken.
 //!
-//! Code map: `scene` (what there is, with its `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
-//! → `fault` (spoils) → `truth` (tells). `fidelity`: how far these models are taken to be off.
+//! Code map: `scene` (the objects, with their `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
+//! → `fault` (spoils) → `truth` (tells). `fidelity`: assumed errors of these models.
 
 mod candidates;
 mod chaff;
@@ -76,9 +75,9 @@ const MAX_CLOCK_PPM: i32 = 100_000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SimConfig {
-    /// Who this sim is on its channels and in its journal.
+    /// Name of this sim on its channels and in its journal.
     pub node: NodeId,
-    /// The unit whose body this is; its autonomy is the only one the plant obeys.
+    /// The unit of this body; its autonomy is the only one the plant obeys.
     pub unit: UnitId,
     /// Boot counter of the sim.
     #[serde(default)]
@@ -87,7 +86,7 @@ pub struct SimConfig {
     pub seed: u64,
     /// Frames from ray casts (true) or candidates from ground truth.
     pub rendered: bool,
-    /// Whether it writes a journal with ground truth. The platform under test's does; a teammate's need not.
+    /// True if it writes a journal with ground truth. The platform under test's does; a teammate's need not.
     pub witness: bool,
     /// The world.
     pub scene: Scene,
@@ -97,10 +96,10 @@ pub struct SimConfig {
     /// Noise of the unrendered mode; uncalibrated.
     #[serde(default)]
     pub noise: NoiseModel,
-    /// How far the models of sensors and plant are off.
+    /// Assumed errors of the models of sensors and plant.
     #[serde(default)]
     pub fidelity: Fidelity,
-    /// How much faster than true time this host's clock runs, parts per million; the receiver gives true time.
+    /// Drift of this host's clock against true time, parts per million; the receiver gives true time.
     #[serde(default)]
     pub clock_ppm: i32,
 }
@@ -124,7 +123,7 @@ impl SimConfig {
     }
 }
 
-/// What makes the readings of a frame.
+/// Source of the readings of a frame.
 #[derive(Clone)]
 enum Eyes {
     Rendered(Box<Imagers>),
@@ -168,7 +167,7 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// A sim whose run starts at `start` on its host's clock. `key` signs its journal.
+    /// A sim with a run that starts at `start` on its host's clock. `key` signs its journal.
     pub fn new(config: &SimConfig, keys: ChannelKeys, key: Option<Key>, start: Instant) -> Result<Self, SceneError> {
         config.scene.check()?;
         if !config.rendered {
@@ -210,8 +209,8 @@ impl Sim {
         Ok(sim)
     }
 
-    /// The same sim in a forked world: from here on, the same inputs give the same outputs in both. A sim mints
-    /// nothing, so the world's id is of no use to it; it is taken because every core's fork is told.
+    /// The same sim in a forked world: from here on, the same inputs give the same outputs in both. A sim mints no
+    /// authority, so it ignores the world's id; it is an argument because every core's fork has it.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Sim {
         Sim {
@@ -230,7 +229,7 @@ impl Sim {
         }
     }
 
-    /// Draws the noise of every reading from now on from `seed`; what was measured stays.
+    /// Draws the noise of later readings from `seed`; past measurements stay.
     pub fn reseed(&mut self, seed: u64) {
         self.navigators.reseed(seed);
         match &mut self.eyes {
@@ -244,12 +243,12 @@ impl Sim {
         (&self.world, &self.plant)
     }
 
-    /// When so many steps will have been made.
+    /// Time at which so many steps will have been made.
     fn time_of(&self, steps: u64) -> Instant {
         self.start + Span(steps * STEP.0)
     }
 
-    /// Steps the world up to `now`, publishing what falls due on the way.
+    /// Steps the world up to `now`, publishing due messages on the way.
     fn advance(&mut self, now: Instant) {
         let due = now.since(self.start).0 / STEP.0;
         let last = due.min(self.steps + MAX_CATCH_UP);

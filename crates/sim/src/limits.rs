@@ -1,9 +1,9 @@
 //! Limits that the numbers of a scene, its weather and its faults keep to, and the error of one that does not.
 
-/// Why a scene cannot be built.
+/// Reason for which a scene cannot be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SceneError {
-    /// A number is NaN, infinite or beyond what the field allows.
+    /// A number is NaN, infinite or out of the field's range.
     #[error("{field} is {got}, outside {low} to {high}")]
     OutOfRange {
         /// Field.
@@ -36,7 +36,7 @@ pub enum SceneError {
     /// Weather, a print or a perturbation without the sensors that would see it.
     #[error("the scene has {what}, which only rendered sensors know")]
     NeedsRendering {
-        /// What it has.
+        /// Name of the field.
         what: &'static str,
     },
 }

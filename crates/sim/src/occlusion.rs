@@ -1,8 +1,8 @@
-//! What is left to see of an object that others stand in front of, and how far away a part of the image is.
+//! Visible part of an object behind others, and distance of a part of the image.
 //!
-//! Unrendered sensing knows an object by its box. Where another object may cover that box, rays say what of the object a
-//! sensor still reaches, as they do in `sensor` for every pixel and beam. No ray is cast for an object that nothing can
-//! cover, and nothing here draws at random. Leaves to `candidates` what a stage makes of a part.
+//! Unrendered sensing knows an object by its box. Where another object may cover that box, rays find the part that a
+//! sensor still reaches, as they do in `sensor` for every pixel and beam. No ray is cast for an object that no other can
+//! cover, and no random number is drawn here. A stage's response to a part is left to `candidates`.
 
 use rapier3d::prelude::Vector;
 use wire::id::ObjectId;
@@ -19,7 +19,7 @@ const RAYS: u16 = 24;
 /// Beams without a return that the returns of one object may reach across.
 const GAP: usize = 2;
 
-/// How much of an object a sensor sees.
+/// A sensor's view of an object.
 pub(crate) enum Sight<P> {
     /// No other object stands in front of it.
     Whole,
@@ -29,7 +29,7 @@ pub(crate) enum Sight<P> {
     Nothing,
 }
 
-/// The part of an object that the camera sees, the largest where what covers it cuts it into several.
+/// The part of an object that the camera sees, the largest where cover cuts it into several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Part {
     /// Box around it.
@@ -51,12 +51,12 @@ pub(crate) fn corners(object: &Object, place: &Placement) -> [Vector; 8] {
     })
 }
 
-/// Whether two boxes share a pixel.
+/// True if two boxes share a pixel.
 pub(crate) fn overlap(a: &PixelBox, b: &PixelBox) -> bool {
     a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1
 }
 
-/// Whether a ray would meet an object's box if nothing stood in its way.
+/// True if an unobstructed ray would meet an object's box.
 fn crosses(object: &Object, place: &Placement, from: Vector, towards: Vector) -> bool {
     let [cos, sin] = place.facing;
     let local = |v: Vector| [v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z];
@@ -83,7 +83,7 @@ pub(crate) struct Eye<'a> {
 }
 
 impl Eye<'_> {
-    /// What the camera sees of object `index`, whose whole box is `bounds`.
+    /// The camera's view of object `index` with the full box `bounds`.
     pub(crate) fn part(&self, index: usize, bounds: &PixelBox) -> Sight<Part> {
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
         let depths = corners(object, place).map(|corner| self.depth(corner));
@@ -112,7 +112,7 @@ impl Eye<'_> {
         Sight::Part(Part { bounds, share: largest.len() as f32 / (all + covered) as f32, depth })
     }
 
-    /// Median depth of what the middle half of a box shows, metres, as perception's depth stage reads it; `None` for sky.
+    /// Median depth in the middle half of a box, metres, as perception's depth stage reads it; `None` for sky.
     pub(crate) fn median_depth(&self, bounds: &PixelBox) -> Option<f32> {
         let half = |low: u16, high: u16| (low + (high - low) / 4, high - (high - low) / 4);
         let ((x0, x1), (y0, y1)) = (half(bounds.x0, bounds.x1), half(bounds.y0, bounds.y1));
@@ -121,7 +121,7 @@ impl Eye<'_> {
         median(rays.filter_map(|towards| Some(self.cast(towards)?.distance)).collect())
     }
 
-    /// Whether the box of another object that is nearer than `behind` may overlap `bounds`. One that reaches behind the camera
+    /// True if the box of another object that is nearer than `behind` may overlap `bounds`. One that reaches behind the camera
     /// has no box and may.
     fn may_be_covered(&self, index: usize, bounds: &PixelBox, behind: f32) -> bool {
         let objects = self.world.scene().objects.iter().zip(self.world.placements()).enumerate();
@@ -235,7 +235,7 @@ pub(crate) struct Scan<'a> {
 }
 
 impl Scan<'_> {
-    /// Where beams come back from object `index`, body frame; of returns that what stands between keeps apart, the larger group.
+    /// Points of the beams that return from object `index`, body frame; of returns that cover separates, the larger group.
     pub(crate) fn returns(&self, index: usize) -> Sight<Vec<Vector>> {
         let middle = azimuth(self.state.to_body(self.world.placements()[index].centre));
         let own = self.extent(index, middle);
@@ -278,7 +278,7 @@ impl Scan<'_> {
         })
     }
 
-    /// How an object lies as seen from the LiDAR, azimuths from `middle`.
+    /// Extent of an object as seen from the LiDAR, azimuths from `middle`.
     fn extent(&self, index: usize, middle: f32) -> Extent {
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
         let mut extent = Extent { left: f32::MAX, right: f32::MIN, nearest: f32::MAX, farthest: 0.0 };
@@ -359,7 +359,7 @@ mod tests {
 
     /// Of the same scene from the same place, pixel by pixel. A cell of the grid is the least that can be told.
     #[test]
-    fn what_is_left_of_a_covered_vehicle_is_what_a_rendered_frame_shows_of_it() {
+    fn covered_vehicle_matches_its_rendered_part() {
         let walls: [&[([f32; 2], [f32; 3])]; 5] = [
             &[],
             &[([-5.0, -4.2], [3.0, 0.5, 1.0])],
@@ -394,8 +394,9 @@ mod tests {
         assert!(parts >= 4, "{parts}");
     }
 
+    /// None comes from behind a wall.
     #[test]
-    fn beams_come_back_from_what_no_wall_covers_and_from_nothing_behind_one() {
+    fn beams_return_from_uncovered_parts_only() {
         let of = |walls: &[([f32; 2], [f32; 3])]| {
             let scene = scene(walls);
             let (world, plant) = settled(&scene, Start { east: -2.0, north: -5.0, heading: 0.0 }).unwrap();

@@ -1,4 +1,4 @@
-//! What a sensor showed some frames ago, for a fault that hands the past on under fresh stamps.
+//! Past readings of a sensor, for a fault that passes them on under fresh stamps.
 
 use std::collections::VecDeque;
 
@@ -31,8 +31,9 @@ impl<T: Clone> Past<T> {
 mod tests {
     use super::*;
 
+    /// Without a skew the newest is given.
     #[test]
-    fn the_past_is_given_as_deep_as_there_is_room_and_the_newest_without_a_skew() {
+    fn past_readings_are_bounded_by_room() {
         let mut past = Past::new(3);
         let shown: Vec<u32> = (0..8).map(|n| past.pass(n, if n < 4 { 0 } else { 3 })).collect();
         assert_eq!(shown, [0, 1, 2, 3, 1, 2, 3, 4]);

@@ -1,8 +1,8 @@
-//! What is added to every colour image between the camera and whoever looks at it.
+//! Perturbation of every colour image between the camera and its readers.
 //!
-//! One pattern, the same in each image whatever it shows: a universal adversarial perturbation (Moosavi-Dezfooli et al. 2017), as
-//! a sticker on the lens or a driver in other hands may add it. Its fields are wider than a pixel, so that a scenario can
-//! carry them. When it is added is a fault's business (`fault`); who makes one, and what for, is not known here.
+//! One pattern, the same in each image: a universal adversarial perturbation (Moosavi-Dezfooli et al. 2017), as a sticker on the
+//! lens or a tampered driver may add it. Its fields are wider than a pixel, so that a scenario can carry them. Its times are a
+//! fault's business (`fault`); its maker and purpose are unknown here.
 
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +30,8 @@ impl Perturbation {
         &self.fields
     }
 
-    /// Adds it to a plane of 3 bytes a pixel, row-major with `width` pixels in a row, no byte by more than `strength`. What a byte
-    /// cannot hold is cut off.
+    /// Adds it to a plane of 3 bytes a pixel, row-major with `width` pixels in a row, no byte by more than `strength`. Overflow is
+    /// cut off.
     pub fn add(&self, strength: u8, width: usize, plane: &mut [u8]) {
         let most = i16::from(strength);
         let height = plane.len() / (3 * width).max(1);
@@ -54,8 +54,9 @@ pub fn field(at: usize, width: usize, height: usize) -> usize {
 mod tests {
     use super::*;
 
+    /// It is cut off at black and white.
     #[test]
-    fn a_perturbation_shifts_each_field_by_no_more_than_its_strength_and_holds_at_black_and_white() {
+    fn perturbation_shifts_fields_within_its_strength() {
         let mut fields = vec![[0; 3]; ROWS * COLUMNS];
         (fields[0], fields[1], fields[ROWS * COLUMNS - 1]) = ([127, -128, 5], [9; 3], [-5; 3]);
         let pattern = Perturbation::new(fields).unwrap();

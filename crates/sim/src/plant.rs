@@ -47,7 +47,7 @@ const STEERING_RATE: f32 = 1.5;
 const PROPORTIONAL: f32 = 4.0;
 const INTEGRAL: f32 = 1.5;
 
-/// What the plant is asked to do, and until when.
+/// Set-point of the plant, with its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetPoint {
     /// Forward speed, m/s.
@@ -115,8 +115,8 @@ impl Plant {
         Plant { vehicle: wheels(chassis, fidelity.grip), set_point: None, reference: 0.0, integral: 0.0, steering: 0.0 }
     }
 
-    /// Takes a new set-point in place of the last. Speed and curvature are clamped to what the vehicle can do, the
-    /// lease to [`MAX_LEASE`] from `now`.
+    /// Takes a new set-point in place of the last. Speed and curvature are clamped to the vehicle's limits, the lease
+    /// to [`MAX_LEASE`] from `now`.
     pub fn accept(&mut self, now: Instant, asked: SetPoint) {
         self.set_point = Some(SetPoint {
             speed: asked.speed.clamp(-MAX_REVERSE, MAX_SPEED),
@@ -125,7 +125,7 @@ impl Plant {
         });
     }
 
-    /// The set-point whose lease stands.
+    /// The set-point under a valid lease.
     pub fn set_point(&self) -> Option<SetPoint> {
         self.set_point
     }
@@ -135,7 +135,8 @@ impl Plant {
         self.vehicle.chassis
     }
 
-    /// Drives for the step that ends at `now`, then steps the world. Gives the set-point whose lease has just ended.
+    /// Drives for the step that ends at `now`, then steps the world. Gives the set-point of a lease that has just
+    /// ended.
     pub fn step(&mut self, now: Instant, world: &mut World) -> Option<SetPoint> {
         let lapsed = self.set_point.take_if(|s| s.until <= now);
         let (speed, curvature) = self.set_point.map_or((0.0, 0.0), |s| (s.speed, s.curvature));
@@ -153,7 +154,7 @@ impl Plant {
         lapsed
     }
 
-    /// Where the vehicle is and how it moves.
+    /// Place and motion of the vehicle.
     pub fn state(&self, world: &World) -> State {
         let body = &world.physics.bodies[self.vehicle.chassis];
         let pose = body.position();
@@ -244,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn the_vehicle_follows_a_set_point_and_brakes_when_its_lease_lapses() {
+    fn vehicle_follows_set_points_and_brakes_without_lease() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
         let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
@@ -263,8 +264,9 @@ mod tests {
         assert!(plant.state(&world).speed().abs() < STANDSTILL);
     }
 
+    /// However slowly or backwards it went.
     #[test]
-    fn a_lease_ends_at_its_time_and_the_vehicle_stands_however_slow_or_backwards_it_went() {
+    fn lease_end_stops_the_vehicle() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         for speed in [3.0, 1.0, 0.49, 0.3, 0.1, 0.06, -0.06, -0.4, -1.0] {
             let mut world = World::new(Arc::new(scene.clone()));
@@ -285,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn no_lease_is_honoured_for_longer_than_the_plant_allows() {
+    fn lease_is_bounded_by_the_plant() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         for speed in [2.0, 0.2] {
             let mut world = World::new(Arc::new(scene.clone()));
@@ -296,8 +298,9 @@ mod tests {
         }
     }
 
+    /// The brakes know of neither.
     #[test]
-    fn with_more_load_or_less_grip_than_its_brakes_know_of_it_takes_longer_to_stop() {
+    fn load_or_low_grip_lengthens_the_stop() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let left = |fidelity: Fidelity| {
             let mut world = World::new(Arc::new(scene.clone()));
@@ -315,8 +318,9 @@ mod tests {
         assert!(shipped + 0.05 < laden && shipped + 0.05 < slippery, "{shipped} {laden} {slippery}");
     }
 
+    /// It brakes with at least 3 m/s².
     #[test]
-    fn from_full_speed_in_the_tightest_curve_it_stays_upright_and_brakes_with_at_least_3_m_s2() {
+    fn tight_curve_at_full_speed_stays_upright() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
         let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);

@@ -1,8 +1,8 @@
-//! What is printed on an object's sides over its coat.
+//! Print on an object's sides over its coat.
 //!
-//! A print is a grid of fields, each a shift of red, green and blue, and perhaps so much warmer than the ground. All four sides of an
-//! object bear the same one, from its end to its front and from its top down; roof and belly bear none. Who makes one, and what for,
-//! is not known here.
+//! A print is a grid of fields, each a shift of red, green and blue, and optionally of temperature against the ground. All four sides
+//! of an object bear the same one, from its end to its front and from its top down; roof and belly bear none. Its maker and purpose
+//! are unknown here.
 
 use serde::{Deserialize, Serialize};
 use wire::id::ObjectId;
@@ -31,8 +31,8 @@ impl Print {
         (fields.len() == ROWS * COLUMNS).then_some(Print { fields, heat: Vec::new() })
     }
 
-    /// The same, heated: each field to so many steps of [`STEPS_PER_K`] above the ground, row-major, and what bears no field as
-    /// cold as the ground. `None` unless there are as many.
+    /// The same, heated: each field to so many steps of [`STEPS_PER_K`] above the ground, row-major, and the rest as cold as
+    /// the ground. `None` unless the lengths match.
     #[must_use]
     pub fn heated(self, heat: Vec<u8>) -> Option<Self> {
         (heat.len() == ROWS * COLUMNS).then_some(Print { heat, ..self })
@@ -43,12 +43,12 @@ impl Print {
         &self.fields
     }
 
-    /// Row-major steps of temperature above the ground; empty where nothing is heated.
+    /// Row-major steps of temperature above the ground; empty if unheated.
     pub fn heat(&self) -> &[u8] {
         &self.heat
     }
 
-    /// By how much a field, or what bears none, is warmer than the ground, kelvin; `None` where the print is not heated.
+    /// Temperature of a field, or of the unprinted rest, above the ground, kelvin; `None` where the print is not heated.
     pub(crate) fn warmth(&self, field: Option<usize>) -> Option<f32> {
         let steps = field.and_then(|field| self.heat.get(field)).copied().unwrap_or(0);
         (!self.heat.is_empty()).then(|| f32::from(steps) / STEPS_PER_K)
@@ -71,7 +71,7 @@ pub(crate) fn field([along, across, up]: [f32; 3]) -> Option<usize> {
     Some(of(-up, ROWS) * COLUMNS + of(place, COLUMNS))
 }
 
-/// What a pixel shows of an object's print.
+/// A pixel's part of an object's print.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Skin {
     /// Which object.
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_print_runs_along_each_side_and_from_the_top_down_and_leaves_the_roof() {
+    fn print_runs_along_sides_and_spares_the_roof() {
         assert_eq!(field([-0.99, 1.0, 0.99]), Some(0));
         assert_eq!(field([0.97, 1.0, 0.97]), Some(COLUMNS - 1));
         assert_eq!(field([-0.97, -1.0, -0.97]), Some((ROWS - 1) * COLUMNS));

@@ -8,7 +8,7 @@ use wire::sign::Key;
 
 use crate::{ChannelKeys, Sim, SimConfig};
 
-/// What a launcher puts into [`ServiceSpec::config`] for a sim.
+/// Configuration that a launcher puts into [`ServiceSpec::config`] for a sim.
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessConfig {

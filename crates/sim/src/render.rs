@@ -1,7 +1,7 @@
 //! Labelled frames for the trainer: the sensors' own planes with the truth about every visible object.
 //!
-//! The planes come from the same ray caster and the same noise as a live frame, so what a detector learns here is what
-//! it will be shown. Labels are ground truth and stay on the trainer's side.
+//! The planes come from the same ray caster and the same noise as a live frame, so training data match live data.
+//! Labels are ground truth and stay on the trainer's side.
 
 use std::sync::Arc;
 
@@ -26,11 +26,11 @@ const SETTLE: u64 = 40;
 pub struct Label {
     /// Which.
     pub object: ObjectId,
-    /// What it is.
+    /// Its class.
     pub class: Class,
     /// The smallest box around the pixels that show it.
     pub bounds: PixelBox,
-    /// How many pixels show it.
+    /// Number of its pixels.
     pub pixels: u32,
     /// Depth of its nearest visible point, millimetres along the optical axis.
     pub range_mm: u32,
@@ -51,9 +51,9 @@ pub struct Labelled {
     pub thermal: Vec<u8>,
     /// Ring-major, u16 little-endian millimetres, 0 = no return.
     pub lidar: Vec<u8>,
-    /// What it shows.
+    /// Labels of its objects.
     pub labels: Vec<Label>,
-    /// Row-major: what each pixel shows of a print.
+    /// Row-major: each pixel's part of a print.
     pub skin: Vec<Option<Skin>>,
 }
 
@@ -78,7 +78,7 @@ pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneEr
     Ok(labelled(&imagers, &world))
 }
 
-/// The newest frame of `imagers`, with what it shows of `world`.
+/// The newest frame of `imagers`, with the visible objects of `world`.
 pub(crate) fn labelled(imagers: &Imagers, world: &World) -> Labelled {
     let camera = imagers.camera();
     Labelled {
@@ -128,9 +128,9 @@ mod tests {
         render(&scene, Start { east: east - 8.0, north, heading: 0.0 }, 5).unwrap()
     }
 
-    /// What an attacker reckons with is what comes out, to the rounding of a byte.
+    /// The attacker's computed image equals the rendered one, to the rounding of a byte.
     #[test]
-    fn a_print_changes_the_pixels_that_show_it_by_what_their_skin_says_and_no_others() {
+    fn print_changes_its_pixels_by_their_skin_alone() {
         let fields: Vec<[i8; 3]> = (0..ROWS * COLUMNS).map(|k| [(k % 41) as i8 - 20, 17, -9]).collect();
         let (none, neutral) = (frame(None), frame(Print::new(vec![[0; 3]; ROWS * COLUMNS])));
         assert_eq!((&none.rgb, none.skin.iter().flatten().count()), (&neutral.rgb, 0));
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_heated_print_is_as_warm_as_it_says_field_by_field_and_nothing_else_is() {
+    fn heated_print_is_warm_field_by_field_only() {
         let heat: Vec<u8> = (0..ROWS * COLUMNS).map(|k| (k * 7 % 161) as u8).collect();
         let print = || Print::new(vec![[0; 3]; ROWS * COLUMNS]).unwrap();
         let cold = frame(print().heated(vec![0; ROWS * COLUMNS]));

@@ -1,7 +1,7 @@
-//! A drive through a scene with the truth beside every frame, for whoever scores perception over time.
+//! A drive through a scene with the truth beside every frame, for scoring perception over time.
 //!
-//! Each frame is sensed both ways at one instant: rendered, and by the noise model that stands in for rendering. Nobody
-//! commands the unit; it follows one set-point from standstill. What is made of the frames is the caller's.
+//! Each frame is sensed both ways at one instant: rendered, and by the noise model that stands in for rendering. The
+//! unit gets no commands; it follows one set-point from standstill. Use of the frames is the caller's.
 
 use rapier3d::prelude::Vector;
 use wire::id::FrameId;
@@ -27,21 +27,21 @@ const COVERED: f32 = 0.3;
 pub struct Shot {
     /// Number, from 1.
     pub frame: FrameId,
-    /// When, from the start of the ride.
+    /// Time, from the start of the ride.
     pub stamp: Instant,
-    /// What the sensors give, and what it shows.
+    /// The sensors' output, with its labels.
     pub shown: Labelled,
-    /// What the noise model gives in its place.
+    /// The noise model's output in its place.
     pub stand_in: Candidates,
-    /// Where the unit really is.
+    /// True pose of the unit.
     pub pose: Start,
     /// Localisation and odometry of this instant.
     pub navigation: Navigation,
-    /// Where each object of the scene is, metres east and north.
+    /// Place of each object of the scene, metres east and north.
     pub places: Vec<[f32; 2]>,
-    /// The box that each would have in the image if nothing hid it.
+    /// Unobstructed box of each in the image.
     pub boxes: Vec<Option<PixelBox>>,
-    /// Whether nearer ones hide a part of it there.
+    /// True if nearer ones hide a part of it there.
     pub hidden: Vec<bool>,
 }
 
@@ -121,7 +121,7 @@ impl Ride {
     }
 }
 
-/// Whether boxes of nearer objects cover part of a box.
+/// True if boxes of nearer objects cover part of a box.
 fn hides(boxes: &[Option<(PixelBox, f32)>], (bounds, far): (PixelBox, f32)) -> bool {
     let nearer = boxes.iter().flatten().filter(|(_, metres)| *metres < far);
     let covered: u32 = nearer.map(|(other, _)| bounds.overlap(other)).sum();
@@ -137,7 +137,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_ride_drives_on_and_gives_the_same_frames_of_the_same_seed() {
+    fn ride_repeats_its_frames_for_a_seed() {
         let scene = Scene::default();
         let ride = |seed| Ride::new(&scene, (1.0, 0.0), NoiseModel::default(), seed).unwrap();
         let (mut a, mut b, mut other) = (ride(3), ride(3), ride(4));

@@ -1,9 +1,9 @@
-//! The scene: what a world is made of, as data.
+//! The scene: the parts of a world, as data.
 //!
 //! A scene is written by a scenario and read by every sim of a run; each unit has its own sim with the same scene and
 //! another [`Start`]. Coordinates are ENU metres, x east and y north of the scene's centre; headings are radians
-//! counter-clockwise from east. [`Scene::check`] is the only gate: what passes it can be built without failing.
-//! Leaves physics to `world` and how things look to `sensor`.
+//! counter-clockwise from east. [`Scene::check`] is the only gate: a scene that passes it can be built without failing.
+//! Leaves physics to `world` and appearance to `sensor`.
 
 use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
@@ -23,7 +23,7 @@ pub const HALF_EXTENT: f32 = 50.0;
 /// A point on the ground: metres east, metres north.
 pub type Point = [f32; 2];
 
-/// Where a unit starts, standing still.
+/// Start pose of a unit, at standstill.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
@@ -53,7 +53,7 @@ pub struct Ground {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Object {
-    /// What it is.
+    /// Its class.
     pub class: Class,
     /// Length along its heading, width and height, metres.
     pub size: [f32; 3],
@@ -61,10 +61,10 @@ pub struct Object {
     pub kelvin: f32,
     /// Paint.
     pub colour: [u8; 3],
-    /// What it is made to look like.
+    /// Its disguise.
     #[serde(default)]
     pub disguise: Disguise,
-    /// What is printed on its sides.
+    /// Print on its sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub print: Option<Print>,
     /// One point: it stands there. More: it drives from point to point.
@@ -75,15 +75,15 @@ pub struct Object {
     /// Speed along the path, m/s.
     #[serde(default)]
     pub speed: f32,
-    /// When it sets out, seconds after the start of the run.
+    /// Departure, seconds after the start of the run.
     #[serde(default)]
     pub departs: f32,
-    /// Whether it goes on from the last point to the first, for ever.
+    /// True if it goes on from the last point to the first, for ever.
     #[serde(default)]
     pub closed: bool,
 }
 
-/// What an object is made to look like, by modality. Its shape is its size, and needs no other disguise.
+/// Imitated appearance of an object, by modality. Its shape is its size, and needs no other disguise.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disguise {
@@ -97,7 +97,7 @@ pub struct Disguise {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Where this sim's unit starts.
+    /// Start pose of this sim's unit.
     pub start: Start,
     /// Waypoints of the mission; sim only passes them on.
     pub route: Vec<Point>,
@@ -110,7 +110,7 @@ pub struct Scene {
     /// Light and air.
     #[serde(default)]
     pub weather: Weather,
-    /// What faults of that kind add to colour images.
+    /// Perturbation that faults of that kind add to colour images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,
 }
@@ -155,7 +155,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Refuses what could not be built or has no bound.
+    /// Refuses scenes that could not be built or have no bound.
     pub fn check(&self) -> Result<(), SceneError> {
         point("start", [self.start.east, self.start.north])?;
         within("start.heading", self.start.heading, -7.0, 7.0)?;
@@ -173,7 +173,7 @@ impl Scene {
         self.objects.iter().try_for_each(Object::check)
     }
 
-    /// Refuses what only rendered sensors know.
+    /// Refuses features that only rendered sensors know.
     pub fn unrendered(&self) -> Result<(), SceneError> {
         let printed = self.objects.iter().any(|object| object.print.is_some());
         let what = match (self.weather.is_clear(), printed, self.perturbation.is_some()) {
@@ -227,12 +227,12 @@ impl Object {
         self.disguise.warmth.unwrap_or(self.class)
     }
 
-    /// Whether it ever moves.
+    /// True if it ever moves.
     pub fn moves(&self) -> bool {
         self.path.len() > 1 && self.speed > 0.0
     }
 
-    /// Where it is and where it faces (radians) `seconds` after the start: a closed form, so no error accumulates.
+    /// Place and heading (radians) `seconds` after the start: a closed form, so no error accumulates.
     pub fn place(&self, seconds: f64) -> (Point, f32) {
         if !self.moves() {
             return (self.path[0], self.heading);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn the_fence_margin_is_the_distance_to_its_nearest_side() {
+    fn fence_margin_is_distance_to_the_nearest_side() {
         let scene = Scene::default();
         assert_eq!(scene.margin([0.0, 0.0]), 40.0);
         assert_eq!(scene.margin([37.0, 10.0]), 3.0);
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_path_comes_round_and_an_open_one_ends() {
+    fn closed_path_repeats_and_open_path_ends() {
         let mut object = Scene::default().objects[1].clone();
         object.path = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]];
         object.speed = 1.0;

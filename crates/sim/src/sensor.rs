@@ -1,6 +1,6 @@
-//! The sensors: what the unit measures of the world, in the units of `wire::sensor`.
+//! The sensors: measurements of the world by the unit, in the units of `wire::sensor`.
 //!
-//! One ray per pixel ([`camera::Sweep`]) serves colour, depth and thermal, so the three agree on what a pixel shows;
+//! One ray per pixel ([`camera::Sweep`]) serves colour, depth and thermal, so the three agree on a pixel's content;
 //! [`lidar`] casts its own rays, [`localisation`] reads the plant. Each sensor has its own stream of noise.
 
 pub mod camera;
@@ -58,7 +58,7 @@ impl Imagers {
         }
     }
 
-    /// With room for what `faults` will show of the past.
+    /// With room for the past readings that `faults` will show.
     pub(crate) fn remembering(self, faults: &Faults) -> Self {
         Imagers { past: [Sensor::Rgb, Sensor::Thermal].map(|s| Past::new(faults.deepest_skew(s))), ..self }
     }
@@ -103,19 +103,19 @@ impl Imagers {
         self.camera
     }
 
-    /// Whether the newest colour image shows a part of a print.
+    /// True if the newest colour image shows a part of a print.
     pub(crate) fn show_a_print(&self, world: &World) -> bool {
         world.scene().objects.iter().any(|object| object.print.is_some())
             && self.sweep.pixels().iter().any(|pixel| rgb::skin(pixel, world).is_some())
     }
 
-    /// What each pixel of the newest sweep shows.
+    /// Pixels of the newest sweep.
     pub fn sweep(&self) -> &camera::Sweep {
         &self.sweep
     }
 }
 
-/// How many columns of `width` a fault covers, from the left.
+/// Number of columns of `width` that a fault covers, from the left.
 pub(crate) fn covered(effect: &Effect, width: usize) -> usize {
     width * usize::from(effect.occluded) / 1000
 }

@@ -69,7 +69,7 @@ fn fade(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A number in -1..=1 that depends on nothing but its arguments.
+/// A number in -1..=1 that depends only on its arguments.
 pub(crate) fn lattice(seed: u64, x: i64, y: i64) -> f32 {
     let mut h = seed ^ (x as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ (y as u64).wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
     h = (h ^ (h >> 31)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

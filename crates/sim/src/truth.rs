@@ -21,7 +21,7 @@ use crate::plant::Plant;
 use crate::sensor::localisation::wrap_mrad;
 use crate::world::World;
 
-/// A reading as it would be without what is of one kind on one sensor.
+/// A reading without the faults of one kind on one sensor.
 pub(crate) struct Otherwise {
     index: usize,
     sensor: Sensor,
@@ -36,9 +36,9 @@ pub(crate) struct Witness {
     unit: UnitId,
     leased: bool,
     faults_active: [bool; MAX_FAULTS],
-    /// Whether the step that this fault is the first of is told to have begun and not to have ended.
+    /// True if the step that this fault is the first of is told to have begun and not to have ended.
     steps_open: [bool; MAX_FAULTS],
-    /// When a message that this fault changed was told of last.
+    /// Time at which a message that this fault changed was told of last.
     told: [Option<Instant>; MAX_FAULTS],
 }
 
@@ -128,7 +128,7 @@ impl Witness {
         }
     }
 
-    /// What this reading would be without each of the faults that are in force and due to be told of; `read` makes it.
+    /// This reading without each of the active faults that are due for a report; `read` makes it.
     pub(crate) fn otherwise(
         &self,
         now: Instant,

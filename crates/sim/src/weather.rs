@@ -1,9 +1,9 @@
 //! The conditions under which sensors measure: light, fog, rain, a camera that shakes.
 //!
 //! [`Weather::CLEAR`] changes no reading by a single bit. The optics are textbook laws with few figures: contrast falls
-//! with distance by Koschmieder's law (5 % of it is left at the visibility), a laser's return twice as fast. What the
-//! laws do not give is named an assumption beside its constant. Only the rendered sensors know weather; the noise model
-//! that stands for them has been fitted to none, so a scene with weather is refused there.
+//! with distance by Koschmieder's law (5 % of it is left at the visibility), a laser's return twice as fast. Values
+//! that the laws do not give are named assumptions beside their constants. Only the rendered sensors know weather; the
+//! noise model that stands for them has been fitted to none, so a scene with weather is refused there.
 
 use serde::{Deserialize, Serialize};
 
@@ -27,13 +27,13 @@ const HEAVY: f32 = 50.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Weather {
-    /// Light as a share of a clear noon's; what a camera's gain makes up for, it pays for in noise.
+    /// Light as a share of a clear noon's; a camera's gain compensates at the price of noise.
     pub light: f32,
     /// Meteorological visibility, metres; `None` in clear air.
     pub visibility_m: Option<f32>,
     /// Rate of rain, mm/h.
     pub rain_mm_h: f32,
-    /// How far the colour image is smeared along its rows while it is exposed, pixels.
+    /// Smear of the colour image along its rows by motion during exposure, pixels.
     pub smear_px: u16,
 }
 
@@ -47,7 +47,7 @@ impl Weather {
     /// A clear noon.
     pub const CLEAR: Weather = Weather { light: 1.0, visibility_m: None, rain_mm_h: 0.0, smear_px: 0 };
 
-    /// Whether it is a clear noon.
+    /// True if it is a clear noon.
     pub fn is_clear(&self) -> bool {
         *self == Weather::CLEAR
     }
@@ -77,7 +77,7 @@ impl Weather {
         libm::expf(-(INFRARED * self.fog_per_m() + self.rain_per_m()) * metres)
     }
 
-    /// Whether a pulse comes back from so far: spread by the square of the range and dimmed both ways, it has to be as
+    /// True if a pulse comes back from so far: spread by the square of the range and dimmed both ways, it has to be as
     /// strong as one from `reach`, the greatest range in clear air.
     pub(crate) fn returns(&self, metres: f32, reach: f32) -> bool {
         let clarity = self.clarity(metres);
@@ -94,7 +94,7 @@ impl Weather {
         (1.0 / self.light).clamp(1.0, 6.0)
     }
 
-    /// Brightness of the image: the gain makes up for a part of what lacks.
+    /// Brightness of the image: the gain makes up for a part of the missing light.
     pub(crate) fn brightness(&self) -> f32 {
         if self.light >= 1.0 { self.light } else { libm::sqrtf(self.light) }
     }
@@ -104,8 +104,9 @@ impl Weather {
 mod tests {
     use super::*;
 
+    /// Clear air takes none.
     #[test]
-    fn at_the_visibility_a_twentieth_of_the_contrast_is_left_and_clear_air_takes_nothing() {
+    fn contrast_at_visibility_is_a_twentieth() {
         let fog = Weather { visibility_m: Some(40.0), ..Weather::CLEAR };
         assert!((fog.clarity(40.0) - 0.05).abs() < 1e-3);
         assert_eq!([Weather::CLEAR.clarity(60.0), Weather::CLEAR.warmth(60.0), Weather::CLEAR.gain()], [1.0; 3]);
@@ -113,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn weather_beyond_what_the_model_is_for_is_refused_by_name() {
+    fn weather_beyond_the_model_is_refused_by_name() {
         let dark = Weather { light: 0.0, ..Weather::CLEAR };
         assert!(matches!(dark.check(), Err(SceneError::OutOfRange { field: "weather.light", .. })));
         let opaque = Weather { visibility_m: Some(f32::NAN), ..Weather::CLEAR };

@@ -2,8 +2,8 @@
 //!
 //! World frame: ENU, x east, y north, z up, metres; gravity along -z. One step is [`STEP`]. Standing objects are bare
 //! colliders, moving ones kinematic bodies placed by their path's closed form; the only dynamic body is the plant's.
-//! Everything a sensor sees comes from [`View::cast`], so all sensors agree on what is where.
-//! Leaves driving to `plant` and appearance to `sensor`.
+//! Everything a sensor sees comes from [`View::cast`], so all sensors agree on the places of objects. Leaves driving to
+//! `plant` and appearance to `sensor`.
 
 use std::sync::Arc;
 
@@ -20,11 +20,11 @@ use crate::terrain::{self, Terrain};
 pub const STEP: Span = Span::ms(10);
 /// Length of one physics step in seconds.
 pub const DT: f32 = 0.01;
-/// How deep objects stand in the ground, metres, so that no gap shows on a slope.
+/// Depth of objects in the ground, metres, so that no gap shows on a slope.
 const SUNK: f32 = 0.05;
 const GROUND_TAG: u128 = u128::MAX;
 
-/// What a ray met.
+/// Surface that a ray met.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Surface {
     /// Ground.
@@ -33,10 +33,10 @@ pub enum Surface {
     Object(ObjectId),
 }
 
-/// Where a ray ended.
+/// End of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// What it met.
+    /// Its surface.
     pub surface: Surface,
     /// Ray parameter: metres when the direction is a unit vector.
     pub distance: f32,
@@ -120,7 +120,7 @@ impl World {
         &self.terrain
     }
 
-    /// Where each object is, by id.
+    /// Placement of each object, by id.
     pub fn placements(&self) -> &[Placement] {
         &self.placed
     }

@@ -1,4 +1,4 @@
-//! What the sim promises to the rest: repeatable, forkable, sensors that agree, faults that stay where they are.
+//! Promises of the sim to the rest: repeatable, forkable, sensors that agree, faults confined to their targets.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a test picks the events it is about")]
 #![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
@@ -49,7 +49,7 @@ fn a_fork_continues_identically() {
 }
 
 #[test]
-fn the_vehicle_follows_set_points_and_stands_still_after_its_lease() {
+fn vehicle_follows_set_points_and_stops_after_lease() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.run(4_000, Some((2000, 0)));
     let (world, plant) = rig.sim.truth();
@@ -76,7 +76,7 @@ fn a_set_point_under_another_key_moves_nothing() {
 }
 
 #[test]
-fn depth_colour_and_heat_of_a_pixel_come_from_the_same_object() {
+fn depth_colour_and_heat_show_one_object() {
     // A hot red box, 10 m ahead of the camera, on flat ground.
     let mut scene = Scene::default();
     scene.ground.amplitude = 0.0;
@@ -108,7 +108,7 @@ fn depth_colour_and_heat_of_a_pixel_come_from_the_same_object() {
 }
 
 #[test]
-fn a_fault_of_one_sensor_leaves_the_bytes_of_the_others_unchanged() {
+fn sensor_fault_leaves_other_sensors_bytes_unchanged() {
     let clean = Rig::new(SimConfig::new(7, true)).run(1_000, None);
     for disturbance in [Disturbance::Dropout, Disturbance::Freeze, Disturbance::Occlusion { permille: 400 }] {
         let mut config = SimConfig::new(7, true);
@@ -162,8 +162,9 @@ fn told(log: &[Output], topic: Topic) -> Vec<(usize, Sensor, FaultKind)> {
     altered.collect()
 }
 
+/// A message that would read the same without the fault is not.
 #[test]
-fn the_first_message_that_a_fault_changes_is_told_of_and_none_that_would_read_the_same_without_it() {
+fn first_changed_message_of_a_fault_is_reported() {
     let jump = Disturbance::Jump { east_mm: 1, north_mm: 0 };
     for (rendered, sensor, disturbance) in [
         (false, Sensor::Rgb, Disturbance::Freeze),
@@ -193,7 +194,7 @@ fn the_first_message_that_a_fault_changes_is_told_of_and_none_that_would_read_th
 }
 
 #[test]
-fn a_fault_that_another_hides_is_not_told_to_have_changed_anything() {
+fn hidden_fault_is_not_reported_as_effective() {
     let mut config = spoilt(false, Sensor::Localisation, Disturbance::Dropout);
     let disturbance = Disturbance::Jump { east_mm: 3_000, north_mm: 0 };
     let jump = Fault {
@@ -210,8 +211,9 @@ fn a_fault_that_another_hides_is_not_told_to_have_changed_anything() {
     assert_eq!(kinds, [FaultKind::Dropout]);
 }
 
+/// The other sensors show the present.
 #[test]
-fn a_late_camera_shows_to_the_last_byte_what_it_saw_before_and_the_others_what_they_see() {
+fn late_camera_repeats_its_past_to_the_byte() {
     let clean = planes(&Rig::new(SimConfig::new(7, true)).run(1_500, None));
     for (sensor, own) in [(Sensor::Rgb, 0), (Sensor::Thermal, 2)] {
         let log = Rig::new(spoilt(true, sensor, Disturbance::Skew { frames: 5 })).run(1_500, None);
@@ -223,7 +225,7 @@ fn a_late_camera_shows_to_the_last_byte_what_it_saw_before_and_the_others_what_t
 }
 
 #[test]
-fn a_perturbation_changes_every_colour_image_while_its_fault_lasts_and_nothing_else() {
+fn perturbation_changes_colour_images_during_its_fault_only() {
     let clean = planes(&Rig::new(SimConfig::new(7, true)).run(1_500, None));
     let mut config = spoilt(true, Sensor::Rgb, Disturbance::Perturbation { strength: 6 });
     let fields = (0..ROWS * COLUMNS).map(|k| [(k % 41) as i8 - 20, 4, -128]).collect();
@@ -238,8 +240,9 @@ fn a_perturbation_changes_every_colour_image_while_its_fault_lasts_and_nothing_e
     }
 }
 
+/// The past is the list of another frame; chaff fills a list.
 #[test]
-fn unrendered_the_past_and_chaff_are_lists_of_another_frame_and_full_lists() {
+fn past_and_chaff_work_on_unrendered_lists() {
     let lists = |log: &[Output]| -> Vec<Candidates> {
         bodies(log, Topic::Candidates).iter().map(|b| minicbor::decode(b).unwrap()).collect()
     };
@@ -258,14 +261,15 @@ fn unrendered_the_past_and_chaff_are_lists_of_another_frame_and_full_lists() {
 }
 
 #[test]
-fn a_perturbation_that_the_scene_does_not_have_is_refused() {
+fn missing_perturbation_is_refused() {
     let config = spoilt(true, Sensor::Rgb, Disturbance::Perturbation { strength: 6 });
     let refused = Sim::new(&config, keys(), None, START).err();
     assert_eq!(refused, Some(SceneError::FaultDoesNotApply { index: 0 }));
 }
 
+/// Faults beyond the remembered frames, and image faults of sensors without pictures.
 #[test]
-fn faults_beyond_what_is_remembered_and_of_sensors_without_pictures_do_not_apply() {
+fn inapplicable_faults_are_refused() {
     for (sensor, disturbance) in [
         (Sensor::Rgb, Disturbance::Skew { frames: 33 }),
         (Sensor::Rgb, Disturbance::Skew { frames: 0 }),
@@ -281,7 +285,7 @@ fn faults_beyond_what_is_remembered_and_of_sensors_without_pictures_do_not_apply
 }
 
 #[test]
-fn a_drift_walks_the_fix_away_from_the_truth_and_is_written_down() {
+fn drift_moves_the_fix_and_is_logged() {
     let mut config = SimConfig::new(7, false);
     let disturbance = Disturbance::Drift { east_mm_s: 1000, north_mm_s: 0 };
     config.faults.push(Fault {
@@ -300,7 +304,7 @@ fn a_drift_walks_the_fix_away_from_the_truth_and_is_written_down() {
 }
 
 #[test]
-fn a_step_of_several_sensors_is_told_to_begin_once_and_to_end_once() {
+fn multi_sensor_step_begins_and_ends_once() {
     let mut config = SimConfig::new(7, false);
     // One after the other with a pause between them, and one that navigation and not the frames tell of.
     let parts = [
@@ -342,7 +346,7 @@ fn unrendered_candidates_place_the_object_where_it_is() {
 }
 
 #[test]
-fn an_act_is_answered_with_the_true_object_nearest_to_it() {
+fn act_is_answered_with_the_nearest_true_object() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.run(500, None);
     let command = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
@@ -359,7 +363,7 @@ fn an_act_is_answered_with_the_true_object_nearest_to_it() {
 }
 
 #[test]
-fn a_config_survives_json_and_refuses_what_it_does_not_know() {
+fn config_survives_json_and_refuses_unknown_keys() {
     let config = SimConfig::new(7, true);
     let json = serde_json::to_string(&config).unwrap();
     assert_eq!(serde_json::from_str::<SimConfig>(&json).unwrap(), config);
@@ -374,7 +378,7 @@ fn keys() -> ChannelKeys {
     ChannelKeys { frames, candidates, navigation: [navigation.clone(), navigation], drive, act }
 }
 
-/// A sim with somebody at the wheel.
+/// A sim with a driver.
 struct Rig {
     sim: Sim,
     drive: Sender,

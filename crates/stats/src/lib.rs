@@ -1,6 +1,6 @@
 //! Exact one-sided bounds: on rates (Clopper-Pearson), on counts over time (Poisson), on quantiles (order statistics).
 //!
-//! Terms: *level* is the confidence, 0.95 where nothing else is said; a bound that too few trials can give is `None`,
+//! Terms: *level* is the confidence, 0.95 unless stated otherwise; a bound that too few trials can give is `None`,
 //! never a guess. Which trials may enter a rate is the business of `report`.
 
 pub mod mean;
@@ -14,7 +14,7 @@ use statrs::function::gamma::gamma_ur;
 /// The confidence of every bound that names none.
 pub const LEVEL: f64 = 0.95;
 
-/// Exact upper bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 1 where nothing was tried.
+/// Exact upper bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 1 without trials.
 pub fn rate_upper(hits: u64, n: u64, level: f64) -> f64 {
     if hits >= n {
         return 1.0;
@@ -24,19 +24,19 @@ pub fn rate_upper(hits: u64, n: u64, level: f64) -> f64 {
     bisect(0.0, 1.0, |p| beta_reg(a, b, p) < level)
 }
 
-/// Exact lower bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 0 where nothing was tried.
+/// Exact lower bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 0 without trials.
 pub fn rate_lower(hits: u64, n: u64, level: f64) -> f64 {
     if n == 0 { 0.0 } else { 1.0 - rate_upper(n.saturating_sub(hits), n, level) }
 }
 
-/// How often something happened, with its exact two-sided 95 % interval.
+/// Share of an event, with its exact two-sided 95 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Share {
-    /// How often.
+    /// Number of hits.
     pub hits: u64,
     /// Of how many.
     pub n: u64,
-    /// The share seen; nothing where nothing was tried.
+    /// The observed share; `None` without trials.
     pub share: Option<f64>,
     /// Lower end of the interval.
     pub lower_95: f64,
@@ -87,7 +87,7 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
 /// Mean, 95th percentile and its upper bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Sample {
-    /// How many.
+    /// Count.
     pub n: usize,
     /// Mean.
     pub mean: Option<f64>,
@@ -98,7 +98,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Of `values`, in any order; what is not finite is a defect upstream and counts as no value.
+    /// Of `values`, in any order; a value that is not finite is a defect upstream and is skipped.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = values.into_iter().filter(|v| v.is_finite()).collect();
         sorted.sort_by(f64::total_cmp);
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn no_failure_in_n_bounds_the_rate_as_the_tables_say() {
+    fn zero_failures_bound_the_rate_as_tabulated() {
         near(rate_upper(0, 5, LEVEL), 0.4507, 5e-5);
         near(rate_upper(0, 59, LEVEL), 0.0495, 5e-5);
         near(rate_upper(0, 299, LEVEL), 0.00997, 5e-6);

@@ -1,9 +1,10 @@
 //! The mean of a few independent estimates of one probability, each unbiased and none below zero, with an interval.
 //!
 //! Such estimates are products of shares, and skewed: now and then one is far above the rest. The t interval of their mean
-//! reaches below zero, and misses more often than it says, above. So the interval here is a t interval around the logarithm of
+//! reaches below zero, and misses more often than stated, above. So the interval here is a t interval around the logarithm of
 //! the mean, whose standard error is that of the mean divided by the mean (delta method): a factor either way. The logarithms
-//! of the single estimates would not do: their mean is not the logarithm of what is estimated, and one of them may be of zero.
+//! of the single estimates would not do: their mean is not the logarithm of the estimated value, and one of them may be of
+//! zero.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -19,7 +20,7 @@ pub struct Mean {
     pub mean: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Two-sided 95 % interval; nothing where there are fewer than two estimates or all are alike.
+    /// Two-sided 95 % interval; `None` where there are fewer than two estimates or all are alike.
     pub interval_95: Option<[f64; 2]>,
 }
 
@@ -44,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_interval_is_a_factor_either_way_by_the_tables_of_t() {
+    fn interval_is_a_factor_by_the_t_table() {
         let mean = Mean::of(&[0.1, 0.2, 0.3]);
         assert!((mean.mean - 0.2).abs() < 1e-12 && (mean.standard_error - 0.1 / 3f64.sqrt()).abs() < 1e-12);
         // t of 2 degrees at 97.5 %: 4.30265.
@@ -54,8 +55,9 @@ mod tests {
         assert_eq!(Mean::of(&[0.2, 0.9, 1.0]).interval_95.unwrap()[1], 1.0, "a probability");
     }
 
+    /// Never seen, always seen, or seen once.
     #[test]
-    fn what_was_never_seen_always_seen_or_seen_once_has_no_interval() {
+    fn degenerate_shares_have_no_interval() {
         assert_eq!(Mean::of(&[1.0, 1.0, 1.0]).interval_95, None);
         assert_eq!(Mean::of(&[0.0, 0.0]).interval_95, None);
         assert_eq!(Mean::of(&[0.5]).interval_95, None);

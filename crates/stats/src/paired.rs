@@ -59,7 +59,7 @@ mod tests {
     }
 
     #[test]
-    fn all_pairs_one_way_are_as_likely_as_all_heads() {
+    fn one_sided_pairs_equal_all_heads() {
         let paired = Paired::of(20, 20, 0);
         near(paired.p * f64::from(1 << 20), 1.0);
         near(paired.difference, 1.0);
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn one_more_pair_in_favour_moves_the_interval_that_way() {
+    fn one_more_favourable_pair_moves_the_interval() {
         for less in 0..4 {
             let all: Vec<[f64; 2]> = (0..=20 - less).map(|more| Paired::of(20, more, less).interval_95).collect();
             assert!(all.is_sorted_by(|a, b| a[0] <= b[0] && a[1] <= b[1]), "{all:?}");
@@ -78,7 +78,7 @@ mod tests {
 
     /// Every table of 20 pairs, by its probability.
     #[test]
-    fn the_interval_covers_the_true_difference_at_least_as_often_as_it_says() {
+    fn interval_covers_the_true_difference_as_stated() {
         let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
         for (more, less) in [(0.3, 0.0), (0.05, 0.0), (0.5, 0.2), (0.02, 0.02)] {
             let mut covered = 0.0;
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_that_do_not_differ_bound_how_many_might() {
+    fn equal_pairs_bound_the_number_of_differences() {
         let paired = Paired::of(20, 0, 0);
         near(paired.p, 1.0);
         near(paired.interval_95[1], 0.1968);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn holm_adjusts_the_smallest_most_and_keeps_the_order() {
+    fn holm_adjusts_the_smallest_most_in_order() {
         let mut all = [Paired::of(10, 10, 0), Paired::of(10, 0, 0), Paired::of(10, 6, 0)];
         let raw = all.map(|pair| pair.p);
         holm(&mut all.iter_mut().collect::<Vec<_>>());

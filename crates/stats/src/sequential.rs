@@ -1,9 +1,9 @@
 //! Looking at a rate as often as one likes: e-values that bound the probability of ever being wrong.
 //!
 //! The odds of a hit, weighed c to 1 against a rate p, have the likelihood ratio c^hits / (1 + (c - 1) p)^n. One factor has the
-//! mean (1 + (c - 1) q) / (1 + (c - 1) p) under a true rate q: at most 1 where c < 1 and q >= p, and where c > 1 and
-//! q <= p. A mixture over several c is therefore a test supermartingale, and by Ville's inequality it ever reaches 1 / alpha
-//! with a probability of at most alpha, however often and whenever somebody looks.
+//! mean (1 + (c - 1) q) / (1 + (c - 1) p) under a true rate q: at most 1 where c < 1 and q >= p, and where c > 1 and q <= p. A
+//! mixture over several c is therefore a test supermartingale, and by Ville's inequality it ever reaches 1 / alpha with a
+//! probability of at most alpha, for any number and times of looks.
 //!
 //! J. Ville, Étude critique de la notion de collectif, 1939. H. Robbins, Statistical methods related to the law of the
 //! iterated logarithm, Annals of Mathematical Statistics 41, 1970 (mixtures). A. Ramdas, P. Grünwald, V. Vovk, G. Shafer,
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn at_the_very_rate_a_claim_either_way_is_ever_made_in_at_most_alpha_of_all_series() {
+    fn claims_at_the_very_rate_stay_within_alpha() {
         for evidence in [evidence_below, evidence_above] {
             let wrong = ever_wrong(evidence, ALPHA);
             assert!(rate_upper(wrong, RUNS, 0.999) <= ALPHA, "{wrong} of {RUNS} series claim what is not so");
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn a_threshold_that_is_too_low_shows_in_the_same_series() {
+    fn low_threshold_shows_in_the_same_series() {
         for evidence in [evidence_below, evidence_above] {
             let wrong = ever_wrong(evidence, 5.0 * ALPHA);
             assert!(rate_lower(wrong, RUNS, 0.999) > ALPHA, "{wrong} of {RUNS} series");
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_for_a_fixed_number_of_trials_does_not_survive_many_looks() {
+    fn fixed_number_bound_fails_under_many_looks() {
         fn fixed(hits: u64, n: u64, p: f64) -> f64 {
             if rate_upper(hits, n, 1.0 - ALPHA) < p { ALPHA.recip() } else { 0.0 }
         }
@@ -96,13 +96,13 @@ mod tests {
     }
 
     #[test]
-    fn without_a_hit_a_claim_takes_about_a_quarter_more_trials_than_their_fixed_number() {
+    fn claim_without_hits_takes_a_quarter_more() {
         let first = (1..).find(|n| evidence_below(0, *n, 0.01) >= 20.0);
         assert!(first.is_some_and(|n| (300..=368).contains(&n)), "{first:?}");
     }
 
     #[test]
-    fn the_bounds_are_the_rates_at_which_the_evidence_suffices() {
+    fn bounds_are_the_rates_of_sufficient_evidence() {
         let (low, high) = (lower(30, 1_000, ALPHA), upper(30, 1_000, ALPHA));
         assert!(low < 0.03 && 0.03 < high && high < 0.06, "{low} {high}");
         assert!((evidence_below(30, 1_000, high) * ALPHA - 1.0).abs() < 1e-6);

@@ -1,20 +1,20 @@
-//! How long until something happened, where it did not happen in every run: medians, and the ratio of two, with exact
-//! intervals (order statistics).
+//! Waiting time for an event that does not occur in every run: medians, and the ratio of two, with exact intervals (order
+//! statistics).
 //!
-//! Of a run in which it did not happen it is only known that it takes longer than was waited: such a run stands after every
-//! run in which it did, and what rests on it is said as a bound. All runs of a sample wait for as long.
+//! A run without the event only shows that it takes longer than the waiting time: such a run ranks after every run with it,
+//! and a value that rests on it is given as a bound. All runs of a sample have the same waiting time.
 
 use serde::Serialize;
 use statrs::function::beta::beta_reg;
 
 use super::LEVEL;
 
-/// How long until it happened, or how long was waited in vain.
+/// Time until the event, or the waiting time without it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Wait {
     /// So long, in whatever unit.
     pub waited: f64,
-    /// Whether it happened then.
+    /// True if it happened then.
     pub came: bool,
 }
 
@@ -46,11 +46,11 @@ impl Median {
 pub struct Ratio {
     /// The ratio, as far as it is known.
     pub ratio: Known,
-    /// Ends of an interval that holds it with at least 95 %: each median in its own at 97.5 %. None where nothing is known.
+    /// Ends of an interval that holds it with at least 95 %: each median in its own at 97.5 %. `None` where it is unknown.
     pub interval_95: [Option<f64>; 2],
 }
 
-/// What is known of a number.
+/// Knowledge of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Known {
@@ -60,7 +60,7 @@ pub enum Known {
     AtMost(f64),
     /// It is no less than this.
     AtLeast(f64),
-    /// Nothing.
+    /// No information.
     Unknown,
 }
 
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_median_lies_between_the_ranks_that_the_binomial_names() {
+    fn median_lies_between_the_binomial_ranks() {
         // n = 20: P(Binomial(20, 1/2) < 6) = 0.0207 and < 7 is 0.0577; the tables have ranks 6 and 15 for 95 %.
         let of = Median::of(&came((1..=20).rev()), 0.95).unwrap();
         assert_eq!((of.median.waited, of.interval.unwrap().map(|end| end.waited)), (11.0, [6.0, 15.0]));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_come_stands_after_all_that_did_and_makes_a_bound() {
+    fn missing_events_rank_last_and_give_a_bound() {
         let half = [in_vain(12, 5.0), came(1..=8)].concat();
         let of = Median::of(&half, 0.95).unwrap();
         assert_eq!(of.median, Wait { waited: 5.0, came: false });
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ratio_is_as_sure_as_what_it_rests_on() {
+    fn ratio_is_as_certain_as_its_medians() {
         let (fast, slow) = (came(1..=20), came((1..=20).map(|i| i * 100)));
         let ratio = Ratio::of(&fast, &slow);
         // At 97.5 % the ranks are 5 and 16.

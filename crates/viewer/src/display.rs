@@ -1,8 +1,8 @@
-//! What a console shows, in Foxglove's terms, for a viewer that looks on while a run lasts: picture by picture, from the object that
-//! `holdsafe watch --json` prints (`docs/operator/console.md`).
+//! A console's display in Foxglove's terms, for a viewer during a run: picture by picture, from the object that `holdsafe watch
+//! --json` prints (`docs/operator/console.md`).
 //!
-//! Every label carries freshness and age. Nothing stays for longer than [`LASTS_MS`] without being told again, so that a
-//! viewer whose source has gone shows nothing rather than what was. Getting messages to a viewer is left to the caller.
+//! Every label carries freshness and age. No element stays for longer than [`LASTS_MS`] without a repetition, so that a viewer with
+//! a dead source shows an empty scene rather than a past one. Getting messages to a viewer is left to the caller.
 
 use std::borrow::Cow;
 
@@ -23,7 +23,7 @@ const WIDEST: f64 = 60.0;
 /// Schema of the picture itself.
 const PICTURE: &str = r#"{"type":"object","properties":{"version":{"type":"integer"},"at_us":{"type":"integer"}}}"#;
 
-/// What is read of a picture.
+/// Parts of a picture that are read.
 #[derive(Deserialize)]
 struct Picture {
     max_speed_mm_s: u32,
@@ -131,7 +131,7 @@ fn said(at: Micros, level: log::Level, message: String) -> Result<Message, ViewE
     encoded("/display/log", &line)
 }
 
-/// How old something is, in words.
+/// Age of a value, in words.
 fn age<T>(of: &Aged<T>) -> String {
     let age = of.age_ms.map_or("of unknown age".to_owned(), |ms| format!("{:.2} s", ms as f64 / 1e3));
     format!("{} {age}", of.freshness)
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_drawn_without_its_age_and_nothing_lasts_that_is_not_told_again() {
+    fn every_element_has_age_and_expires() {
         let messages = Onlooker::default().look(5_000_000, SHOWN).unwrap();
         let scene = scene(&messages);
         let texts: Vec<&str> = scene.entities.iter().flat_map(|of| &of.texts).map(|text| text.text.as_str()).collect();
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alarm_that_stands_is_told_once_and_again_when_it_is_back() {
+    fn standing_alarm_is_logged_once_per_occurrence() {
         let mut onlooker = Onlooker::default();
         let mut told = |picture: &str| {
             let messages = onlooker.look(0, picture).unwrap();

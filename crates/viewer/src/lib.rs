@@ -1,9 +1,8 @@
 //! A run as an MCAP file with Foxglove's well-known schemas, for viewers and other programs that know these.
 //!
-//! [`Viewer`] is told of a run event by event, and of what passed between the services where that is known; it writes transforms,
-//! scene, images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: nothing in it is
-//! chained or signed, and `holdsafe verify` never reads it. The same run gives the same bytes. Where the run comes from is the
-//! caller's business.
+//! [`Viewer`] receives a run event by event, and the messages between the services where they are known; it writes transforms, scene,
+//! images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: no part of it is chained or
+//! signed, and `holdsafe verify` never reads it. The same run gives the same bytes. The source of the run is the caller's business.
 //!
 //! Times are those of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
 //! `camera` (optical: x right, y down, z ahead) and its `lidar`.
@@ -36,23 +35,23 @@ pub use sensed::LARGEST;
 /// Trace time of a run, microseconds from its start.
 pub type Micros = u64;
 
-/// Why the file cannot be written.
+/// Reason for which the file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
-    /// The file takes nothing more.
+    /// The file cannot be extended.
     #[error("the MCAP file cannot be written: {0}")]
     Mcap(#[from] mcap::McapError),
     /// A message that the format has no room for.
     #[error("no message for {topic}: {why}")]
     Message {
-        /// Where it was to go.
+        /// Its topic.
         topic: String,
-        /// Why.
+        /// Reason.
         why: String,
     },
 }
 
-/// What a channel holds.
+/// Content of a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channel {
     /// Topic.
@@ -68,22 +67,23 @@ pub struct Channel {
 pub struct Viewer<W: Write + Seek> {
     writer: Writer<W>,
     channels: BTreeMap<String, Channel>,
-    /// What stands about, where that is known.
+    /// Objects of the scene, where known.
     scene: Option<Scene>,
-    /// What looks at frames once more, to say what it sees in them.
+    /// Perception stages that process frames once more, for their detections.
     stages: Option<Stages>,
-    /// Units whose sensors have been placed.
+    /// Units with placed sensors.
     placed: Vec<UnitId>,
-    /// Messages of services that say nothing that can be read.
+    /// Unreadable messages of services.
     unread: u64,
 }
 
 impl<W: Write + Seek> Viewer<W> {
-    /// A file in `out`, of a run in `scene`; without one the ground and the sizes of objects are not told. What was seen in a frame does
-    /// not pass between services: `stages`, if they are those of the run, see the same in it again.
+    /// A file in `out`, of a run in `scene`; without a scene it lacks the ground and the sizes of objects. Detections in a frame do not
+    /// pass between services: `stages`, if they are those of the run, compute the same ones again.
     ///
     /// # Errors
-    /// When `out` takes nothing.
+    ///
+    /// When `out` fails.
     pub fn new(out: W, scene: Option<Scene>, stages: Option<Stages>) -> Result<Self, ViewError> {
         let options = WriteOptions::new().library("holdsafe").compression(Some(mcap::Compression::Zstd));
         let writer = options.create(out)?;
@@ -95,7 +95,8 @@ impl<W: Write + Seek> Viewer<W> {
     /// An entry of the log, at its time of the run.
     ///
     /// # Errors
-    /// When the file takes nothing more.
+    ///
+    /// When the file cannot be extended.
     pub fn event(&mut self, at: Micros, entry: &Entry) -> Result<(), ViewError> {
         self.told(at, entry)?;
         #[expect(clippy::wildcard_enum_match_arm, reason = "the rest moves nothing")]
@@ -106,16 +107,17 @@ impl<W: Write + Seek> Viewer<W> {
         }
     }
 
-    /// Closes the file; what is in it, by topic.
+    /// Closes the file; returns its content, by topic.
     ///
     /// # Errors
+    ///
     /// When its index cannot be written.
     pub fn finish(mut self) -> Result<Vec<Channel>, ViewError> {
         self.writer.finish()?;
         Ok(self.channels.into_values().collect())
     }
 
-    /// How many of the messages that it was given say nothing that can be read.
+    /// Number of unreadable messages among its input.
     pub fn unread(&self) -> u64 {
         self.unread
     }

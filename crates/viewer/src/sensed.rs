@@ -1,7 +1,7 @@
-//! What the sensors gave and what perception saw in it: images, a cloud, boxes.
+//! Sensor output, and perception's detections in it: images, a cloud, boxes.
 //!
-//! The bytes are those that passed between services. They are read here for looking at, and by nobody who acts on them: no tag is
-//! checked, and what cannot be read is counted and left out.
+//! The bytes are those that passed between services. They are read here for viewing, and never to act on: no tag is checked, and
+//! unreadable ones are counted and left out.
 
 use std::io::{Seek, Write};
 
@@ -45,7 +45,8 @@ impl<W: Write + Seek> Viewer<W> {
     /// A message on the unit's shared memory, at the time at which its reader took it in.
     ///
     /// # Errors
-    /// When the file takes nothing more.
+    ///
+    /// When the file cannot be extended.
     pub fn message(&mut self, at: Micros, topic: Topic, bytes: &[u8]) -> Result<(), ViewError> {
         let Some(body) = body(bytes) else {
             self.unread += 1;
@@ -107,7 +108,7 @@ impl<W: Write + Seek> Viewer<W> {
         seen.map_or(Ok(()), |seen| self.candidates(at, &seen))
     }
 
-    /// What the stages see, as boxes over the image.
+    /// The stages' detections, as boxes over the image.
     fn candidates(&mut self, at: Micros, of: &Candidates) -> Result<(), ViewError> {
         let rgb = of.rgb.iter().flat_map(|list| list.iter()).map(|d| (d.bounds, d.class, d.score));
         let warm = of.thermal.iter().flat_map(|list| list.iter()).map(|b| (b.bounds, b.class, b.score));

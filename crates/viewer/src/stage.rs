@@ -1,4 +1,4 @@
-//! The ground, what stands and moves on it as it truly is, and what the unit takes it for.
+//! The ground, true objects standing and moving on it, and the unit's tracks.
 
 use std::io::{Seek, Write};
 
@@ -19,7 +19,7 @@ use crate::{Micros, ViewError, Viewer, stamp};
 pub(crate) const WORLD: &str = "world";
 /// A unit's body as it is drawn: length, width and height, metres.
 pub(crate) const BODY: [f64; 3] = [2.0, 1.2, 0.8];
-/// An object whose size is not known, metres.
+/// An object of unknown size, metres.
 const UNKNOWN: [f64; 3] = [1.0, 1.0, 1.0];
 /// A track that is not told again is gone after this, milliseconds: it is told ten times a second.
 const TRACK_LASTS_MS: u32 = 500;
@@ -95,14 +95,14 @@ impl<W: Write + Seek> Viewer<W> {
         self.put(at, "/truth", &SceneUpdate { deletions: Vec::new(), entities })
     }
 
-    /// What perception believes.
+    /// Perception's tracks.
     pub(crate) fn tracks(&mut self, at: Micros, tracks: &Tracks) -> Result<(), ViewError> {
         let entities = tracks.tracks.iter().map(|track| of_track(at, track)).collect();
         self.put(at, "/tracks", &SceneUpdate { deletions: Vec::new(), entities })
     }
 }
 
-/// A track: two standard deviations around its place, what it is taken for, how surely, and by which modalities.
+/// A track: two standard deviations around its place, its class and confidence, and its modalities.
 fn of_track(at: Micros, track: &Track) -> SceneEntity {
     let (x, y) = (metres(track.x_mm), metres(track.y_mm));
     let across = (4.0 * f64::from(track.sigma_mm) / 1e3).max(SMALLEST);

@@ -1,4 +1,4 @@
-//! What is written is what other readers find, and what cannot be read is left out.
+//! Other readers find the written values; unreadable messages are left out.
 
 use std::collections::BTreeMap;
 use std::io::Cursor;
@@ -65,8 +65,9 @@ fn written(more: &[(Topic, Vec<u8>)]) -> (Vec<u8>, Vec<Channel>, u64) {
     (file.into_inner(), channels, unread)
 }
 
+/// The same run gives the same bytes.
 #[test]
-fn a_reader_finds_every_message_under_the_schema_that_is_told_and_the_same_run_gives_the_same_bytes() {
+fn messages_match_their_schema_and_bytes_repeat() {
     let (file, channels, unread) = written(&[]);
     let mut found: BTreeMap<String, (String, u32)> = BTreeMap::new();
     for message in mcap::MessageStream::new(&file).unwrap() {
@@ -93,7 +94,7 @@ fn a_reader_finds_every_message_under_the_schema_that_is_told_and_the_same_run_g
 }
 
 #[test]
-fn of_a_recording_that_is_evidence_of_nothing_the_file_says_so_before_anything_else() {
+fn file_of_an_invalid_recording_opens_with_that() {
     let of = |invalid: Option<&str>| {
         let mut file = Cursor::new(Vec::new());
         let mut viewer = Viewer::new(&mut file, None, None).unwrap();
@@ -119,8 +120,9 @@ fn of_a_recording_that_is_evidence_of_nothing_the_file_says_so_before_anything_e
     assert!(told.iter().all(|(_, _, text)| !text.contains("INVALID")), "{told:?}");
 }
 
+/// A cut at any byte does no harm.
 #[test]
-fn bytes_that_say_nothing_and_planes_of_another_size_are_left_out_and_a_cut_at_any_byte_harms_nothing() {
+fn unreadable_bytes_and_wrong_planes_are_left_out() {
     let whole = frames(&[9; 24], &[0xe8, 3]);
     let cuts: Vec<(Topic, Vec<u8>)> = (0..whole.len()).map(|n| (Topic::Frames, whole[..n].to_vec())).collect();
     let (_, channels, unread) = written(&cuts);

@@ -1,4 +1,4 @@
-//! What services, relays and the launcher wrote: each entry as JSON, the log in words, and the modes as they are and as they are shown.
+//! Log of services, relays and the launcher: each entry as JSON, the log in words, and the true and the displayed modes.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -34,11 +34,12 @@ const CUSTODY: [&str; 2] = [
 ];
 
 impl<W: Write + Seek> Viewer<W> {
-    /// What became of the recording in `run` whose files have this digest, at time zero: of one that is evidence of nothing, why. Then the
-    /// log begins with that, as loud as it can say anything.
+    /// Verification of the recording in `run` whose files have this digest, at time zero: of one that is no evidence, the reason. Then the
+    /// log begins with that, at its highest level.
     ///
     /// # Errors
-    /// When the file takes nothing more.
+    ///
+    /// When the file cannot be extended.
     pub fn custody(&mut self, run: &str, sha256: &str, invalid: Option<&str>) -> Result<(), ViewError> {
         let of = json!({ "run": run, "sha256": sha256, "valid": invalid.is_none(), "reason": invalid });
         self.put_json(0, "/custody", CUSTODY, &of)?;
@@ -92,7 +93,7 @@ impl<W: Write + Seek> Viewer<W> {
     }
 }
 
-/// How loud an event is; nothing for what is written all the time and stands elsewhere.
+/// Log level of an event; `None` for frequent ones that stand elsewhere.
 fn level(event: &Event) -> Option<log::Level> {
     Some(match event {
         Event::Truth { .. }

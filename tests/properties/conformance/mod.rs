@@ -1,7 +1,7 @@
-//! One suite of properties over two implementations of the secure telemetry link: the twin's model (`twin::net`)
-//! and the real stack (guard and DTLS library, over memory in paused time). What is not alike is in `docs/developer/link-model.md`.
+//! One suite of properties over two implementations of the secure telemetry link: the twin's model (`twin::net`) and the real stack
+//! (guard and DTLS library, over memory in paused time). Differences are in `docs/developer/link-model.md`.
 //!
-//! Every datagram passes the test's hands; nobody here holds a key but the two ends.
+//! Every datagram passes the test's hands; only the two ends hold a key.
 
 mod model;
 mod stack;
@@ -30,7 +30,7 @@ trait Association {
     /// A minute goes by.
     fn wait(&mut self);
 
-    /// A record goes from `from` to the other side untouched; what comes out there.
+    /// Passes a record from `from` to the other side untouched; returns the other side's records.
     fn pass(&mut self, from: Side, record: &[u8]) -> Vec<Vec<u8>> {
         match self.send(from, record) {
             Some(datagram) => self.put(from.other(), &datagram),
@@ -38,7 +38,7 @@ trait Association {
         }
     }
 
-    /// Whether it carries records both ways.
+    /// True if it carries records both ways.
     fn stands(&mut self) -> bool {
         [Side::Client, Side::Server].into_iter().all(|side| self.pass(side, b"up?") == [b"up?"])
     }
@@ -49,7 +49,7 @@ trait Association {
     }
 }
 
-/// What anybody can write: record type, then epoch 0, a sequence number and two bytes.
+/// Record without a key: record type, then epoch 0, a sequence number and two bytes.
 fn plaintext(content: u8, body: [u8; 2]) -> [u8; 15] {
     [content, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, body[0], body[1]]
 }
@@ -82,7 +82,7 @@ fn a_record_does_not_travel_in_the_clear<A: Association>() {
     assert!(!datagram.windows(8).any(|w| w == [0x5a; 8]));
 }
 
-/// Content type, epoch and length of each record, of what each side sends. Signatures and certificates differ by a few bytes.
+/// Content type, epoch and length of each record that each side sends. Signatures and certificates differ by a few bytes.
 fn a_handshake_is_six_datagrams_of_these_records<A: Association>() {
     const CLIENT: [&[(u8, u16, usize)]; 3] =
         [&[(22, 0, 149)], &[(22, 0, 169)], &[(22, 0, 485), (22, 0, 91), (22, 0, 100), (20, 0, 14), (22, 1, 61)]];

@@ -11,7 +11,7 @@ pub(super) struct Model {
     association: Modelled,
     /// Seen and refused, by end.
     guards: [(u64, u64); 2],
-    /// What each end said in its handshake and after it.
+    /// Output of each end in its handshake and after it.
     said: [Vec<Vec<u8>>; 2],
 }
 

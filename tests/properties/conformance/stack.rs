@@ -14,7 +14,7 @@ use super::Association;
 pub(super) struct Stack {
     parties: [Party; 2],
     pair: Pair,
-    /// What each end said in its handshake and after it.
+    /// Output of each end in its handshake and after it.
     said: [Vec<Vec<u8>>; 2],
 }
 

@@ -1,4 +1,4 @@
-//! What a word does, read off its moves by their names: all that the reference knows of it.
+//! Actions of an attack sequence, by the names of their types: all that the reference knows of it.
 
 use search::{Ground, Word};
 
@@ -12,7 +12,7 @@ pub(super) struct Deed {
     pub(super) number: f64,
 }
 
-/// What is done in one trial, in order of time.
+/// Actions of one trial, in order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Deeds {
     pub(super) alphabet: String,
@@ -43,17 +43,17 @@ impl Deeds {
         Self { alphabet: ground.alphabet.name.as_str().to_owned(), done: done.collect() }
     }
 
-    /// Whether the word is over one of these alphabets.
+    /// True if the word is over one of these alphabets.
     pub(super) fn over(&self, alphabets: &[&str]) -> bool {
         alphabets.contains(&self.alphabet.as_str())
     }
 
-    /// Whether all that is done, and something is, are these of this alphabet.
+    /// True if all that is done, and something is, are these of this alphabet.
     pub(super) fn only(&self, alphabet: &str, moves: &[&str]) -> bool {
         self.alphabet == alphabet && !self.done.is_empty() && self.done.iter().all(|d| moves.contains(&d.of.as_str()))
     }
 
-    /// Whether any of these is done, in whichever alphabet.
+    /// True if any of these is done, in whichever alphabet.
     pub(super) fn any(&self, moves: &[&str]) -> bool {
         self.each(moves).next().is_some()
     }

@@ -1,12 +1,13 @@
-//! Property-based attack fuzzing: words that nobody wrote down, over everything the shipped alphabets allow, against what must
-//! hold whatever is done.
+//! Property-based attack fuzzing: generated attack sequences, over everything the shipped attack spaces allow, against
+//! properties of every trial.
 //!
-//! Four parts: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` what
-//! should happen, said without them, `assertions` what must hold of every trial. What these look at is read by `deeds` off the
-//! word and by `witness` off a second run of it. Drawing and shrinking are `search`'s.
+//! Four parts: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` the
+//! expected behaviour, written without them, `assertions` the properties of every trial. Their inputs are read by `deeds` off
+//! the sequence and by `witness` off a second run of it. Drawing and shrinking are `search`'s.
 //!
-//! `HOLDSAFE_CASES=1000 cargo test fuzzing` tries more words of each alphabet than the few of every day. A failure prints the
-//! smallest word that shows it and the file with its scenario; moved into `tests/regressions/` it is a regression from then on.
+//! `HOLDSAFE_CASES=1000 cargo test fuzzing` tries more sequences of each attack space than the few of every day. A failure
+//! prints the smallest sequence that shows it and the file with its scenario; moved into `tests/regressions/` it is a
+//! regression from then on.
 
 mod assertions;
 mod deeds;
@@ -19,7 +20,7 @@ use system::System;
 use transitions::Transitions;
 
 #[test]
-fn whatever_a_relay_without_a_key_does_every_assertion_holds() {
+fn assertions_hold_against_a_keyless_relay() {
     fuzz("path");
 }
 
@@ -29,7 +30,7 @@ fn whatever_a_hostile_broker_does_every_assertion_holds() {
 }
 
 #[test]
-fn whatever_a_gateway_in_other_hands_does_to_the_display_every_assertion_holds() {
+fn assertions_hold_against_a_hostile_gateway() {
     fuzz("display");
 }
 
@@ -49,22 +50,23 @@ fn whatever_an_admitted_teammate_says_every_assertion_holds() {
 }
 
 #[test]
-fn whatever_a_second_operators_station_orders_every_assertion_holds() {
+fn assertions_hold_against_a_second_operator() {
     fuzz("stations");
 }
 
 #[test]
-fn whatever_a_station_without_an_operators_key_asks_for_every_assertion_holds() {
+fn assertions_hold_against_a_keyless_station() {
     fuzz("roles");
 }
 
 #[test]
-fn whatever_a_process_without_a_key_writes_to_shared_memory_every_assertion_holds() {
+fn assertions_hold_against_a_keyless_memory_writer() {
     fuzz("memory");
 }
 
+/// But for a fabricated vehicle.
 #[test]
-fn whatever_the_holder_of_perceptions_keys_writes_but_a_vehicle_every_assertion_holds() {
+fn assertions_hold_against_perceptions_keys() {
     fuzz("perception");
 }
 
@@ -86,7 +88,7 @@ fn fuzz(alphabet: &str) {
     }
 }
 
-/// A regression says what must come of it; what once went wrong is not among that.
+/// A regression names its acceptable classes; the former fault is not among them.
 #[test]
 fn every_regression_stays_mended() {
     let folder = holdsafe_tests::root().join("tests/regressions");
@@ -103,7 +105,7 @@ fn every_regression_stays_mended() {
 }
 
 #[test]
-fn every_assertion_fails_on_a_trial_that_breaks_it() {
+fn every_assertion_fails_on_a_breaking_trial() {
     for assertion in assertions::all() {
         let (sound, broken) = (assertion.examples)();
         assert_eq!((assertion.holds)(&sound), Ok(()), "{}: on a sound trial", assertion.name);
@@ -111,9 +113,9 @@ fn every_assertion_fails_on_a_trial_that_breaks_it() {
     }
 }
 
-/// An assertion that nothing can break says nothing.
+/// An assertion that cannot be broken is no test.
 #[test]
-fn every_assertion_that_one_check_carries_breaks_without_it() {
+fn every_single_check_assertion_breaks_without_it() {
     let unbroken = assertions::all().filter_map(|assertion| {
         let (check, alphabet) = assertion.carried_by?;
         let transitions = Transitions::of(alphabet).without(check);

@@ -1,6 +1,6 @@
-//! What should happen, said without the cores: the mission as it goes without a word, and a few rules from the bounds alone.
+//! Expected behaviour, without the cores: the mission as it goes without an attack, and a few rules from the bounds alone.
 //!
-//! It knows neither messages nor state machines. What it cannot foretell it leaves open; the oracle judges that.
+//! It knows neither messages nor state machines. Unpredictable outcomes are left open; the oracle judges them.
 
 use evidence::trial::TransitionRow;
 use search::Tried;
@@ -13,16 +13,16 @@ pub(super) struct Reference {
     pub(super) limits: Limits,
 }
 
-/// How long what may take, milliseconds.
+/// Time limits, milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Limits {
     /// *Th*.
     pub(super) hold: f64,
     /// *Td*, and a control period in which it is judged.
     pub(super) degraded: f64,
-    /// Lease, a control period, and what a datagram under way may prolong it by.
+    /// Lease, a control period, and the extension by a datagram under way.
     pub(super) lease: f64,
-    /// How long nothing may come without any consequence: the lease less the grants' period, for one may have been due.
+    /// Longest silence without any consequence: the lease less the grants' period, for one may have been due.
     pub(super) grace: f64,
     /// From the last seal to the end of authority.
     pub(super) seal: f64,
@@ -32,9 +32,10 @@ pub(super) struct Limits {
     pub(super) shown: f64,
     /// Between two reports of a unit.
     pub(super) report: f64,
-    /// From an operator's HOLD to the mode: the ways of a request, an order and the control period, where nobody is in them.
+    /// From an operator's HOLD to the mode: the ways of a request, an order and the control period, without an attacker in
+    /// them.
     pub(super) obeyed: f64,
-    /// How far the claimed place of a teammate may be from where its claimed motion leads, metres.
+    /// Largest distance of a teammate's claimed place from the end of its claimed motion, metres.
     pub(super) slack_m: f64,
 }
 
@@ -48,7 +49,7 @@ pub(super) struct Change {
 
 /// Modes in which the unit may move by itself.
 const DRIVING: [&str; 3] = ["READY", "PREPARE_TO_ACT", "DEGRADED"];
-/// How long two hops and their cores may take in the twin.
+/// Time limit of two hops and their cores in the twin.
 const TWO_HOPS_MS: u64 = 100;
 
 impl Change {
@@ -89,7 +90,7 @@ pub(super) fn mode_at(changes: &[Change], at_ms: f64) -> &str {
     changes.iter().take_while(|c| c.at_ms <= at_ms).last().map_or("IDLE", |c| c.to.as_str())
 }
 
-/// Whether the unit may move by itself in this mode.
+/// True if the unit may move by itself in this mode.
 pub(super) fn drives(mode: &str) -> bool {
     DRIVING.contains(&mode)
 }

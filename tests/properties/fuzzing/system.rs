@@ -21,7 +21,7 @@ pub(super) struct System {
 }
 
 impl System {
-    /// Ready for what `transitions` allow.
+    /// Ready for every sequence of `transitions`.
     pub(super) fn new(transitions: &Transitions) -> Self {
         let Transitions { mission, setup, alphabet, .. } = transitions;
         let ground = Ground::new(mission.clone(), setup.clone(), 1, alphabet.clone()).expect("the mission runs");
@@ -37,7 +37,7 @@ impl System {
         hunted.found.iter().next().map(|(cause, found)| self.failure(cause, found, &test))
     }
 
-    /// Whether any of the words of `transitions` breaks this one assertion.
+    /// True if any of the words of `transitions` breaks this one assertion.
     pub(super) fn breaks(&self, transitions: &Transitions, assertion: &'static Assertion) -> bool {
         let test = |tried: &Tried| self.broken(tried, std::iter::once(assertion));
         !self.hunt(transitions, &test).found.is_empty()
@@ -59,7 +59,7 @@ impl System {
         Some(Cause { outcome: tried.trial.outcome, broken: broken.name.to_owned() })
     }
 
-    /// What the assertions look at.
+    /// Input of the assertions.
     fn facts(&self, tried: &Tried) -> Facts {
         let trial = &tried.trial;
         Facts {
@@ -75,7 +75,7 @@ impl System {
         }
     }
 
-    /// The changes of mode when every silence lasts longer; nothing for a word that does anything else.
+    /// The changes of mode when every silence lasts longer; `None` for a sequence with any other action.
     fn longer(&self, word: &Word) -> Option<Vec<Change>> {
         let silent = Deeds::of(&self.ground, word).only("path", &["cut", "cut-up", "cut-down"]);
         let longer = |letter: &Letter| {

@@ -4,10 +4,10 @@ use evidence::ablation::Switch;
 use scenario::{Alphabet, Scenario, Setup};
 use search::{Quest, Strategy};
 
-/// Words of each alphabet when nobody asks for more.
+/// Sequences of each attack space by default.
 const CASES: u64 = 48;
 
-/// A mission and what may happen in it.
+/// A mission and its possible attacks.
 pub(super) struct Transitions {
     pub(super) mission: Scenario,
     pub(super) setup: Setup,
@@ -26,8 +26,8 @@ impl Transitions {
         Self { mission: ready.scenario, setup: ready.setup, alphabet, quest }
     }
 
-    /// The same under every check but this one, and for much longer: it ends with the first word that shows something, and what
-    /// takes two moves of twenty that fit each other shows late.
+    /// The same under every check but this one, and for much longer: it ends with the first finding, and a finding that takes
+    /// two matching action types of twenty comes late.
     pub(super) fn without(mut self, check: &str) -> Self {
         self.quest.budget *= 40;
         let switch = Switch::all().into_iter().find(|switch| switch.name() == check).expect("a check of a policy");

@@ -1,7 +1,7 @@
-//! The same word once more, otherwise: forked half way, with the mouths of the cores kept; and what its log says of orders,
-//! reports, the display, the plant and the accounts, for the assertions to read.
+//! A second run of the same sequence, in another way: forked half way, with the input journals kept; and its orders,
+//! reports, display, plant and accounts from the log, for the assertions.
 //!
-//! Nothing is judged here.
+//! It judges none of them.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -16,7 +16,7 @@ use wire::event::{Account, Event, Freshness, Interface};
 use wire::id::{CommandId, NodeId, PeerId, RecordId, UnitId, WorldId};
 use wire::refusal::Reason;
 
-/// What was seen, times in milliseconds.
+/// Observations, times in milliseconds.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Witness {
     /// Digest of every decision.
@@ -25,19 +25,19 @@ pub(super) struct Witness {
     pub(super) given: Vec<Given>,
     /// Orders as the unit under test took them.
     pub(super) taken: Vec<Taken>,
-    /// When the unit under test learned that the second operator was struck off the roll.
+    /// Time at which the unit under test learned that the second operator was revoked.
     pub(super) struck_ms: Option<f64>,
-    /// Reports that the gateway accepted, and in whose session they came.
+    /// Reports that the gateway accepted, with the peers of their sessions.
     pub(super) accepted: Vec<(PeerId, RecordId)>,
-    /// What the display showed of the unit under test.
+    /// Displays of the unit under test.
     pub(super) shown: Vec<Shown>,
-    /// When it gained authority (true) and lost or used it.
+    /// Times at which it gained authority (true) and lost or used it.
     pub(super) authority: Vec<(f64, bool)>,
     /// Its true speed, mm/s.
     pub(super) speed: Vec<(f64, i32)>,
     /// Acts at the plant.
     pub(super) acts: usize,
-    /// When it first found a teammate's claims inconsistent.
+    /// Time at which it first found a teammate's claims inconsistent.
     pub(super) disputed_ms: Option<f64>,
     /// Closing accounts.
     pub(super) accounts: BTreeMap<(NodeId, Account), u64>,
@@ -49,7 +49,7 @@ pub(super) struct Given {
     pub(super) at_ms: f64,
     pub(super) id: CommandId,
     pub(super) kind: CommandKind,
-    /// Whose key it is signed with.
+    /// Owner of the signing key.
     pub(super) key: NodeId,
 }
 

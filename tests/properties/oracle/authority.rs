@@ -37,8 +37,9 @@ fn p1_an_act_under_revoked_authority() {
     assert_eq!(log.breaks(), [Property::P1]);
 }
 
+/// P1: authority that outlives its time. P11: one on another track than was ordered.
 #[test]
-fn p1_authority_that_outlives_its_time_and_p11_one_on_another_track_than_was_ordered() {
+fn p1_p11_authority_too_long_or_retargeted() {
     let mut log = Log::whole();
     let early =
         |event: &Event| matches!(event, Event::Transition { to: Mode::PrepareToAct, .. } | Event::Minted { .. });
@@ -74,8 +75,9 @@ fn p9_degraded_that_ends_before_its_hysteresis() {
     assert_eq!(lasts(400), [Property::P9]);
 }
 
+/// And authority entered without one.
 #[test]
-fn p9_hold_safe_left_and_authority_entered_without_an_operator() {
+fn p9_hold_safe_left_without_operator() {
     let mut log = Log::whole();
     log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
     log.entries.retain(|w| !(w.at > 3_000_000 && matches!(w.entry.event, Event::Truth { .. })));
@@ -88,7 +90,7 @@ fn p9_hold_safe_left_and_authority_entered_without_an_operator() {
 }
 
 #[test]
-fn p9_idle_is_left_by_an_enable_or_a_stop_alone() {
+fn p9_idle_left_by_enable_or_stop() {
     let left = |to: Mode| {
         let mut log = Log::whole();
         log.entries.retain(|w| !matches!(w.entry.event, Event::Transition { .. } | Event::Executed { .. }));
@@ -99,7 +101,7 @@ fn p9_idle_is_left_by_an_enable_or_a_stop_alone() {
 }
 
 #[test]
-fn p11_an_act_on_a_decoy_and_one_far_from_any_vehicle() {
+fn p11_act_on_decoy_or_off_vehicle() {
     for (class, distance) in [(Class::Decoy, 100), (Class::Vehicle, 9000)] {
         let mut log = Log::whole();
         log.cut_display(5000).confirm_and_act(5000, class, distance);

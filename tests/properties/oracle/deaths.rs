@@ -1,4 +1,4 @@
-//! What is owed when a process is killed, and what is asked of one that was started again.
+//! Obligations after the kill of a process, and requirements on a restarted one.
 
 use evidence::Property;
 use evidence::trial::Outcome;
@@ -10,7 +10,7 @@ use wire::mode::{Cause, Mode};
 use super::log::{Log, command};
 
 #[test]
-fn a_plant_that_goes_on_when_its_unit_is_killed_breaks_p3() {
+fn p3_plant_continues_after_unit_death() {
     let mut log = Log::whole();
     log.killed(5000, NodeId::UNIT_A).cut_display(5000);
     assert!(log.breaks_with_dead(NodeId::UNIT_A).contains(&Property::P3), "it never stops");
@@ -31,7 +31,7 @@ fn a_plant_that_goes_on_when_its_unit_is_killed_breaks_p3() {
 }
 
 #[test]
-fn a_plant_whose_lease_outlives_the_last_set_point_by_as_much_again_breaks_p3() {
+fn p3_plant_lease_twice_the_limit() {
     for (ends, broken) in [(5300, vec![]), (5350, vec![]), (5600, vec![Property::P3])] {
         let mut log = Log::whole();
         log.killed(5000, NodeId::UNIT_A).cut_display(5000).plant_stops(ends);
@@ -40,7 +40,7 @@ fn a_plant_whose_lease_outlives_the_last_set_point_by_as_much_again_breaks_p3() 
 }
 
 #[test]
-fn a_unit_that_stays_ready_when_a_process_it_needs_is_killed_breaks_p2_and_p3() {
+fn p2_p3_unit_ready_without_needed_process() {
     for (node, broken) in [
         (NodeId::PERCEPTION, vec![Property::P2, Property::P3]),
         (NodeId::GATEWAY, vec![Property::P2, Property::P3]),
@@ -57,7 +57,7 @@ fn a_unit_that_stays_ready_when_a_process_it_needs_is_killed_breaks_p2_and_p3() 
 }
 
 #[test]
-fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
+fn p3_unit_ignores_hold_after_broker_death() {
     let mut log = Log::whole();
     log.killed(5000, NodeId::BROKER);
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
@@ -67,7 +67,7 @@ fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
 }
 
 #[test]
-fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
+fn early_end_before_an_obligation_is_inconclusive() {
     for node in [NodeId::PERCEPTION, NodeId::GATEWAY, NodeId::RECORDER] {
         let mut log = Log::whole();
         log.killed(9800, node);
@@ -76,7 +76,7 @@ fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
     }
 }
 
-/// A unit that ends at 3 s, is started again at 4 s and enabled at 5 s; judged by what is said with `word` in it.
+/// A unit that ends at 3 s, is started again at 4 s and enabled at 5 s; judged by the findings with `word` in them.
 fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
     let mut log = Log::whole();
     log.killed(3000, NodeId::UNIT_A).cut_display(3000);
@@ -88,7 +88,7 @@ fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
 }
 
 #[test]
-fn p3_is_asked_again_of_a_unit_that_was_started_again() {
+fn p3_applies_again_after_a_restart() {
     let silent = |from: u64, to: u64| {
         move |log: &mut Log| {
             let guard = NodeId::UNIT_A.guard();

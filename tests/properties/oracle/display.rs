@@ -1,4 +1,4 @@
-//! P5 and P7: what the display shows was accepted, is as fresh as it says, and is so.
+//! P5 and P7: displayed values were accepted, are as fresh as labelled, and are true.
 
 use evidence::{Planned, Property};
 use wire::core::Side;
@@ -10,7 +10,7 @@ use wire::time::Span;
 use super::log::{Log, command, way};
 
 #[test]
-fn p7_a_record_accepted_after_it_was_held_back_too_long() {
+fn p7_record_accepted_after_long_delay() {
     let held = |ms: u64| {
         let mut log = Log::whole();
         let hash = 5000 << 8 | NodeId::GATEWAY.index() as u64;
@@ -41,14 +41,14 @@ fn p7_a_value_shown_fresh_beyond_its_limit() {
 }
 
 #[test]
-fn p7_a_mode_shown_fresh_that_the_unit_has_left() {
+fn p7_stale_mode_shown_fresh() {
     let mut log = Log::whole();
     log.displayed(5005, Mode::Idle, 5000);
     assert_eq!(log.breaks(), [Property::P7]);
 }
 
 #[test]
-fn p7_authority_shown_fresh_that_the_unit_does_not_hold_or_hidden_while_it_does() {
+fn p7_authority_shown_or_hidden_wrongly() {
     let shown = |ms: u64| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == ms * 1000) {
@@ -64,7 +64,7 @@ fn p7_authority_shown_fresh_that_the_unit_does_not_hold_or_hidden_while_it_does(
 }
 
 #[test]
-fn p7_authority_shown_fresh_over_another_track_than_the_unit_holds_it_over() {
+fn p7_authority_shown_over_the_wrong_track() {
     let mut log = Log::whole();
     for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
         if let Event::Displayed { authority, .. } = &mut w.entry.event {
@@ -75,7 +75,7 @@ fn p7_authority_shown_fresh_over_another_track_than_the_unit_holds_it_over() {
 }
 
 #[test]
-fn p7_a_place_shown_fresh_where_the_unit_did_not_take_itself_to_be() {
+fn p7_wrong_place_shown_fresh() {
     let shown = |north_mm: i32, of_ms: u64| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
@@ -95,7 +95,7 @@ fn p7_a_place_shown_fresh_where_the_unit_did_not_take_itself_to_be() {
 }
 
 #[test]
-fn p7_what_ready_stands_on_is_shown_fresh_for_no_longer_than_the_unit_goes_by_it() {
+fn p7_ready_conditions_shown_fresh_too_long() {
     let (none, thermal) = (Guards::default(), Guards::default().with(Guard::Thermal));
     for (what, (failing, placed, tracks)) in
         [("guards", (thermal, true, 1)), ("place", (none, false, 1)), ("tracks", (none, true, 0))]
@@ -109,7 +109,7 @@ fn p7_what_ready_stands_on_is_shown_fresh_for_no_longer_than_the_unit_goes_by_it
 }
 
 #[test]
-fn a_command_shown_as_executed_that_the_unit_did_not_execute_breaks_p7() {
+fn p7_unexecuted_command_shown_executed() {
     let shown = |shown| Event::CommandShown { command: command(9), shown };
     let mut log = Log::whole();
     log.add(7000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(7400, NodeId::CONSOLE, shown(ShownAs::Executed));
@@ -120,7 +120,7 @@ fn a_command_shown_as_executed_that_the_unit_did_not_execute_breaks_p7() {
 }
 
 #[test]
-fn a_command_shown_as_under_way_for_more_than_a_second_breaks_p7() {
+fn p7_command_under_way_beyond_a_second() {
     let shown = |shown| Event::CommandShown { command: command(9), shown };
     for late in [ShownAs::Requested, ShownAs::Sent] {
         let mut log = Log::whole();

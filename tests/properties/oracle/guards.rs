@@ -1,4 +1,4 @@
-//! P1's guards at an act, by the word of others than the unit, each just within and just beyond what its guard lets through.
+//! P1's guards at an act, by the reports of others than the unit, each just within and just beyond its guard's limit.
 
 use evidence::Property;
 use wire::command::CommandKind;
@@ -9,15 +9,16 @@ use wire::sensor::Class;
 
 use super::log::Log;
 
-/// Whether P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good by its own word.
+/// True if P1 is broken where `change` is made to a log and the unit acts at `ms`, every guard good by its own word.
 fn broken(ms: u64, change: impl Fn(&mut Log) -> &mut Log) -> bool {
     let mut log = Log::whole();
     change(log.cut_display(4000));
     log.confirm_and_act(ms, Class::Vehicle, 100).breaks().contains(&Property::P1)
 }
 
+/// The unit would not come to rest inside the fence.
 #[test]
-fn p1_an_act_of_a_unit_that_would_not_come_to_rest_inside_the_fence() {
+fn p1_act_without_room_to_stop() {
     let fence = |mm: i32| {
         broken(5000, |log| {
             for w in log.entries.iter_mut().filter(|w| w.at == 5_000_000) {
@@ -35,7 +36,7 @@ fn p1_an_act_of_a_unit_that_would_not_come_to_rest_inside_the_fence() {
 }
 
 #[test]
-fn p1_an_act_of_a_unit_that_is_not_where_it_takes_itself_to_be() {
+fn p1_act_of_a_mislocated_unit() {
     let off = |mm: i32, ms: u64| {
         broken(ms, |log| {
             log.without(4900, 7000, |w| matches!(w.entry.event, Event::Located { .. }));
@@ -52,7 +53,7 @@ fn p1_an_act_of_a_unit_that_is_not_where_it_takes_itself_to_be() {
 }
 
 #[test]
-fn p1_an_act_of_a_unit_that_cannot_hold_a_lease() {
+fn p1_act_without_a_holdable_lease() {
     let silent =
         |node: NodeId, ms: u64| broken(ms, |log| log.without(5000, 5950, |w| Some(w.entry.node) == node.guard()));
     // A lease; and Tf until the gateway grants no more. 50 ms are the log's.
@@ -61,7 +62,7 @@ fn p1_an_act_of_a_unit_that_cannot_hold_a_lease() {
 }
 
 #[test]
-fn p1_an_act_of_a_unit_that_is_without_a_sensor_or_without_perception() {
+fn p1_act_without_sensor_or_perception() {
     let sensor = |until: u64, ms: u64| broken(ms, |log| log.thermal_fault(4000, until));
     assert_eq!([4500, 4501].map(|ms| sensor(9000, ms)), [false, true]);
     assert_eq!([4599, 4600].map(|ms| sensor(4600, ms)), [true, false], "it is whole again");
@@ -75,8 +76,9 @@ fn p1_an_act_that_no_seal_covers() {
     assert_eq!([5050, 5051].map(seal), [false, true]);
 }
 
+/// After a HOLD or DISARM without new authority.
 #[test]
-fn p1_an_act_in_another_mode_and_one_after_a_hold_or_disarm_without_new_authority() {
+fn p1_act_in_wrong_mode_or_without_authority() {
     let left = |ms: u64| broken(5000, |log| log.to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Expired));
     assert_eq!([4951, 4950].map(left), [false, true]);
     for kind in [CommandKind::Hold, CommandKind::Disarm] {

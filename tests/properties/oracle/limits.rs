@@ -1,5 +1,5 @@
 //! Each limit of P1 and P5 to P11 from both sides: a log just within it is no finding, one just beyond it is. `limits_trust`
-//! has those of P2 to P4, `guards` and `plant` what is judged from the plant, other files those that belong to an attack.
+//! has those of P2 to P4, `guards` and `plant` those judged from the plant, other files those that belong to an attack.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -17,7 +17,7 @@ use wire::sensor::Class;
 use super::log::{BOUNDS, Log, command, way};
 use super::orders::obeyed;
 
-/// What an order, a confirmation and an entry may be late by in the log, milliseconds.
+/// Permitted lateness of an order, a confirmation and an entry in the log, milliseconds.
 const SLACK_MS: u64 = 50;
 
 #[test]
@@ -55,7 +55,7 @@ fn p1_the_life_of_authority() {
 }
 
 #[test]
-fn p5_a_stop_under_the_key_of_an_operator_whose_time_is_over_or_who_was_struck() {
+fn p5_stop_under_expired_or_revoked_key() {
     let second =
         |executed_ms: u64| obeyed(executed_ms - 10, NodeId::OPERATOR_2, CommandKind::Disarm, NodeId::OPERATOR_2);
     assert_eq!(second(7000 + SLACK_MS).breaks(), []);
@@ -66,7 +66,7 @@ fn p5_a_stop_under_the_key_of_an_operator_whose_time_is_over_or_who_was_struck()
 }
 
 #[test]
-fn p5_how_far_a_pose_may_move_under_fixes_that_the_unit_distrusts() {
+fn p5_pose_bound_under_distrusted_fixes() {
     let moved = |aside_mm: i32| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| (5_100_000..=5_300_000).contains(&w.at)) {
@@ -83,7 +83,7 @@ fn p5_how_far_a_pose_may_move_under_fixes_that_the_unit_distrusts() {
 }
 
 #[test]
-fn p6_every_account_is_missed_when_it_is_off_by_one() {
+fn p6_every_account_off_by_one_is_missed() {
     let (unit, gateway) = (NodeId::UNIT_A, NodeId::GATEWAY);
     let (relay, guard) = (NodeId::RELAY_TELEMETRY, gateway.guard().expect("a guard"));
     let off = [
@@ -122,7 +122,7 @@ fn p6_every_account_is_missed_when_it_is_off_by_one() {
 }
 
 #[test]
-fn p7_the_age_of_what_is_shown_as_fresh_and_how_long_it_may_be_so_no_more() {
+fn p7_age_and_duration_of_fresh_displays() {
     let limit = BOUNDS.freshness_ms + BOUNDS.telemetry_period_ms + SLACK_MS;
     let old = |ms: u64| Log::whole().displayed(5100 + ms, Mode::PrepareToAct, 5100).breaks();
     assert_eq!(old(limit), []);
@@ -134,7 +134,7 @@ fn p7_the_age_of_what_is_shown_as_fresh_and_how_long_it_may_be_so_no_more() {
 }
 
 #[test]
-fn p7_how_far_a_shown_place_may_be_from_where_the_unit_took_itself_to_be() {
+fn p7_displayed_place_tolerance() {
     let shown = |north_mm: i32| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
@@ -151,7 +151,7 @@ fn p7_how_far_a_shown_place_may_be_from_where_the_unit_took_itself_to_be() {
 }
 
 #[test]
-fn p7_how_soon_the_display_says_what_became_of_a_command_and_that_a_session_was_lost() {
+fn p7_deadline_for_command_and_session_displays() {
     let answered = |ms: u64| {
         let mut log = Log::whole();
         let shown = |shown| Event::CommandShown { command: command(9), shown };
@@ -180,7 +180,7 @@ fn p7_how_soon_the_display_says_what_became_of_a_command_and_that_a_session_was_
 }
 
 #[test]
-fn p8_how_late_a_command_may_be_executed_and_how_often() {
+fn p8_command_lateness_and_repetition() {
     let kind = CommandKind::Enable;
     let executed = |late_ms: &[u64]| {
         let mut log = Log::whole();
@@ -197,7 +197,7 @@ fn p8_how_late_a_command_may_be_executed_and_how_often() {
 }
 
 #[test]
-fn p8_a_command_that_a_session_was_lost_after() {
+fn p8_command_before_a_session_loss() {
     let lost = |ms: u64, kind: CommandKind| {
         let id = CommandId { operator: NodeId::OPERATOR, ..command(9) };
         let mut log = Log::whole();
@@ -215,7 +215,7 @@ fn p8_a_command_that_a_session_was_lost_after() {
 }
 
 #[test]
-fn p9_how_soon_degraded_may_end_and_how_near_to_its_command_a_recovery_is() {
+fn p9_degraded_end_and_recovery_limits() {
     let lasts = |ms: u64| {
         let mut log = Log::whole();
         log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
@@ -235,7 +235,7 @@ fn p9_how_soon_degraded_may_end_and_how_near_to_its_command_a_recovery_is() {
 }
 
 #[test]
-fn p10_a_run_that_ends_before_what_a_death_owes_is_due() {
+fn p10_run_ending_before_a_death_obligation() {
     let killed = |ms: u64| {
         let mut log = Log::whole();
         log.killed(ms, NodeId::GATEWAY);
@@ -246,7 +246,7 @@ fn p10_a_run_that_ends_before_what_a_death_owes_is_due() {
 }
 
 #[test]
-fn p11_how_far_from_its_class_an_act_may_be() {
+fn p11_act_distance_from_its_class() {
     let act = |class: Class, mm: u32| Log::whole().cut_display(5000).confirm_and_act(5000, class, mm).breaks();
     assert_eq!(act(Class::Vehicle, BOUNDS.designation_mm), []);
     assert_eq!(act(Class::Vehicle, BOUNDS.designation_mm + 1), [Property::P11]);

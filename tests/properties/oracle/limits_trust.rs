@@ -22,7 +22,7 @@ fn holds(log: &mut Log, ms: u64) -> &mut Log {
 }
 
 #[test]
-fn p2_how_soon_a_unit_without_a_sensor_degrades_and_for_how_long_it_has_to_be_without() {
+fn p2_sensor_loss_to_degraded_limits() {
     let after = |ms: u64| degrades(Log::whole().thermal_fault(4000, 9000), 4000 + ms).breaks();
     assert_eq!(after(TD), []);
     assert_eq!(after(TD + 1), [Property::P2]);
@@ -31,8 +31,9 @@ fn p2_how_soon_a_unit_without_a_sensor_degrades_and_for_how_long_it_has_to_be_wi
     assert_eq!(lasts(TD + 1), [Property::P2]);
 }
 
+/// And missing set-points.
 #[test]
-fn p2_for_how_long_reports_and_set_points_may_fail_to_come_while_no_log_can_be_written() {
+fn p2_missing_reports_without_a_writable_log() {
     let full = |silent_ms: u64| {
         let mut log = Log::whole();
         log.add(5000, NodeId::CAMPAIGN, Event::DiskFull { node: NodeId::RECORDER, on: true });
@@ -46,7 +47,7 @@ fn p2_for_how_long_reports_and_set_points_may_fail_to_come_while_no_log_can_be_w
 }
 
 #[test]
-fn p3_nothing_timely_at_either_end_of_the_link() {
+fn p3_untimely_link_at_either_end() {
     for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
         let silent = |ms: u64| {
             let mut log = Log::whole();
@@ -83,7 +84,7 @@ fn p3_a_unit_without_its_localisation() {
 }
 
 #[test]
-fn p3_how_far_from_where_it_takes_itself_to_be_and_for_how_long() {
+fn p3_localisation_error_limit_and_duration() {
     let off = |mm: i32, for_ms: u64| {
         let mut log = Log::whole();
         let to = 5100 + for_ms;
@@ -114,7 +115,7 @@ fn p3_how_soon_an_operators_hold_is_obeyed() {
 }
 
 #[test]
-fn p2_and_p3_how_soon_a_unit_responds_to_a_death() {
+fn p2_p3_response_time_to_a_death() {
     let responds = |node: NodeId, degraded: u64, held: Option<u64>| {
         let mut log = Log::whole();
         degrades(log.killed(5000, node), 5000 + degraded);
@@ -134,7 +135,7 @@ fn p2_and_p3_how_soon_a_unit_responds_to_a_death() {
 }
 
 #[test]
-fn p3_how_soon_the_plant_of_a_dead_unit_is_without_a_lease_and_stands() {
+fn p3_dead_units_plant_stops_in_time() {
     let stops = |change: &dyn Fn(&mut Log)| {
         let mut log = Log::whole();
         change(log.killed(5000, NodeId::UNIT_A).cut_display(5000).plant_stops(5300));
@@ -164,7 +165,7 @@ fn p3_how_soon_the_plant_of_a_dead_unit_is_without_a_lease_and_stands() {
 }
 
 #[test]
-fn p3_a_unit_that_did_not_run_for_as_long_as_its_lease_holds_when_it_runs_again() {
+fn p3_resumed_unit_after_its_lease() {
     let hung = |ms: u64, held_ms: u64| {
         let mut log = Log::whole();
         for (at, on) in [(5000, true), (5000 + ms, false)] {
@@ -182,7 +183,7 @@ fn p3_a_unit_that_did_not_run_for_as_long_as_its_lease_holds_when_it_runs_again(
 }
 
 #[test]
-fn p4_what_is_outside_the_fence_and_what_drives() {
+fn p4_fence_and_driving_limits() {
     let driven = |fence_mm: i32, speed: i32| Log::whole().truth(5000, speed, fence_mm).breaks();
     assert_eq!(driven(0, 800), []);
     assert_eq!(driven(-1, 50), []);

@@ -1,4 +1,4 @@
-//! A log under construction: a quiet, whole run and the ways to break it, and what the oracle says of it then.
+//! A log under construction: a quiet, whole run and the ways to break it, and the oracle's findings then.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -192,7 +192,7 @@ impl Log {
         self.add(ms + 1, NodeId::CAMPAIGN, sight)
     }
 
-    /// From `ms` on, what is displayed and the modes after it are dropped, to be written anew.
+    /// From `ms` on, displays and later modes are dropped, to be written anew.
     pub(crate) fn cut_display(&mut self, ms: u64) -> &mut Log {
         self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Event::Displayed { .. })));
         self
@@ -206,7 +206,7 @@ impl Log {
         judge(&self.evidence(killed))
     }
 
-    /// How near it comes to each limit.
+    /// Approach to each limit.
     pub(crate) fn nearness(&self) -> Nearness {
         nearness(&self.evidence(Vec::new()))
     }
@@ -253,7 +253,7 @@ impl Log {
         self
     }
 
-    /// Takes away what `test` finds between two times, these left out.
+    /// Removes the entries that `test` finds between two times, these left out.
     pub(crate) fn without(&mut self, from: u64, to: u64, test: impl Fn(&Witnessed) -> bool) -> &mut Log {
         self.entries.retain(|w| !(w.at > from * 1000 && w.at < to * 1000 && test(w)));
         self
@@ -266,7 +266,7 @@ impl Log {
         self.to(ms, from, Mode::HoldSafe, Cause::Operator).plant_stops(ms)
     }
 
-    /// What the unit is in after a DISARM.
+    /// The unit's state after a DISARM.
     pub(crate) fn disarmed(&mut self, ms: u64) -> &mut Log {
         self.cut_display(ms).to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Operator)
     }
@@ -284,7 +284,7 @@ impl Log {
         self
     }
 
-    /// What is owed and broken, under the judge that knows that `node` is dead.
+    /// Broken obligations, under the judge that knows that `node` is dead.
     pub(crate) fn breaks_with_dead(&self, node: NodeId) -> Vec<Property> {
         let verdict = self.judge_with(vec![node]);
         verdict.findings.iter().map(|f| f.property).collect()
@@ -295,7 +295,7 @@ pub(crate) fn command(n: u64) -> CommandId {
     CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(n) }
 }
 
-/// Where the unit is at `ms`: it goes east at a metre a second.
+/// Place of the unit at `ms`: it goes east at a metre a second.
 pub(crate) fn way(ms: u64) -> Pose {
     Pose { x_mm: ms as i32, y_mm: 0, yaw_mrad: 0 }
 }

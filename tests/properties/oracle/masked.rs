@@ -1,4 +1,4 @@
-//! What became of an injection: delivered to its target or kept from it, by whom, and when neither is proven.
+//! Fate of an injection: delivered to its target or stopped, by whom, and unproven cases.
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask, Needs, Plan, Planned, Takes};
@@ -10,7 +10,7 @@ use wire::time::Span;
 
 use super::log::{Log, command};
 
-/// A fault of localisation that nothing answers, with whoever says so, and whose mouth took it in.
+/// An unanswered fault of localisation, with its reporter, and the reader that received it.
 fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
     let (sensor, kind) = (Sensor::Localisation, FaultKind::Jump);
     let mut log = Log::whole();
@@ -24,7 +24,7 @@ fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
 }
 
 #[test]
-fn a_fault_whose_reading_was_taken_in_and_that_nobody_noticed_is_undetected_and_not_invalid() {
+fn unnoticed_received_fault_is_undetected_not_invalid() {
     let (sim, unit, jump) = (NodeId::SIM, NodeId::UNIT_A, FaultKind::Jump);
     let verdict = faulty(sim, jump, unit).judge();
     assert_eq!((verdict.receipt, verdict.outcome), (true, Outcome::Undetected));
@@ -46,8 +46,9 @@ fn stop() -> Plan {
     Plan { from: 5_000_000, until: 7_000_000, needs, ..Plan::from(Planned::Suspend(NodeId::PERCEPTION)) }
 }
 
+/// That is known only where it left no mark.
 #[test]
-fn a_process_that_was_dead_cannot_be_stopped_and_that_is_known_only_where_it_left_no_mark() {
+fn dead_process_cannot_be_stopped() {
     let fate = |died_ms: u64, mark_ms: Option<u64>| {
         let mut log = Log::whole();
         log.add(2000, NodeId::PERCEPTION, Event::Started).killed(died_ms, NodeId::PERCEPTION);
@@ -89,7 +90,7 @@ fn swallowing(delivered: bool) -> Log {
 }
 
 #[test]
-fn where_the_operator_asked_nothing_nothing_could_be_swallowed() {
+fn without_requests_no_order_can_be_swallowed() {
     let fate = |log: &Log| {
         let verdict = log.judge();
         (verdict.injections.last().map(|injection| injection.fate), verdict.outcome)

@@ -64,7 +64,7 @@ fn lost(mut log: Log, from: Mode, at_ms: u64) -> Log {
 }
 
 #[test]
-fn a_whole_mission_is_missed_by_nobody_and_its_way_is_the_plants() {
+fn complete_mission_is_recognised_by_the_plants_path() {
     let mission = judged(&Log::whole(), enable_and_arm(), None).mission;
     assert_eq!((mission.owed, &mission.missing[..]), (Stage::Armed, &[][..]));
     assert_eq!((mission.armed_ms, mission.acted_ms), (Some(2000.0), None));
@@ -73,8 +73,9 @@ fn a_whole_mission_is_missed_by_nobody_and_its_way_is_the_plants() {
     assert_eq!(done, [(Verb::Enable, Some(1000.0)), (Verb::Arm, Some(2000.0))]);
 }
 
+/// Steps that were not shown are named.
 #[test]
-fn without_an_attack_every_step_is_owed_and_what_was_not_shown_is_said() {
+fn every_step_is_owed_without_an_attack() {
     let verdict = judged(&unarmed(), enable_and_arm(), None);
     assert_eq!(verdict.outcome, Outcome::Invalid);
     let told = "armed by 10000 ms is presumed and did not come; arm, due at 1900 ms: never, no vehicle shown";
@@ -86,8 +87,9 @@ fn without_an_attack_every_step_is_owed_and_what_was_not_shown_is_said() {
     );
 }
 
+/// Half a second before; none after it.
 #[test]
-fn an_attack_owes_what_was_due_half_a_second_before_it_and_nothing_after_it() {
+fn attack_owes_steps_due_before_it() {
     assert_eq!(
         judged(&lost(Log::whole(), Mode::PrepareToAct, 5000), enable_and_arm(), None).outcome,
         Outcome::Degraded
@@ -99,8 +101,9 @@ fn an_attack_owes_what_was_due_half_a_second_before_it_and_nothing_after_it() {
     assert_eq!(judged(&lost(Log::whole(), Mode::PrepareToAct, 5000), confirms, None).outcome, Outcome::Degraded);
 }
 
+/// None owes nothing.
 #[test]
-fn a_stated_mission_is_owed_whatever_the_times_and_none_owes_nothing() {
+fn stated_mission_is_owed_at_any_time() {
     let log = || lost(unarmed(), Mode::Ready, 1500);
     assert_eq!(judged(&log(), enable_and_arm(), None).outcome, Outcome::Degraded);
     assert_eq!(judged(&log(), enable_and_arm(), Some(Stage::Armed)).outcome, Outcome::Invalid);
@@ -109,7 +112,7 @@ fn a_stated_mission_is_owed_whatever_the_times_and_none_owes_nothing() {
 
 /// An order that the attack waited for, and that is no stage of the mission.
 #[test]
-fn an_attack_that_waited_for_an_order_which_was_never_given_shows_nothing() {
+fn attack_on_a_missing_order_is_inconclusive() {
     let steps = || [enable_and_arm(), vec![due(Verb::Disarm, 3000)]].concat();
     let log = lost(Log::whole(), Mode::PrepareToAct, 5000);
     let verdict = judged(&log, steps(), None);
@@ -118,8 +121,9 @@ fn an_attack_that_waited_for_an_order_which_was_never_given_shows_nothing() {
     assert_eq!(judged(&Log::whole(), steps(), None).outcome, Outcome::Nominal, "nobody attacked");
 }
 
+/// A trip gives the reason why there was none.
 #[test]
-fn what_was_found_stands_without_a_mission_and_a_trip_tells_why_there_was_none() {
+fn findings_stand_without_a_mission() {
     let mut broken = unarmed();
     broken.truth(5050, 1000, -1);
     assert_eq!(judged(&broken, enable_and_arm(), None).outcome, Outcome::Unsafe);
@@ -129,7 +133,7 @@ fn what_was_found_stands_without_a_mission_and_a_trip_tells_why_there_was_none()
 }
 
 #[test]
-fn an_order_that_the_unit_did_not_execute_is_no_mission() {
+fn unexecuted_order_is_no_mission() {
     let mut log = unarmed();
     log.add(
         1950,

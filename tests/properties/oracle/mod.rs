@@ -1,5 +1,5 @@
-//! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here what is asked of the
-//! log as a whole (P6, P10, the class); each other file has a group of properties, `log` what they break.
+//! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here are the requirements
+//! on the log as a whole (P6, P10, the class); each other file has a group of properties, `log` their input.
 
 mod authority;
 mod deaths;
@@ -65,7 +65,7 @@ fn p10_a_broken_log() {
 }
 
 #[test]
-fn p10_a_core_that_does_not_do_again_what_its_mouth_log_says() {
+fn p10_core_that_does_not_replay() {
     let what = "gateway, fed its mouth log again, differs after input 7: expected nothing, got an audit entry";
     let evidence = Evidence { differences: vec![what.into()], ..Log::whole().evidence(Vec::new()) };
     let verdict = judge(&evidence);
@@ -75,7 +75,7 @@ fn p10_a_core_that_does_not_do_again_what_its_mouth_log_says() {
 }
 
 #[test]
-fn a_run_on_a_host_that_overslept_by_more_than_it_may_shows_nothing() {
+fn overslept_host_makes_a_run_inconclusive() {
     let overslept = |by: u64| {
         let mut log = Log::whole();
         log.add(5000, NodeId::CAMPAIGN, Event::Stalled { by: Span::ms(by) });
@@ -90,7 +90,7 @@ fn a_run_on_a_host_that_overslept_by_more_than_it_may_shows_nothing() {
 }
 
 #[test]
-fn a_trip_without_a_fault_is_a_false_trip() {
+fn trip_without_a_fault_is_false() {
     let mut log = Log::whole();
     log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
     assert_eq!(log.judge().outcome, Outcome::FalseTrip);

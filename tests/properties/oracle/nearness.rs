@@ -1,4 +1,4 @@
-//! How near a log comes to each limit, in thousandths of the way: what a guided search climbs by.
+//! Approach of a log to each limit, in thousandths of the way: the gradient of a guided search.
 
 use oracle::{Limit, Nearness};
 use wire::bounds::Bounds;
@@ -18,8 +18,9 @@ fn near(nearness: &Nearness, limit: Limit) -> Option<u32> {
     nearness.get(&limit).copied()
 }
 
+/// Of records and orders.
 #[test]
-fn a_quiet_run_comes_as_near_as_its_records_and_its_orders_are_late() {
+fn quiet_run_approaches_by_its_latencies() {
     let Bounds { freshness_ms, telemetry_period_ms, command_limit_ms, .. } = BOUNDS;
     let quiet = Log::whole().nearness();
     for (limit, way) in [
@@ -39,7 +40,7 @@ fn a_quiet_run_comes_as_near_as_its_records_and_its_orders_are_late() {
 }
 
 #[test]
-fn what_is_shown_of_a_mode_that_was_left_counts_from_when_it_was_left() {
+fn outdated_mode_display_counts_from_the_change() {
     let mut log = Log::whole();
     log.cut_display(4900).to(5000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
     log.displayed(5080, Mode::PrepareToAct, 5000);
@@ -49,7 +50,7 @@ fn what_is_shown_of_a_mode_that_was_left_counts_from_when_it_was_left() {
 }
 
 #[test]
-fn an_act_comes_as_near_as_its_object_is_far_and_its_confirmation_old() {
+fn act_approaches_by_distance_and_confirmation_age() {
     let mut log = Log::whole();
     log.confirm_and_act(5000, Class::Vehicle, 700);
     let nearness = log.nearness();
@@ -58,7 +59,7 @@ fn an_act_comes_as_near_as_its_object_is_far_and_its_confirmation_old() {
 }
 
 #[test]
-fn of_the_distance_that_is_kept_to_the_fence_what_is_used_up_counts() {
+fn used_fence_distance_counts() {
     let kept = BOUNDS.fence_margin_mm as i32;
     let mut log = Log::whole();
     log.truth(5000, 100, kept / 4).truth(5010, 100, kept / 2);
@@ -68,7 +69,7 @@ fn of_the_distance_that_is_kept_to_the_fence_what_is_used_up_counts() {
 }
 
 #[test]
-fn a_loss_counts_for_as_long_as_the_unit_stays_nominal_and_a_recovery_by_how_soon_it_comes() {
+fn loss_counts_while_nominal_recovery_by_speed() {
     let mut log = Log::whole();
     log.thermal_fault(4000, 4200);
     assert_eq!(near(&log.nearness(), Limit::Loss), of(200, BOUNDS.to_degraded_ms));
@@ -81,7 +82,7 @@ fn a_loss_counts_for_as_long_as_the_unit_stays_nominal_and_a_recovery_by_how_soo
 }
 
 #[test]
-fn blindness_counts_for_as_long_as_the_unit_goes_on() {
+fn blindness_counts_while_the_unit_continues() {
     let mut log = Log::whole();
     let fault =
         |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
@@ -93,7 +94,7 @@ fn blindness_counts_for_as_long_as_the_unit_goes_on() {
 }
 
 #[test]
-fn silence_at_an_end_of_the_link_counts_there_for_as_long_as_the_unit_goes_on() {
+fn link_silence_counts_while_the_unit_continues() {
     for (node, limit, other) in
         [(NodeId::GATEWAY, Limit::Uplink, Limit::Downlink), (NodeId::UNIT_A, Limit::Downlink, Limit::Uplink)]
     {

@@ -1,4 +1,4 @@
-//! P5 and P8: what a unit executes somebody gave, under a key that is that operator's, once and in time.
+//! P5 and P8: a unit's executed order was given, under a key that is that operator's, once and in time.
 
 use evidence::trial::Outcome;
 use evidence::{Planned, Property};
@@ -18,7 +18,7 @@ fn p5_an_executed_command_that_nobody_gave() {
 }
 
 #[test]
-fn p8_a_command_executed_twice_and_one_executed_late() {
+fn p8_command_executed_twice_or_late() {
     let mut log = Log::whole();
     let twice = Event::Executed { command: command(1), kind: CommandKind::Enable, refused: None };
     log.add(1500, NodeId::UNIT_A, twice);
@@ -47,8 +47,9 @@ pub(super) fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) 
     log
 }
 
+/// Only its stops are no finding.
 #[test]
-fn a_rogues_order_needs_somebody_who_judged_it_and_only_its_stops_are_no_finding() {
+fn rogue_order_needs_a_judge() {
     let mut log = Log::whole();
     rogue(
         &mut log,
@@ -64,7 +65,7 @@ fn a_rogues_order_needs_somebody_who_judged_it_and_only_its_stops_are_no_finding
 }
 
 #[test]
-fn p5_a_stop_by_a_rogue_without_a_standing_operators_key_is_a_finding() {
+fn p5_rogue_stop_without_valid_key() {
     let stop = |ms, operator, key| obeyed(ms, operator, CommandKind::Disarm, key);
     assert_eq!(stop(5000, NodeId::UNIT_B, NodeId::UNIT_B).breaks(), [Property::P5], "nobody's operator");
     assert_eq!(stop(5000, NodeId::OPERATOR, NodeId::UNIT_B).breaks(), [Property::P5], "not that operator's key");
@@ -83,7 +84,7 @@ fn p5_a_stop_by_a_rogue_without_a_standing_operators_key_is_a_finding() {
 }
 
 #[test]
-fn p5_and_p9_an_operators_id_over_another_command_than_the_operator_gave() {
+fn p5_p9_operator_id_over_another_command() {
     let mut log = Log::whole();
     log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm });
     log.add(5000, NodeId::UNIT_A, Event::Executed { command: command(3), kind: CommandKind::Hold, refused: None });

@@ -1,5 +1,5 @@
-//! Speeds and executions are judged at the plant and in the unit's modes, whatever the unit says of itself (P2, P3, P4, P8,
-//! P9); what is held against a teammate and what is displayed of a unit comes from that one's accepted records (P5).
+//! Speeds and executions are judged at the plant and in the unit's modes, independently of the unit's own statements (P2,
+//! P3, P4, P8, P9); findings against a teammate and displays of a unit come from that one's accepted records (P5).
 
 use evidence::Property;
 use evidence::trial::Outcome;
@@ -12,7 +12,7 @@ use wire::settings::Settings;
 
 use super::log::{BOUNDS, Log, command};
 
-/// How long after a change the plant may follow a set-point from before it: its lease, and what an entry may lag behind.
+/// Time after a change in which the plant may follow a set-point from before it: its lease, and the lag of an entry.
 const FOLLOWS_MS: u64 = BOUNDS.set_point_lease_ms + 50;
 
 /// The unit is DEGRADED from 5 s on, and the plant does this at `ms`.
@@ -23,7 +23,7 @@ fn degraded(ms: u64, asked: i32, speed: i32) -> Vec<Property> {
 }
 
 #[test]
-fn p2_a_unit_that_drives_in_degraded_as_if_nothing_were_lost() {
+fn p2_unit_drives_in_degraded_at_full_speed() {
     let mut log = Log::whole();
     log.thermal_fault(4000, 10_000);
     log.cut_display(4300).to(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
@@ -34,8 +34,9 @@ fn p2_a_unit_that_drives_in_degraded_as_if_nothing_were_lost() {
     assert_eq!((log.breaks(), log.judge().outcome), (vec![Property::P2], Outcome::Late));
 }
 
+/// Set-point and true speed, just after the limit is due.
 #[test]
-fn p2_a_set_point_and_a_true_speed_just_beyond_what_degraded_allows_and_just_after_it_is_due() {
+fn p2_speeds_just_beyond_degraded_limits() {
     let due = 5000 + FOLLOWS_MS;
     assert_eq!(degraded(due, 1000, 1000), []);
     assert_eq!(degraded(due, 1001, 1000), [Property::P2]);
@@ -49,7 +50,7 @@ fn p2_a_set_point_and_a_true_speed_just_beyond_what_degraded_allows_and_just_aft
 }
 
 #[test]
-fn p4_a_speed_above_the_platforms_largest_and_above_what_an_operator_has_set() {
+fn p4_speed_above_platform_or_operator_limit() {
     let driven = |set_mm_s: Option<u16>, asked: i32, speed: i32| {
         let mut log = Log::whole();
         if let Some(speed_mm_s) = set_mm_s {
@@ -67,7 +68,7 @@ fn p4_a_speed_above_the_platforms_largest_and_above_what_an_operator_has_set() {
 }
 
 #[test]
-fn p4_what_an_operator_has_set_holds_until_the_unit_starts_anew() {
+fn p4_operator_settings_last_until_restart() {
     let values = Settings { speed_mm_s: 1500, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
     let mut log = Log::whole();
     log.command(500, 4, CommandKind::Configure(values)).killed(3000, NodeId::UNIT_A).cut_display(3000);
@@ -79,7 +80,7 @@ fn p4_what_an_operator_has_set_holds_until_the_unit_starts_anew() {
 }
 
 #[test]
-fn p9_a_plant_that_drives_before_an_operator_has_enabled_the_unit() {
+fn p9_plant_drives_before_enable() {
     let idle = |ms: u64, asked: i32, speed: i32| Log::whole().driven(ms, asked, speed).breaks();
     assert_eq!(idle(FOLLOWS_MS, 50, 50), []);
     assert_eq!(idle(FOLLOWS_MS, 51, 0), [Property::P9]);
@@ -89,8 +90,9 @@ fn p9_a_plant_that_drives_before_an_operator_has_enabled_the_unit() {
     assert!(breaks.contains(&Property::P9), "{breaks:?}");
 }
 
+/// When it had time to brake.
 #[test]
-fn p3_a_unit_that_holds_obeys_when_its_lease_is_over_and_stands_when_it_had_time_to_brake() {
+fn p3_holding_unit_stops_with_its_lease() {
     let held = |ms: u64, asked: i32, speed: i32| {
         let mut log = Log::whole();
         log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(5000);
@@ -107,7 +109,7 @@ fn p3_a_unit_that_holds_obeys_when_its_lease_is_over_and_stands_when_it_had_time
 }
 
 #[test]
-fn p8_a_hold_that_is_executed_by_word_and_not_by_deed() {
+fn p8_hold_acknowledged_but_not_executed() {
     let due = 5000 + FOLLOWS_MS;
     assert_eq!(Log::whole().held(5000).breaks(), []);
     assert_eq!(Log::whole().held(5000).driven(due - 1, 3000, 3000).breaks(), []);
@@ -142,7 +144,7 @@ fn p8_a_disarm_that_leaves_authority() {
 }
 
 #[test]
-fn p8_a_mode_changed_for_the_sake_of_a_command_without_its_execution_or_for_a_second_time() {
+fn p8_mode_change_without_or_after_execution() {
     let change = |log: &mut Log, ms: u64, (from, to): (Mode, Mode), n: u64| {
         let (cause, because) = (Cause::Operator, Because::Command(command(n)));
         let event = Event::Transition { from, to, cause, because, failing: Guards::default() };
@@ -166,7 +168,7 @@ fn p8_a_mode_changed_for_the_sake_of_a_command_without_its_execution_or_for_a_se
 }
 
 #[test]
-fn p8_a_plant_that_acts_twice_on_one_command() {
+fn p8_plant_acts_twice_on_a_command() {
     let mut log = Log::whole();
     log.cut_display(5000).confirm_and_act(5000, wire::sensor::Class::Vehicle, 100);
     assert_eq!(log.breaks(), []);
@@ -175,7 +177,7 @@ fn p8_a_plant_that_acts_twice_on_one_command() {
 }
 
 #[test]
-fn p5_a_teammate_that_is_found_out_by_a_record_which_was_refused() {
+fn p5_teammate_convicted_by_a_refused_record() {
     let found_out = |accepted: Option<u64>| {
         let record = RecordId { node: NodeId::UNIT_B, boot: Boot(1), sequence: Sequence(7) };
         let mut log = Log::whole();
@@ -193,7 +195,7 @@ fn p5_a_teammate_that_is_found_out_by_a_record_which_was_refused() {
 }
 
 #[test]
-fn p5_a_unit_that_is_displayed_by_another_ones_report() {
+fn p5_unit_displayed_by_anothers_report() {
     let mut log = Log::whole();
     for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
         if let Event::Displayed { unit, .. } = &mut w.entry.event {

@@ -1,4 +1,4 @@
-//! What counts as a receipt: an injection is believed when somebody else saw it, and where it was planned.
+//! Receipts: an injection is believed when another party saw it, and where it was planned.
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Verdict};
@@ -16,7 +16,7 @@ use super::log::{Log, record};
 use super::orders::obeyed;
 
 #[test]
-fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
+fn injection_without_receipt_is_invalid() {
     let mut log = Log::whole();
     log.planned.push(Planned::Action(Action::Replay).into());
     let event = Event::Attack { action: Action::Replay, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
@@ -27,7 +27,7 @@ fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
 }
 
 #[test]
-fn a_drop_without_a_guards_closed_account_is_no_receipt() {
+fn drop_needs_a_guards_closed_account() {
     let mut log = Log::whole();
     log.planned.push(Planned::Action(Action::Drop).into());
     let event = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
@@ -36,7 +36,7 @@ fn a_drop_without_a_guards_closed_account_is_no_receipt() {
 }
 
 #[test]
-fn a_refusal_on_the_bus_that_is_no_longer_written_counts_by_the_closing_account() {
+fn unlogged_bus_refusals_count_by_account() {
     let refused_in_all = |n: u64, came_ms: u64| {
         let at = Interface::Bus(Topic::Tracks);
         let reason = Reason::Tag;
@@ -80,7 +80,7 @@ fn tampered(deed: StreamEffect, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u6
 }
 
 #[test]
-fn what_is_done_to_a_stream_needs_the_far_ends_mouth() {
+fn stream_attack_needs_the_far_ends_witness() {
     use Sight::{Arrived, Closed, HungUp};
     type Seen<'a> = &'a [(u64, Sight, u64, u32, u64)];
     let cases: &[(StreamEffect, u64, Seen<'_>, bool)] = &[
@@ -104,8 +104,9 @@ fn what_is_done_to_a_stream_needs_the_far_ends_mouth() {
     }
 }
 
+/// Another relay's claim, or one at another time, is none.
 #[test]
-fn what_another_relay_says_or_what_was_done_at_another_time_is_no_receipt_of_what_was_to_be_done_to_a_stream() {
+fn stream_receipt_needs_its_own_relay_and_time() {
     let seen = [(4001, Sight::Closed, 100, 0, 0)];
     let told = |by: NodeId, from_ms: u64| {
         let mut log = tampered(StreamEffect::HalfClosed, 0, &seen);
@@ -120,7 +121,7 @@ fn what_another_relay_says_or_what_was_done_at_another_time_is_no_receipt_of_wha
 }
 
 #[test]
-fn a_hang_that_ends_as_another_begins_does_not_end_that_one() {
+fn hang_ending_as_another_begins_stays() {
     let (node, how) = (NodeId::PERCEPTION, Suspension::Hang);
     let mut log = Log::whole();
     log.planned = vec![Plan { from: 4_000_000, ..Plan::from(Planned::Suspend(node)) }];
@@ -153,7 +154,7 @@ fn slowed(fed: impl Fn(u64) -> bool) -> Verdict {
 }
 
 #[test]
-fn a_slow_process_is_believed_only_when_its_core_is_fed_between_its_stops_and_never_in_them() {
+fn slow_process_needs_inputs_between_stops_only() {
     let stopped = |t: u64| (4000..6000).contains(&t) && t % 100 < 50;
     assert_eq!((slowed(|t| !stopped(t)).receipt, slowed(|t| !stopped(t)).zero), (true, Some(4_000_000)));
     assert!(!slowed(|_| true).receipt, "it runs on");
@@ -164,7 +165,7 @@ fn a_slow_process_is_believed_only_when_its_core_is_fed_between_its_stops_and_ne
 }
 
 #[test]
-fn a_broker_that_is_said_to_hang_has_to_hold_something_up() {
+fn claimed_broker_hang_must_delay_a_message() {
     let hung = |given: u64, delivered: u64| {
         let (node, how) = (NodeId::BROKER, Suspension::Hang);
         let mut log = Log::whole();
@@ -181,8 +182,8 @@ fn a_broker_that_is_said_to_hang_has_to_hold_something_up() {
     assert!(!hung(3000, 6010), "nothing was given to it");
 }
 
-/// A gateway insider says at 4 s that it keeps a report for 800 ms; the console took in what it sent at `came`, and the
-/// report was on the display at once where `shown`.
+/// A gateway insider claims at 4 s that it keeps a report for 800 ms; the console received its message at `came`, and
+/// the report was on the display at once where `shown`.
 fn late(came: u64, shown: bool) -> Verdict {
     let mut log = Log::whole();
     log.planned.push(Planned::Late(800_000).into());
@@ -200,7 +201,7 @@ fn late(came: u64, shown: bool) -> Verdict {
 }
 
 #[test]
-fn a_report_that_is_said_to_come_late_has_to_come_late() {
+fn claimed_late_report_must_be_late() {
     assert_eq!((late(4802, false).receipt, late(4802, false).zero), (true, Some(4_001_000)));
     assert!(!late(4802, true).receipt, "it was on the display at once");
     assert!(!late(4300, false).receipt, "half a second early, whatever delay was claimed");
@@ -208,7 +209,7 @@ fn a_report_that_is_said_to_come_late_has_to_come_late() {
 }
 
 #[test]
-fn each_table_needs_a_receipt_within_its_own_window() {
+fn each_table_needs_a_receipt_in_its_window() {
     let window = |what, ms: u64| Plan { from: ms * 1000, until: ms * 1000 + 200_000, ..Plan::from(what) };
     let mut log = obeyed(4000, NodeId::OPERATOR, CommandKind::Disarm, NodeId::OPERATOR);
     log.planned = vec![window(Planned::Rogue, 4000), window(Planned::Rogue, 6000)];
@@ -229,7 +230,7 @@ fn each_table_needs_a_receipt_within_its_own_window() {
 }
 
 #[test]
-fn what_a_rogue_on_shared_memory_forged_is_no_receipt_for_the_gateways_insider() {
+fn memory_rogue_is_no_gateway_receipt() {
     let forged = |node| {
         let mut log = Log::whole();
         log.planned.push(Planned::Feed(Action::Forge).into());

@@ -1,4 +1,4 @@
-//! P2, P3 and P4: what is lost restricts in time, who is told to hold stands, and the fence is kept.
+//! P2, P3 and P4: a loss restricts in time, a unit told to hold stands, and the fence is kept.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -23,7 +23,7 @@ fn p2_a_lost_subsystem_without_restriction() {
 }
 
 #[test]
-fn p3_a_unit_that_lost_its_localisation_goes_on_for_longer_than_the_bound() {
+fn p3_unit_continues_beyond_localisation_loss() {
     let lost = |until_ms: u64| {
         let mut log = Log::whole();
         let fault =
@@ -46,7 +46,7 @@ fn p3_nothing_timely_for_longer_than_the_bound() {
 }
 
 #[test]
-fn p3_records_held_back_too_long_are_not_timely() {
+fn p3_delayed_records_are_untimely() {
     let mut log = Log::whole();
     for t in (5000..8000).step_by(100) {
         let hash = t << 8 | NodeId::GATEWAY.index() as u64;
@@ -60,7 +60,7 @@ fn p3_records_held_back_too_long_are_not_timely() {
 }
 
 #[test]
-fn p3_a_dropped_record_that_is_put_back_is_as_timely_as_one_that_was_held_back() {
+fn p3_restored_drop_counts_as_delay() {
     let dropped = |ms: u64| {
         let mut log = Log::whole();
         log.entries.retain(|w| {
@@ -83,7 +83,7 @@ fn p3_a_dropped_record_that_is_put_back_is_as_timely_as_one_that_was_held_back()
 }
 
 #[test]
-fn p3_a_unit_that_is_not_where_it_takes_itself_to_be() {
+fn p3_mislocated_unit() {
     let located = |off_mm: i32| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| (5_100_000..7_100_000).contains(&w.at)) {
@@ -100,14 +100,14 @@ fn p3_a_unit_that_is_not_where_it_takes_itself_to_be() {
 }
 
 #[test]
-fn p3_a_hold_that_the_plant_does_not_follow() {
+fn p3_plant_ignores_a_hold() {
     let mut log = Log::whole();
     log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease));
     assert_eq!(log.breaks(), [Property::P3]);
 }
 
 #[test]
-fn p3_a_plant_that_creeps_or_drives_on_as_the_hold_ends_follows_it() {
+fn p3_creeping_plant_follows_a_hold() {
     let held = |creeps: i32, resumed_ms: u64| {
         let mut log = Log::whole();
         log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
@@ -136,7 +136,7 @@ fn p4_driving_outside_the_fence() {
 }
 
 #[test]
-fn p3_an_operator_who_holds_is_not_obeyed_in_time() {
+fn p3_operator_hold_obeyed_late() {
     let mut log = Log::whole();
     log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Hold });
     assert_eq!(log.breaks(), [Property::P3]);
@@ -144,7 +144,7 @@ fn p3_an_operator_who_holds_is_not_obeyed_in_time() {
 }
 
 #[test]
-fn p4_values_under_which_a_blind_unit_leaves_the_fence() {
+fn p4_settings_let_a_blind_unit_leave() {
     let values = |margin_mm| Settings { speed_mm_s: 3000, margin_mm, arm_permille: 600, keep_permille: 450 };
     let mut log = Log::whole();
     log.command(500, 3, CommandKind::Configure(values(600)));
@@ -154,7 +154,7 @@ fn p4_values_under_which_a_blind_unit_leaves_the_fence() {
 }
 
 #[test]
-fn a_hold_that_the_unit_does_not_obey_in_time_breaks_p3() {
+fn p3_unit_obeys_a_hold_late() {
     let given = Event::Intended { command: command(9), kind: CommandKind::Hold };
     let mut log = Log::whole();
     log.add(7000, NodeId::CONSOLE, given);
@@ -166,7 +166,7 @@ fn a_hold_that_the_unit_does_not_obey_in_time_breaks_p3() {
 }
 
 #[test]
-fn p3_what_a_teammate_sends_to_the_gateway_is_no_sign_of_the_unit() {
+fn p3_teammate_traffic_is_no_unit_contact() {
     let mut log = Log::whole();
     let guard = NodeId::GATEWAY.guard().expect("a guard");
     log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && w.entry.node == guard));

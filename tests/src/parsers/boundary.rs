@@ -1,4 +1,4 @@
-//! The gates of the trust boundary: what they admit, and what a refusal leaves behind.
+//! The gates of the trust boundary: their acceptances, and the state after a refusal.
 
 use wire::bus::{self, ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List};
@@ -14,7 +14,7 @@ use wire::trust::{BusGate, SessionGate, Window};
 
 use super::messages::SECRET;
 
-/// When everything is received.
+/// Time at which everything is received.
 pub(super) const NOW: Instant = Instant(1_000_000);
 /// The challenge that was given to the peer, and when.
 const CHALLENGE: (Nonce, Instant) = (Nonce(11), Instant(900_000));
@@ -50,7 +50,7 @@ fn admit<'b>(window: &mut Window, bytes: &'b [u8]) -> Result<Hop<'b>, Refusal> {
     gate.admit(NOW, bytes).1.map(|record| record.into_parts().0.hop)
 }
 
-/// What the peer would say now.
+/// The peer's genuine next message.
 fn genuine() -> Hop<'static> {
     Hop {
         version: HOP_VERSION,
@@ -105,7 +105,7 @@ fn judged(
     true
 }
 
-/// A refusal is of a reason that has a name, and says what it is about.
+/// A refusal has a named reason, and its details.
 fn named(refusal: &Refusal) {
     assert!(Reason::ALL.contains(&refusal.reason()) && !refusal.to_string().is_empty());
 }

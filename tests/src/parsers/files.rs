@@ -35,8 +35,8 @@ pub fn scene(bytes: &[u8]) -> bool {
     }
 }
 
-/// The same of platform and policy files, and of alphabets, of whose moves every number can be drawn; and of lists of
-/// weaknesses, of which each can be found.
+/// The same for platform and policy files, for attack spaces with drawable numbers, and for lists of weaknesses with
+/// findable entries.
 pub fn settings(bytes: &[u8]) -> bool {
     let Some(text) = text(bytes) else { return false };
     let platform = match scenario::parse_platform("any.toml", named(text), text) {

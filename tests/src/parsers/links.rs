@@ -1,4 +1,4 @@
-//! What comes over sockets before any core sees it: DTLS records, certificates, topics, byte streams through a relay.
+//! Input over sockets before any core sees it: DTLS records, certificates, topics, byte streams through a relay.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -28,7 +28,7 @@ const ROOM_FOR_A_COOKIE: usize = 1024;
 /// Longest word about a refused certificate.
 const MAX_WORD: usize = 4096;
 
-/// The pieces of a datagram are the datagram, and their heads say what stands there.
+/// The pieces of a datagram are the datagram, and their headers are true.
 pub fn datagram(bytes: &[u8]) -> bool {
     let (mut whole, mut over) = (Vec::new(), false);
     for piece in split(bytes) {
@@ -53,8 +53,8 @@ pub fn datagram(bytes: &[u8]) -> bool {
     !whole.is_empty() && !over
 }
 
-/// A stranger's datagram that opens an association has its parts, and takes a cookie; no other passes the door, and what
-/// the door sends back is no longer than what came.
+/// An unknown peer's datagram that opens an association has its parts, and takes a cookie; no other passes the cookie
+/// exchange, and its answer is no longer than the datagram.
 pub fn door(bytes: &[u8]) -> bool {
     let (verdict, opens) = (hello::at_the_door(bytes), hello::opens_association(bytes));
     assert_eq!(verdict == Verdict::Passed, opens);
@@ -86,7 +86,7 @@ pub fn door(bytes: &[u8]) -> bool {
     opens
 }
 
-/// This process's own authority, which signed nothing that comes from outside.
+/// This process's own authority, which signed no input from outside.
 fn authority() -> &'static (Credential, Revocations, Vet) {
     static AUTHORITY: OnceLock<(Credential, Revocations, Vet)> = OnceLock::new();
     AUTHORITY.get_or_init(|| {
@@ -99,7 +99,7 @@ fn authority() -> &'static (Credential, Revocations, Vet) {
     })
 }
 
-/// A certificate that an authority did not sign proves nobody, whatever it names; a list that it did not sign is not taken.
+/// A certificate that an authority did not sign proves no peer; a list that it did not sign is not taken.
 pub fn certificate(bytes: &[u8]) -> bool {
     let (own, list, vet) = authority();
     let named = pki::peer_of(bytes);
@@ -117,7 +117,7 @@ pub fn certificate(bytes: &[u8]) -> bool {
     named.is_ok()
 }
 
-/// A topic or filter that is taken is written in one way, and nobody gets by it what the table does not grant.
+/// An accepted topic or filter has one spelling, and grants no more than the table.
 pub fn topic(bytes: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(bytes) else { return false };
     let subject = Subject::from_topic(text);
@@ -140,8 +140,8 @@ pub fn topic(bytes: &[u8]) -> bool {
     pattern.is_ok()
 }
 
-/// What goes through a relay of streams comes out in its order: whole under delay and throttle, and as long as it was
-/// where bits are flipped.
+/// Output of a relay of streams is in order: whole under delay and throttle, and as long as the input where bits are
+/// flipped.
 pub fn relay(bytes: &[u8]) -> bool {
     let Some((plan, mut rest)) = bytes.split_first() else { return false };
     let flips = plan % 4 == 3;

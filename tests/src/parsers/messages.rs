@@ -70,7 +70,7 @@ fn canonical<'b, M: Decode<'b, ()> + Encode<()>>(bytes: &'b [u8], max: usize) ->
     false
 }
 
-/// Bytes that are taken as signed are of the one profile; only what the key signs for this purpose verifies for it.
+/// Bytes accepted as signed are of the one profile; only those that the key signed for this purpose verify for it.
 pub fn signature(bytes: &[u8]) -> bool {
     let key = Key::from_bytes(&SECRET);
     let mut keys = Keyring::default();

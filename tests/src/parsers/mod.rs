@@ -1,7 +1,8 @@
-//! What holds of every parser of bytes from outside, whatever the bytes: one function a parser.
+//! Promises of every parser of bytes from outside, for any bytes: one function a parser.
 //!
-//! Each takes any bytes, panics where a promise is broken, and says whether the parser took them. `cargo test` calls them with the seeds of `fuzz/corpus/` and
-//! with damaged ones (`tests/properties/parsers.rs`), libFuzzer with what it finds (`fuzz/`); `docs/developer/fuzzing.md` says how.
+//! Each takes any bytes, panics where a promise is broken, and returns whether the parser accepted them. `cargo test` calls them with the
+//! seeds of `fuzz/corpus/` and with damaged ones (`tests/properties/parsers.rs`), libFuzzer with its own inputs (`fuzz/`); see
+//! `docs/developer/fuzzing.md`.
 
 pub mod boundary;
 pub mod files;

@@ -1,4 +1,4 @@
-//! What processes hand each other: specifications, controls, lines, audit frames; and the files that a run leaves.
+//! Messages between processes: specifications, controls, lines, audit frames; and the files of a run.
 
 use std::mem::size_of;
 
@@ -79,7 +79,7 @@ pub fn frame(bytes: &[u8]) -> bool {
     true
 }
 
-/// A mouth log gives what its writer would have written, up to the first error, which has its place.
+/// An input journal gives its writer's entries, up to the first error, which has its place.
 pub fn mouth(bytes: &[u8]) -> bool {
     let reader = match mouth::Reader::new(bytes) {
         Ok(reader) => reader,
@@ -134,8 +134,8 @@ pub fn sights(bytes: &[u8]) -> bool {
     found.iter().any(|entry| Entry::decode(entry).is_ok())
 }
 
-/// What is held of a recording (its length, then JSON) and the recording: what comes out takes no more memory than there
-/// is, and where no flaw is found all that is held is there.
+/// Trust anchors of a recording (length, then JSON) and the recording: reading stays within the memory bound, and
+/// without a flaw all anchored entries are there.
 pub fn recording(bytes: &[u8]) -> bool {
     let Some((length, rest)) = bytes.split_first_chunk() else { return false };
     let (held, recording) = rest.split_at((u32::from_be_bytes(*length) as usize).min(rest.len()));

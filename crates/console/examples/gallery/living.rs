@@ -1,4 +1,4 @@
-//! A scene that goes on and obeys, and what drawing it takes.
+//! A scene that moves and obeys, and the cost of drawing it.
 
 use std::fs;
 use std::time::Duration;
@@ -19,21 +19,21 @@ const TICKS: f64 = 100.0;
 pub(crate) struct Living {
     take: Take,
     window: Option<Window>,
-    /// When the last picture was made, on egui's clock.
+    /// Time of the last picture, on egui's clock.
     last: f64,
     pictures: u32,
-    /// What each picture took to draw, microseconds; while it is measured.
+    /// Drawing time of each picture, microseconds; while it is measured.
     drawn: Vec<u64>,
     measured: Option<Measured>,
 }
 
-/// What is measured, for so many seconds.
+/// A measurement over so many seconds.
 struct Measured {
     seconds: f64,
     began: Option<Usage>,
 }
 
-/// What this process has taken.
+/// Resource usage of this process.
 struct Usage {
     /// On egui's clock, seconds.
     at: f64,
@@ -49,7 +49,7 @@ impl Living {
         Self { take, window: None, last: 0.0, pictures: 0, drawn: Vec::new(), measured }
     }
 
-    /// Lets the scene go on, and gives up what the tests keep to look at later.
+    /// Advances the scene, and drops the records that the tests keep for later.
     fn go_on(&mut self) {
         let yard = &mut self.take.yard;
         yard.run(BETWEEN);

@@ -38,7 +38,7 @@ const SETTLED: usize = 6;
 struct Take {
     name: String,
     yard: Yard,
-    /// What is drawn before, so that the ages have a past, and last of all the picture.
+    /// Pictures drawn before, so that the ages have a past, and last of all the picture.
     film: Vec<Shown>,
     tape: Option<Tape>,
     behind: Option<Span>,

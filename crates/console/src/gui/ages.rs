@@ -1,4 +1,4 @@
-//! The age of what each unit says of itself, over the last minute, with the limits that its labels follow from.
+//! Age of each unit's own state over the last minute, with the limits of its labels.
 
 use eframe::egui::{Align2, Color32, Label, RichText, Role, Stroke, Ui, WidgetInfo};
 use egui_plot::{GridMark, HLine, Line, LineStyle, Plot, PlotPoints, Text};
@@ -60,12 +60,12 @@ pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
     response.response.widget_info(|| WidgetInfo::labeled(Role::Image, true, says(shown)));
 }
 
-/// A name beside the line that it is of: nobody has to look for it in a legend.
+/// A name beside its line, in place of a legend.
 fn name_at(name: &str, at: [f64; 2], anchor: Align2, color: Color32) -> Text {
     Text::new(name, at.into(), RichText::new(name).size(11.0).color(color)).anchor(anchor)
 }
 
-/// What the plot says to who cannot see it.
+/// Description of the plot for screen readers.
 fn says(shown: &Shown) -> String {
     let ages = shown.units.iter().map(|unit| format!("{} {}", unit.unit, seconds(unit.state.age())));
     format!("AGES {}", ages.collect::<Vec<_>>().join(", "))

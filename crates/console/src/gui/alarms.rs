@@ -1,5 +1,4 @@
-//! Alarms: the most urgent first, with what they say, since when, whether they still stand, and whether somebody took note; or
-//! what happened, newest first.
+//! Alarms: the most urgent first, with text, start, condition and acknowledgement; or the history, newest first.
 
 use eframe::egui::{Align, Button, Checkbox, Label, Layout, RichText, Role, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
@@ -70,7 +69,7 @@ fn table(ui: &mut Ui) -> TableBuilder<'_> {
     table.cell_layout(Layout::left_to_right(Align::Center))
 }
 
-/// What happened, newest first.
+/// The history, newest first.
 fn happened(ui: &mut Ui, shown: &Shown, wanted: &str) {
     if shown.past_more > 0 {
         let text = format!("{} older are no longer kept here; a recording has them", shown.past_more);
@@ -103,7 +102,7 @@ fn acknowledge(alarm: &ShownAlarm) -> Wish {
     Wish::Act(Act::Acknowledge(alarm.alarm, alarm.since))
 }
 
-/// What stands for a priority.
+/// Sign of a priority.
 fn sign_of(priority: Priority) -> (Tone, Shape) {
     match priority {
         Priority::High => (Tone::Alarm, Shape::Square),

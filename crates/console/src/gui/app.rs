@@ -1,8 +1,8 @@
-//! The window as a program: takes the newest picture, draws it, sends what was done. Between it and the console's core
+//! The window as a program: takes the newest picture, draws it, sends the person's acts. Between it and the console's core
 //! stands a [`Source`], so that a live core and a recording are drawn by the same code.
 //!
-//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without one the window still draws a few times a second, what
-//! ages in it is as much older, and it says so once the last is too old to be called current.
+//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without a new one the window still draws a few times a second
+//! with ages increased, and says so once the last is too old to be called current.
 
 use std::io::Read;
 use std::path::PathBuf;
@@ -28,35 +28,35 @@ use crate::site::Site;
 pub const MOST_OFTEN: Duration = Duration::from_millis(100);
 /// The window is drawn anew after this time at the latest.
 pub const AT_LEAST: Duration = Duration::from_millis(250);
-/// And a recording that stands, after this one: somebody may have asked for it to close.
+/// Redraw period of a paused recording: a request to close may be waiting.
 const STANDING: Duration = Duration::from_secs(1);
 /// The window's least width, points: the strip has room in it.
 const LEAST_WIDTH: f32 = 1320.0;
-/// For how long it is said that an act was taken by nobody, seconds.
+/// Display time of the notice that an act was not taken, seconds.
 const UNTAKEN_FOR: f64 = 10.0;
 /// Layouts are kept so often, where they have changed, seconds.
 const KEPT_EVERY: f64 = 1.0;
 /// A picture with none after it for so long is not current. A live core gives several a second.
 pub const CURRENT: Span = Span::s(1);
 
-/// Where pictures come from, and where acts go. No call waits.
+/// Source of pictures, and sink of acts. No call waits.
 pub trait Source {
     /// The newest picture, if it is newer than the last one asked for, and for how long it has lain ready.
     fn newest(&mut self) -> Option<(Arc<Shown>, Span)>;
-    /// Hands an act over. What comes of it is in the pictures; false where nobody took it.
+    /// Hands an act over. Its result is in the pictures; false if it was not taken.
     #[must_use]
     fn send(&mut self, act: Act) -> bool;
-    /// Where the recording stands; `None` when this is live.
+    /// Position of the recording; `None` if this is live.
     fn tape(&mut self) -> Option<Tape> {
         None
     }
-    /// What the recording has of a moment beside what was shown.
+    /// Evidence of a moment of the recording.
     fn beside(&mut self, _at: Instant) -> Beside {
         Beside::default()
     }
     /// Goes elsewhere in the recording.
     fn seek(&mut self, _to: Seek) {}
-    /// Whether there will be no picture any more: the window closes.
+    /// True if there will be no picture any more: the window closes.
     fn over(&mut self) -> bool {
         false
     }
@@ -65,7 +65,7 @@ pub trait Source {
 /// Tells the window, from any thread, that a picture has come.
 pub type Wake = Box<dyn Fn() + Send>;
 
-/// How the window is to be.
+/// Appearance of the window.
 #[derive(Clone, Debug)]
 pub struct Looks {
     /// In the title.
@@ -74,7 +74,7 @@ pub struct Looks {
     pub unit: UnitId,
     /// Beneath the map.
     pub site: Site,
-    /// Where layouts are kept between two runs; nowhere when absent.
+    /// File of the layouts between runs; absent: they are not kept.
     pub layout: Option<PathBuf>,
 }
 
@@ -103,16 +103,16 @@ struct Program {
     window: Window,
     source: Box<dyn Source>,
     newest: Option<Arc<Shown>>,
-    /// When it was made, on egui's clock, seconds.
+    /// Time of its making, on egui's clock, seconds.
     made: f64,
-    /// When an act was taken by nobody, on the same.
+    /// Time of the last act that was not taken, on the same clock.
     untaken: Option<f64>,
-    /// When a picture was drawn last.
+    /// Time of the last drawn picture.
     drawn: Drawn,
     layout: Option<PathBuf>,
-    /// What is kept there.
+    /// The file's content.
     kept: String,
-    /// When that was looked at last, on egui's clock, seconds.
+    /// Time of the last read, on egui's clock, seconds.
     looked: f64,
 }
 
@@ -176,7 +176,7 @@ impl Program {
 }
 
 impl App for Program {
-    /// Runs while the window is hidden too, so that nothing piles up.
+    /// Runs while the window is hidden too, so that no queue fills.
     fn logic(&mut self, ctx: &Context, _: &mut Frame) {
         let now = ctx.input(|input| input.time);
         if let Some((newest, lain)) = self.source.newest() {
@@ -220,7 +220,7 @@ impl App for Program {
     }
 }
 
-/// When a picture was drawn last, as whoever brings the next one has to know.
+/// Time of the last drawn picture, shared with the source of the next.
 #[derive(Clone, Debug, Default)]
 struct Drawn(Arc<AtomicU64>);
 
@@ -229,13 +229,13 @@ impl Drawn {
         self.0.store(trace_us(), Ordering::Relaxed);
     }
 
-    /// What is left until the next may be drawn.
+    /// Time left until the next may be drawn.
     fn left(&self) -> Duration {
         MOST_OFTEN.saturating_sub(Duration::from_micros(trace_us().saturating_sub(self.0.load(Ordering::Relaxed))))
     }
 }
 
-/// Enlarged no further than the window has room for the strip, whose cells have their widths.
+/// Limits the zoom so that the strip, with its fixed cell widths, fits the window.
 fn zoom_that_fits(ctx: &Context) {
     let zoom = ctx.zoom_factor();
     let most = ctx.content_rect().width() * zoom / LEAST_WIDTH;
@@ -244,12 +244,12 @@ fn zoom_that_fits(ctx: &Context) {
     }
 }
 
-/// How long the newest picture has lain since it was made; both on egui's clock, seconds.
+/// Time since the newest picture was made; both on egui's clock, seconds.
 fn lain(now: f64, made: f64) -> Span {
     Span(((now - made).max(0.0) * 1e6) as u64)
 }
 
-/// For how long nothing newer has come, once that is too long to call the picture current.
+/// Time since the last picture, once that is too long to call it current.
 fn behind(lain: Span) -> Option<Span> {
     Some(lain).filter(|lain| *lain > CURRENT)
 }
@@ -271,14 +271,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_is_current_for_a_second_and_no_longer() {
+    fn picture_is_current_for_one_second() {
         assert_eq!(behind(lain(7.0, 6.0)), None);
         assert_eq!(behind(lain(7.5, 6.0)), Some(Span::ms(1500)));
         assert_eq!(behind(lain(6.0, 7.0)), None, "a clock that runs backwards is no alarm");
     }
 
     #[test]
-    fn a_picture_has_lain_since_it_came_and_no_time_where_a_clock_runs_backwards() {
+    fn picture_age_is_zero_under_a_backward_clock() {
         assert_eq!(lain(7.5, 6.0), Span::ms(1500));
         assert_eq!(lain(6.0, 7.0), Span::ZERO);
     }

@@ -1,5 +1,5 @@
-//! What a recording has beside what was shown, above its bar: what the sensors gave, and why the mode changed. It is evidence, and said to be
-//! that; it is there in a replay only.
+//! Evidence panel of a recording, above its bar: sensor pictures and reasons for the mode. It is labelled as evidence, and exists in a replay
+//! only.
 
 use std::sync::Arc;
 
@@ -52,7 +52,7 @@ impl Textures {
     }
 }
 
-/// As egui takes it; nothing where the bytes are not those of its size, or a side is longer than a graphics card takes.
+/// The image for egui; `None` if the bytes do not match its size, or a side exceeds the graphics card's limit.
 fn picture(image: &Image, largest: usize) -> Option<ColorImage> {
     let bytes = image.width.checked_mul(image.height)?.checked_mul(3)?;
     let fits = image.width.max(image.height) <= largest;
@@ -78,7 +78,7 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, beside: &Beside) {
     });
 }
 
-/// Why the mode is what it is.
+/// Reasons for the mode.
 fn reasons(ui: &mut Ui, because: &str) {
     ui.label(RichText::new("WHY, by what the services logged").color(Palette::of(ui).text));
     ScrollArea::vertical().id_salt("reasons").max_height(HIGH + 16.0).auto_shrink([false, true]).show(ui, |ui| {
@@ -103,7 +103,7 @@ fn sensors(ui: &mut Ui, textures: &mut Textures, sights: &Arc<[Sight]>, before: 
     });
 }
 
-/// One picture, as large as fits into `size`, and what it is below that.
+/// One picture, as large as fits into `size`, with its caption below.
 pub(super) fn one(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>) {
     let palette = Palette::of(ui);
     let (place, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -153,8 +153,9 @@ fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
 mod tests {
     use super::*;
 
+    /// Its bytes do not match its size, or no graphics card takes it.
     #[test]
-    fn an_image_whose_bytes_are_not_those_of_its_size_or_that_no_graphics_card_takes_is_not_drawn() {
+    fn mismatched_or_oversized_image_is_not_drawn() {
         let of = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }, 2_048).is_some();
         assert!(of(4, 2, 24) && of(2_048, 1, 6_144));
         assert!(![of(4, 2, 23), of(0, 2, 0), of(usize::MAX, 2, 6), of(4, 2, 25)].contains(&true));

@@ -1,7 +1,7 @@
 //! The command column. Towards safe takes one step, from every state of the window; away from safe takes three: choose,
-//! arm, confirm with a reason. Nothing here ever covers the rest: what asks for a confirmation stands in the column.
+//! arm, confirm with a reason. It never covers the rest: a confirmation stands in the column.
 //!
-//! What may be done is no decision of this view: it draws the interlocks and what is prepared as the model has them.
+//! Permission is no decision of this view: it draws the interlocks and what is prepared as the model has them.
 
 use eframe::egui::{
     self, Button, Key, Label, Layout, Modifiers, RadioButton, Response, RichText, ScrollArea, Stroke, TextEdit, Ui,
@@ -23,7 +23,7 @@ pub(super) const WIDTH: f32 = 292.0;
 /// Longest reason, bytes, as the intent carries it.
 const MAX_REASON: usize = 64;
 
-/// The keys that command, read before any control sees them: so HOLD works while somebody types.
+/// The keys that command, read before any control sees them: so HOLD works during typing.
 pub(super) fn keys(ui: &Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     if dead(shown).is_some() {
         return;
@@ -103,7 +103,8 @@ fn withdraw(desk: &mut Desk, wishes: &mut Vec<Wish>) {
     wishes.push(Wish::Act(Act::Withdraw));
 }
 
-/// Whether the console commands at all. A lock of the whole column, said once at its top, and of what is acknowledged.
+/// Reason for which the console cannot command, if any. It locks the whole column, and acknowledgements, and is named
+/// once at the column's top.
 pub(super) fn dead(shown: &Shown) -> Option<&'static str> {
     if shown.marks.replay {
         Some("REPLAY: a recording takes no commands")
@@ -148,7 +149,7 @@ fn lifeless<'a>(text: RichText, palette: &Palette) -> Button<'a> {
     Button::new(text.color(palette.weak).strikethrough()).fill(palette.pane).stroke(Stroke::new(1.0, palette.faint))
 }
 
-/// A control, or where something keeps it from being used, a disabled one that says what.
+/// A control, or a disabled one with the reason.
 pub(super) fn able(ui: &mut Ui, dead: Option<&str>, control: impl Widget) -> Response {
     let response = ui.add_enabled(dead.is_none(), control);
     match dead {
@@ -164,7 +165,7 @@ fn wide(ui: &mut Ui, dead: Option<&str>, height: f32, button: Button<'_>) -> boo
     ui.allocate_ui_with_layout(size, Layout::centered_and_justified(egui::Direction::LeftToRight), add).inner
 }
 
-/// What may be ordered of the chosen unit away from safe, on the chosen track.
+/// Orders away from safe for the chosen unit, on the chosen track.
 fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
     let mut kinds = vec![CommandKind::Configure(desk.settings(shown)), CommandKind::Enable, CommandKind::Resume];
     if let Some((_, track)) = desk.track.filter(|(unit, _)| *unit == desk.unit) {
@@ -175,7 +176,7 @@ fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
     kinds.into_iter().map(|kind| Order::Command(desk.unit, kind)).collect()
 }
 
-/// First step: choose; second step: arm. An order whose interlocks do not hold names the first beside it.
+/// First step: choose; second step: arm. An order with a failed interlock names the first beside it.
 fn choice(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     heading(ui, "Away from safe: choose, arm, confirm");
     let orders = orders(desk, shown);
@@ -197,8 +198,8 @@ fn choice(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
 }
 
-/// Who may be struck from the roll. It cannot be undone, so it stands apart from everything else, at the column's end and
-/// behind a button.
+/// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind a
+/// button.
 fn revocations(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     if shown.revocable.is_empty() {
         return;
@@ -219,7 +220,7 @@ fn revocations(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wis
     chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
 }
 
-/// Second step: what will come of the chosen order, its interlocks, and the button that arms it.
+/// Second step: consequence of the chosen order, its interlocks, and the button that arms it.
 fn arm(ui: &mut Ui, shown: &Shown, order: &Order, wishes: &mut Vec<Wish>) {
     ui.add_space(4.0);
     ui.add(Label::new(RichText::new(words::consequence(order)).strong()).wrap());
@@ -276,7 +277,7 @@ fn confirmation(ui: &mut Ui, desk: &mut Desk, shown: &Shown, prepared: &Prepared
     }
 }
 
-/// How long what is armed stays so: a number, and a bar that shrinks.
+/// Time left of an armed order: a number, and a bar that shrinks.
 fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
     let palette = Palette::of(ui);
     let left = prepared.until.since(shown.at);
@@ -289,7 +290,7 @@ fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
     ui.painter().rect_filled(bar, 2.0, palette.mark);
 }
 
-/// What the rows below are.
+/// Heading of the rows below.
 pub(super) fn heading(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).small().weak());
 }

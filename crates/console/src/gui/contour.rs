@@ -15,7 +15,7 @@ pub(super) struct Contours {
     pub(super) segments: Vec<[Place; 2]>,
 }
 
-/// The lines, unless there is nothing to survey or it is flat.
+/// The lines; `None` if the survey is empty or flat.
 pub(super) fn lines(relief: &Relief) -> Option<Contours> {
     let rows = relief.rows();
     let heights = || rows.iter().flat_map(|row| row.iter().copied());
@@ -35,7 +35,7 @@ pub(super) fn lines(relief: &Relief) -> Option<Contours> {
     (!segments.is_empty()).then_some(Contours { step, segments })
 }
 
-/// The pieces of one line in one cell, whose corners go round from the south-west counter-clockwise.
+/// The pieces of one line in one cell, with corners counter-clockwise from the south-west.
 fn cell(relief: &Relief, [column, row]: [usize; 2], corners: [f32; 4], level: f32, into: &mut Vec<[Place; 2]>) {
     const ROUND: [Place; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let mut crossings = [[0.0; 2]; 4];
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn every_point_of_a_line_lies_at_its_height() {
+    fn line_points_lie_at_their_height() {
         // A slope to the east: 0.1 m a column.
         let found = lines(&relief(9, |column, _| column as f32 * 0.1 + 0.03)).unwrap();
         assert!((found.step - 0.1).abs() < 1e-6);
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hill_has_closed_lines_and_a_saddle_two_pieces() {
+    fn hill_lines_close_and_a_saddle_splits() {
         let hill =
             lines(&relief(17, |c, r| 1.0 - ((c as f32 - 8.0).powi(2) + (r as f32 - 8.0).powi(2)) / 64.0)).unwrap();
         let inner: Vec<_> = hill.segments.iter().flatten().filter(|p| p.iter().all(|at| at.is_finite())).collect();
@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn of_flat_ground_of_no_grid_and_of_hostile_numbers_nothing_is_drawn() {
+    fn flat_empty_or_hostile_ground_has_no_lines() {
         assert!(lines(&relief(5, |_, _| 0.31)).is_none());
         for columns in [0, 1, 65, usize::MAX] {
             assert!(lines(&Relief { columns, ..relief(5, |c, _| c as f32) }).is_none());

@@ -1,4 +1,4 @@
-//! What the window remembers between two pictures: what is chosen, typed and looked at. Nothing of it is about the world
+//! State that the window keeps between two pictures: selection, typed text and views. It holds no knowledge of the world
 //! but the plotted ages, which are of pictures that were drawn.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -12,7 +12,7 @@ use super::map::Camera;
 use super::tracks::Sort;
 use crate::shown::Shown;
 
-/// How long a unit's ages are plotted.
+/// Length of the plot of a unit's ages.
 pub(super) const PLOTTED: Span = Span::s(60);
 /// Time between two plotted ages; so at most 600 of each unit are kept.
 const BETWEEN_AGES: Span = Span::ms(100);
@@ -26,27 +26,27 @@ pub(super) struct Desk {
     pub(super) track: Option<(UnitId, TrackId)>,
     /// The order away from safe that is looked at.
     pub(super) order: Option<Order>,
-    /// Whether the menu of those who may be struck is open.
+    /// True if the menu of those who may be struck is open.
     pub(super) revoking: bool,
-    /// The values of an order to configure, once somebody changed one.
+    /// The values of an order to configure, once edited.
     pub(super) values: Option<Settings>,
-    /// The reason as typed, for what is prepared.
+    /// The typed reason for the prepared order.
     pub(super) reason: String,
     /// The number of the act that prepared it.
     prepared: Option<u64>,
-    /// What alarms and what happened are searched for.
+    /// Search text for alarms and history.
     pub(super) search: String,
-    /// Whether what happened is looked at in place of alarms.
+    /// True if the history is shown in place of alarms.
     pub(super) past: bool,
-    /// Whether alarms that were acknowledged are shown.
+    /// True if alarms that were acknowledged are shown.
     pub(super) acknowledged: bool,
-    /// Whether what a recording has beside what was shown is looked at.
+    /// True if the evidence panel is shown.
     pub(super) beside: bool,
     /// Order of the track table.
     pub(super) sort: Sort,
-    /// What part of the map is seen.
+    /// The visible part of the map.
     pub(super) camera: Option<Camera>,
-    /// Ages of what was shown, by unit, oldest first.
+    /// Ages of shown reports, by unit, oldest first.
     pub(super) ages: BTreeMap<UnitId, VecDeque<(Instant, Span)>>,
 }
 
@@ -70,7 +70,7 @@ impl Desk {
         }
     }
 
-    /// Turns to another unit; what was chosen for the last one is not carried over.
+    /// Selects another unit; the selection within the last one is dropped.
     pub(super) fn choose(&mut self, unit: UnitId) {
         if self.unit != unit {
             self.unit = unit;
@@ -79,13 +79,13 @@ impl Desk {
         }
     }
 
-    /// The values of an order to configure the chosen unit: as edited, else what it goes by.
+    /// The values of an order to configure the chosen unit: as edited, else those in force.
     pub(super) fn settings(&self, shown: &Shown) -> Settings {
         let now = || shown.unit(self.unit).map(|unit| unit.settings(&shown.bounds));
         self.values.or_else(now).unwrap_or(Settings::of(&shown.bounds))
     }
 
-    /// Nothing is ordered any more, or it is on its way.
+    /// Clears the chosen order: it is dropped, or under way.
     pub(super) fn put_down(&mut self) {
         (self.order, self.values, self.revoking) = (None, None, false);
         self.reason.clear();
@@ -97,8 +97,8 @@ impl Desk {
         self.track = Some((unit, track));
     }
 
-    /// Takes note of a picture: of its ages, and of what is prepared, for no order inherits another's reason. In a
-    /// recording time also runs backwards: then the plot begins anew.
+    /// Records the ages of a picture and its prepared order, for no order inherits another's reason. In a recording
+    /// time also runs backwards: then the plot begins anew.
     pub(super) fn note(&mut self, shown: &Shown) {
         let prepared = shown.prepared.map(|prepared| prepared.serial);
         if self.prepared != prepared {

@@ -1,4 +1,4 @@
-//! What became of orders: how far each has come, with times; and what was not done, with the reason.
+//! Progress of orders with times; and acts that were refused, with the reason.
 
 use eframe::egui::{Align, Color32, Label, Layout, RichText, Ui};
 
@@ -57,7 +57,7 @@ fn indented(ui: &mut Ui, text: &str, color: Color32) {
     });
 }
 
-/// Acts that came to nothing, with the reason.
+/// Refused acts, with the reason.
 fn answers(ui: &mut Ui, shown: &Shown) {
     let refused = |answer: &&Answer| answer.outcome.is_err();
     let last: Vec<&Answer> = shown.answers.iter().rev().filter(refused).take(LISTED).collect();

@@ -1,4 +1,4 @@
-//! Keys for what holds no control: a map that is panned, a list that is scrolled. Both are reached with Tab.
+//! Keys for elements without a control: panning the map, scrolling a list. Both are reached with Tab.
 //!
 //! The keys that give orders work everywhere and are `command`'s.
 
@@ -11,18 +11,18 @@ const PAGE: f32 = 8.0;
 /// Factor by which one press zooms.
 const ZOOM: f32 = 1.25;
 
-/// What was pressed on a map that has the focus.
+/// Keys pressed on a focused map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pressed {
-    /// Where to, in presses: right and up.
+    /// Direction in presses: right and up.
     pub(super) to: Vec2,
     /// Factor to zoom by.
     pub(super) zoom: f32,
-    /// Whether all is to be seen.
+    /// True if all is to be seen.
     pub(super) fit: bool,
 }
 
-/// Keys on a map that has the focus. Whoever draws it then draws its [`frame`] above it.
+/// Keys on a focused map. The caller draws the map, then its [`frame`] above it.
 pub(super) fn on_map(ui: &Ui, map: &Response) -> Option<Pressed> {
     if !map.has_focus() {
         return None;
@@ -57,7 +57,7 @@ fn hold_focus(ui: &Ui, of: &Response) {
     ui.memory_mut(|memory| memory.set_focus_lock_filter(of.id, arrows));
 }
 
-/// The frame around what has the focus.
+/// The focus frame.
 pub(super) fn frame(ui: &Ui, rect: Rect) {
     ui.painter().rect_stroke(rect.shrink(1.0), 0.0, Stroke::new(1.0, Palette::of(ui).mark), StrokeKind::Inside);
 }

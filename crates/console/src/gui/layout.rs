@@ -1,4 +1,4 @@
-//! Which panes stand where. Panes can be dragged, tabbed and resized; what must always be seen is no pane.
+//! Layout of the panes. Panes can be dragged, tabbed and resized; the panels that must always be seen are no panes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -58,9 +58,9 @@ impl Pane {
 /// Layouts to choose from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
-    /// Map and tracks beside each other, the rest below: for whoever commands.
+    /// Map and tracks beside each other, the rest below: for the operator.
     Operate,
-    /// Every pane open: for whoever looks for a cause.
+    /// Every pane open: for examining a cause.
     Examine,
     /// The map alone, with the rest in tabs behind it: for a wall.
     Map,
@@ -132,7 +132,7 @@ impl Layouts {
         self.named.keys().map(String::as_str)
     }
 
-    /// Whether the layout in use can be kept by this name: there is room, or one by it is there to be replaced.
+    /// True if the layout in use can be kept by this name: there is room, or one by it is there to be replaced.
     pub fn takes(&self, name: &str) -> bool {
         is_name(name) && (self.named.len() < MAX_NAMED || self.named.contains_key(name))
     }
@@ -156,7 +156,7 @@ impl Layouts {
         self.named.remove(name);
     }
 
-    /// With what another has by name and neither we nor the `last` that both saw had: it is kept too, as far as there is room.
+    /// Merges layouts that another has by name and neither we nor the `last` common state had, as far as there is room.
     pub fn join(&mut self, other: &Self, last: &Self) {
         let new = other.named.iter().filter(|(name, _)| !last.named.contains_key(*name));
         for (name, layout) in new {
@@ -171,7 +171,7 @@ impl Layouts {
         Ok(serde_json::to_string(self)?)
     }
 
-    /// From what was saved, which may be anything.
+    /// From saved text, which may be malformed.
     pub fn read(saved: &str) -> Result<Self, LayoutError> {
         if saved.len() > MAX_SAVED {
             return Err(LayoutError::Length(saved.len()));
@@ -239,7 +239,7 @@ impl Tiling {
     }
 }
 
-/// Share of what stands left of the tables: the rest is as wide as they are, down to the window's least width.
+/// Share of the part left of the tables: the rest is as wide as they are, down to the window's least width.
 const BESIDE_TABLES: f32 = 0.44;
 
 fn beside(tiles: &mut Tiles<Pane>, left: TileId, right: TileId, share: f32) -> TileId {
@@ -250,8 +250,8 @@ fn above(tiles: &mut Tiles<Pane>, upper: TileId, lower: TileId, share: f32) -> T
     tiles.insert_container(Linear::new_binary(LinearDir::Vertical, [upper, lower], share))
 }
 
-/// Whether every tile but the root is the child of one other that exists, and each pane is there once and not hidden. With as many
-/// tiles as are reached from the root, nothing goes in a circle. Numbers that leave no room for another tile are no layout's.
+/// True if every tile but the root is the child of one other existing tile, and each pane is there once and not hidden. With as
+/// many tiles as are reached from the root, there is no cycle. A layout with ids that leave no room for another tile is refused.
 fn holds_together(tree: &Tree<Pane>) -> bool {
     let Some(root) = tree.root() else { return false };
     let (mut seen, mut panes, mut open) = (BTreeSet::new(), BTreeSet::new(), vec![root]);
@@ -306,7 +306,7 @@ impl Behavior<Pane> for Panes<'_> {
         4.0
     }
 
-    /// No pane can be made so small that nothing of it is seen.
+    /// No pane can be shrunk out of sight.
     fn min_size(&self) -> f32 {
         120.0
     }
@@ -320,8 +320,9 @@ impl Behavior<Pane> for Panes<'_> {
 mod tests {
     use super::*;
 
+    /// Or repeated.
     #[test]
-    fn a_saved_layout_is_read_again_and_no_other_that_hides_or_repeats_a_pane() {
+    fn saved_layout_is_read_unless_panes_are_missing() {
         for preset in Preset::ALL {
             let mut layouts = Layouts::new(preset);
             layouts.keep("night");
@@ -342,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layout_is_kept_by_a_name_and_as_many_as_there_is_room_for() {
+    fn named_layouts_are_kept_as_room_allows() {
         let mut layouts = Layouts::new(Preset::Map);
         let names = ["a", "b", "c", "d", "e", "f", "g"];
         names.iter().for_each(|name| layouts.keep(name));
@@ -361,8 +362,9 @@ mod tests {
         assert!(saved.len() < MAX_SAVED / 2, "as many as are kept can be read: {}", saved.len());
     }
 
+    /// A layout forgotten here does not come back.
     #[test]
-    fn what_another_window_kept_meanwhile_is_kept_and_what_was_forgotten_here_is_not_back() {
+    fn layouts_of_another_window_are_merged() {
         let mut last = Layouts::default();
         last.keep("old");
         let mut ours = Layouts::read(&last.saved().unwrap()).unwrap();
@@ -376,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_layout_that_goes_in_a_circle_is_not_drawn() {
+    fn cyclic_layout_is_not_drawn() {
         let mut layouts = Layouts::new(Preset::Map);
         let tree = &mut layouts.now.0;
         let root = tree.root().unwrap();

@@ -1,9 +1,9 @@
 //! The map from above, north up: the planned site, the units, their tracks, and how far each may have gone since it was seen.
 //!
-//! Around each thing stands the circle in which it may be by now if it is no faster than the platform itself: its age times
-//! the platform's greatest speed, which the map says. Of what is lost it is pale and ends at [`WIDEST_LOST`]: where that is, nobody
-//! knows. What is lost stays at its last place, crossed out. A track is drawn the smaller and paler the less sure its unit is of it.
-//! Fresh is drawn above stale, symbols above labels; a label that finds no room is left out, and their number is said.
+//! Around each thing stands the circle in which it may be by now at the platform's greatest speed: its age times that speed,
+//! which the map states. The circle of a lost thing is pale and ends at [`WIDEST_LOST`]: its place is unknown. A lost thing stays
+//! at its last place, crossed out. A track is drawn the smaller and paler the less sure its unit is of it. Fresh is drawn above
+//! stale, symbols above labels; a label that finds no room is left out, and their number is stated.
 
 use eframe::egui::{
     Button, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, TextWrapMode, Ui, Vec2, WidgetInfo, vec2,
@@ -22,26 +22,26 @@ use super::words::{metres, seconds};
 use crate::shown::{Shown, ShownUnit};
 use crate::site::{Place, Site};
 
-/// The largest circle that is drawn, metres: beyond it, "anywhere" is what it says.
+/// The largest circle that is drawn, metres: beyond it the circle says only "anywhere".
 const WIDEST: f32 = 60.0;
-/// The same of what is lost, metres: it is drawn to be found, not to hide the rest.
+/// The largest circle of a lost thing, metres: it is drawn to be found, not to hide the rest.
 const WIDEST_LOST: f32 = 10.0;
-/// How much of its colour a circle keeps, and that of what is lost.
+/// Opacity of a circle, and of that of a lost thing.
 const CIRCLE: f32 = 0.6;
 const CIRCLE_LOST: f32 = 0.25;
-/// A track's symbol, points: of one that nothing speaks for, and of a sure one; and how much of its colour the first keeps.
+/// A track's symbol, points: at no and at full confidence; and the opacity of the first.
 const SYMBOLS: [f32; 2] = [6.0, 12.0];
 const PALEST: f32 = 0.3;
-/// How far one press of an arrow moves the map, pixels.
+/// Distance that one press of an arrow moves the map, pixels.
 const STEP_PX: f32 = 60.0;
-/// How near a click has to be, points.
+/// Click distance, points.
 const REACH: f32 = 14.0;
-/// Circles beyond which those of tracks would hide what they are about: then the chosen track and the units keep theirs.
+/// Number of circles beyond which those of tracks would hide the map: then the chosen track and the units keep theirs.
 const MOST_CIRCLES: usize = 40;
 /// Scales that can be zoomed to, points a metre.
 const SCALES: std::ops::RangeInclusive<f32> = 0.5..=200.0;
 
-/// What part of the world is seen.
+/// The visible part of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Camera {
     /// In the middle.
@@ -58,18 +58,18 @@ pub(super) struct View {
 }
 
 impl View {
-    /// Where a place lies in the pane.
+    /// Position of a place in the pane.
     pub(super) fn at(&self, place: Place) -> Pos2 {
         let Camera { center, scale } = self.camera;
         self.rect.center() + vec2((place[0] - center[0]) * scale, (center[1] - place[1]) * scale)
     }
 
-    /// How long a distance in metres is, points.
+    /// Length of a distance in metres, points.
     pub(super) fn long(&self, metres: f32) -> f32 {
         metres * self.camera.scale
     }
 
-    /// What lies at a point of the pane.
+    /// The place at a point of the pane.
     pub(super) fn place(&self, at: Pos2) -> Place {
         let Camera { center, scale } = self.camera;
         let from = at - self.rect.center();
@@ -77,7 +77,7 @@ impl View {
     }
 }
 
-/// Where the buttons begin, from the upper right corner, how far they are apart, and how high the notes at the bottom are, points.
+/// Position of the buttons from the upper right corner, their spacing, and height of the notes at the bottom, points.
 const BUTTONS: Vec2 = vec2(-36.0, 22.0);
 const BUTTON: f32 = 24.0;
 const NOTES: f32 = 62.0;
@@ -145,10 +145,10 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     buttons(ui, desk, view);
 }
 
-/// How circles and symbols are to be read.
+/// Legend of circles and symbols.
 const LEGEND: &str = "of what is LOST pale, to 10 m at most; symbols: the surer the larger and stronger";
 
-/// What the map says to who cannot see it.
+/// Description of the map for screen readers.
 fn says(things: &[Thing], view: &View) -> String {
     let tracks = things.iter().filter(|thing| thing.track.is_some()).count();
     let worse = things.iter().filter(|thing| thing.freshness != Freshness::Fresh).count();
@@ -279,7 +279,7 @@ fn unit_thing(desk: &Desk, unit: &ShownUnit, view: &View, may_be: f32) -> Thing 
     }
 }
 
-/// Whether a track is less sure than an arming of its unit asks for.
+/// True if a track is less sure than an arming of its unit asks for.
 pub(super) fn unsure(unit: &ShownUnit, track: &ReportedTrack, shown: &Shown) -> bool {
     track.confidence < unit.settings(&shown.bounds).arm_permille
 }
@@ -294,7 +294,8 @@ fn label(name: &str, freshness: Freshness, word: &str, age: Span) -> String {
     if freshness == Freshness::Fresh { name.to_owned() } else { format!("{name} {word} {}", seconds(age)) }
 }
 
-/// Paints all of it, no label over what is `written` already; how many labels found no room, and whether circles were left out.
+/// Paints all of it, no label over `written` areas; returns the number of labels without room, and whether circles were left
+/// out.
 fn paint(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> (usize, bool) {
     let wide = |thing: &&Thing| thing.may_be > 8.0;
     let crowded = things.iter().filter(wide).count() > MOST_CIRCLES;
@@ -343,7 +344,7 @@ fn arrow(painter: &Painter, thing: &Thing, yaw: f32, color: eframe::egui::Color3
 }
 
 /// Labels from the most to the least important, each at the first of four places that is free of symbols, of other labels and of
-/// what is `written`.
+/// `written` areas.
 fn labels(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> usize {
     let inside = painter.clip_rect();
     let size = |thing: &Thing| match (thing.chosen, thing.yaw) {

@@ -1,8 +1,8 @@
-//! The console's window: draws [`Shown`] and gives back what a person wants. All of egui is in here, and nothing else.
+//! The console's window: draws [`Shown`] and returns a person's wishes. All of egui is in here, and only egui.
 //!
-//! [`Window::draw`] is a function of the picture and of what the window remembers (`desk`, `layout`); it reads no clock,
-//! counts no age and decides nothing. What must always be seen stands in fixed panels around the panes: the safety
-//! `strip`, the `command` column. Getting pictures and sending acts is left to [`app`].
+//! [`Window::draw`] is a function of the picture and of the window's own state (`desk`, `layout`); it reads no clock,
+//! counts no age and decides nothing. Panels that must always be seen stand fixed around the panes: the safety `strip`,
+//! the `command` column. Getting pictures and sending acts is left to [`app`].
 
 pub mod app;
 pub mod layout;
@@ -42,11 +42,11 @@ use crate::beside::Beside;
 use crate::shown::Shown;
 use crate::site::Site;
 
-/// How much is seen of a picture that is not current: little enough to be told at once from one that is.
+/// Opacity of a picture that is not current: low enough to be told at once from a current one.
 const PAST: f32 = 0.65;
-/// The longest reason that is told of a recording which is evidence of nothing, characters: two lines in the narrowest window.
+/// The longest shown reason of an INVALID recording, characters: two lines in the narrowest window.
 const MAX_WHY: usize = 240;
-/// What a person at the window wants.
+/// A request of the person at the window.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
     /// To do something.
@@ -55,18 +55,18 @@ pub enum Wish {
     Seek(Seek),
 }
 
-/// What is drawn in one frame.
+/// Input of one frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'p> {
     /// The newest picture.
     pub shown: &'p Shown,
-    /// How long no newer one has come, once that is too long to call it current.
+    /// Time since the last picture, once that is too long to call it current.
     pub behind: Option<Span>,
-    /// An act was taken by nobody a moment ago.
+    /// An act was just refused by the source.
     pub untaken: bool,
-    /// Where the recording stands, if it is one.
+    /// Position of the recording, if it is one.
     pub tape: Option<&'p Tape>,
-    /// What that has beside it.
+    /// The recording's evidence of that moment.
     pub beside: Option<&'p Beside>,
 }
 
@@ -76,7 +76,7 @@ pub struct Window {
     desk: Desk,
     site: Site,
     layouts: Layouts,
-    /// What a layout is to be called, as typed.
+    /// The typed name for a layout.
     name: String,
     textures: Textures,
 }
@@ -98,14 +98,14 @@ impl Window {
         &mut self.layouts
     }
 
-    /// Draws that there is no picture yet; what the person did meanwhile.
+    /// Draws a notice that no picture has come yet; returns the person's requests.
     pub fn wait(&mut self, ui: &mut Ui) -> Vec<Wish> {
         let text = format!("Waiting for the console's core. F1 holds {}.", self.desk.unit);
         CentralPanel::default().show(ui, |ui| ui.label(RichText::new(text).size(15.0)));
         command::keys_unseen(ui, self.desk.unit)
     }
 
-    /// Draws one frame; what the person did in it.
+    /// Draws one frame; returns the person's requests.
     pub fn draw(&mut self, ui: &mut Ui, picture: &Picture<'_>) -> Vec<Wish> {
         let mut wishes = Vec::new();
         let shown = picture.shown;
@@ -196,7 +196,7 @@ impl Window {
     }
 }
 
-/// What comes before everything else that is shown.
+/// Banner above everything else.
 fn banner(ui: &mut Ui, text: &str) {
     let palette = Palette::of(ui);
     Frame::new().fill(palette.alarm).inner_margin(Margin::symmetric(8, 4)).show(ui, |ui| {

@@ -1,4 +1,4 @@
-//! What lies beneath the units on the map: contours, grid, scale, geofence, obstacles, route.
+//! Background of the map below the units: contours, grid, scale, geofence, obstacles, route.
 
 use eframe::egui::{Align2, FontId, Painter, Pos2, Rect, Shape, Stroke, vec2};
 

@@ -1,4 +1,4 @@
-//! What was refused, by whom, why and how often: the boundary at work, or somebody at it.
+//! Refusals, by peer, reason and count: the boundary at work, or an attack on it.
 
 use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};

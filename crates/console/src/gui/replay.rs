@@ -11,18 +11,18 @@ use crate::moment::Moment;
 /// Height of the line of moments, points.
 const LINE: f32 = 14.0;
 
-/// Where a recording stands.
+/// Position in a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tape {
     /// Now, from the recording's beginning.
     pub at: Span,
     /// Its length.
     pub length: Span,
-    /// How long after the recording's beginning the run's time began: what is written is the run's.
+    /// Offset of the run's start from the recording's beginning: written times are the run's.
     pub lead: Span,
-    /// What one may want to jump to, in order.
+    /// Jump targets, in order.
     pub moments: Vec<Moment>,
-    /// Whether it runs by itself.
+    /// True if it runs by itself.
     pub playing: bool,
 }
 
@@ -33,7 +33,7 @@ impl Tape {
     }
 }
 
-/// Where to go in a recording.
+/// A destination in a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seek {
     /// To this time from its beginning.
@@ -93,8 +93,8 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: 
     }
 }
 
-/// The whole recording as a line: a stroke above it for each change of what was shown, one below for each thing that really
-/// happened, and where we are.
+/// The whole recording as a line: a stroke above it for each change of the display, one below for each true event, and the
+/// present position.
 fn line(ui: &mut Ui, tape: &Tape) {
     let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::hover());
     let really = tape.moments.iter().filter(|moment| moment.truth).count();
@@ -116,7 +116,7 @@ fn line(ui: &mut Ui, tape: &Tape) {
     stroke(tape.at, area.top(), area.bottom(), palette.advice);
 }
 
-/// Whether an arrow went down while no control has the focus, which it would move in.
+/// True if an arrow went down while no control has the focus, which it would move in.
 fn arrow(ui: &Ui, key: Key) -> bool {
     ui.memory(|memory| memory.focused().is_none()) && ui.input(|input| input.key_pressed(key))
 }

@@ -1,7 +1,7 @@
-//! What a unit's sensors give while it runs, in a window of its own: for whoever tests, beside the operator's.
+//! Live sensor pictures of a unit, in a window of its own: for the tester, beside the operator's.
 //!
-//! It came over no link and no console accepted it, so it stands in no window in which anything is ordered, and says so. Where it comes
-//! from and how old it is at most is its [`Sensors`]' to say.
+//! They came over no link and no console accepted them, so they stand in no window that can give orders, and say so. Their source and
+//! the bound of their age are for their [`Sensors`] to state.
 
 use std::sync::Arc;
 
@@ -18,29 +18,29 @@ use crate::beside::Sight;
 
 /// Between two pictures, points.
 const GAP: f32 = 8.0;
-/// What stands below a picture is no higher than this.
+/// Most height of the caption below a picture.
 const WORDS: f32 = 22.0;
 /// Pictures beside each other.
 const COLUMNS: usize = 2;
 
-/// What the sensors gave last.
+/// The newest sensor pictures.
 #[derive(Clone, Debug)]
 pub struct Sensed {
     /// Sensor by sensor.
     pub sights: Arc<[Sight]>,
-    /// How long ago that was, at least.
+    /// Lower bound of their age.
     pub at_least: Span,
     /// And at most, once that is known.
     pub at_most: Option<Span>,
 }
 
-/// Who reads them. No call waits.
+/// A reader of sensor pictures. No call waits.
 pub trait Sensors {
-    /// What they gave last; nothing before the first.
+    /// The newest pictures; `None` before the first.
     fn newest(&mut self) -> Option<Sensed>;
-    /// Why nothing comes, or not all, where that is known.
+    /// Reason for missing pictures, where known.
     fn trouble(&mut self) -> Option<String>;
-    /// Whether nothing more will come: the window closes.
+    /// True if the stream has ended: the window closes.
     fn over(&mut self) -> bool;
 }
 
@@ -51,7 +51,7 @@ pub struct Content {
 }
 
 impl Content {
-    /// Draws what there is.
+    /// Draws the pictures.
     pub fn draw(&mut self, ui: &mut Ui, sensed: Option<&Sensed>, trouble: Option<&str>) {
         Panel::top("what this is").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
@@ -90,7 +90,7 @@ impl Content {
     }
 }
 
-/// How old it is; with a sign where that is not known, or too old to be called current.
+/// Their age; with a sign where it is unknown, or too old to be called current.
 fn age(ui: &mut Ui, sensed: &Sensed) {
     match sensed.at_most {
         _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", &left(sensed.at_least))),
@@ -106,7 +106,7 @@ fn not_current(bound: &str, age: &str) -> String {
     format!("NOT CURRENT: {bound} {age} old")
 }
 
-/// As it may be written of what is at most so old: up, and for as long as it stands there.
+/// An age bound as written: rounded up, so that the text holds for as long as it is shown.
 fn rounded(age: Span) -> Span {
     let stands = age.0.saturating_add(MOST_OFTEN.as_micros() as u64);
     let step = if stands < 10_000_000 { 10_000 } else { 100_000 };
@@ -120,9 +120,10 @@ fn flag(ui: &mut Ui, tone: Tone, words: &str) {
     ui.label(RichText::new(words).color(color));
 }
 
-/// Opens the window and returns when it was closed, or when nothing more will come.
+/// Opens the window and returns when it was closed, or when the stream has ended.
 ///
 /// # Errors
+///
 /// When it cannot be opened.
 pub fn run(sensors: Box<dyn Sensors>) -> Result<(), String> {
     let title = "holdsafe sensors: TEST BENCH";

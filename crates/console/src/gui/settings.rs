@@ -1,16 +1,16 @@
-//! The values of an order to configure: what the unit goes by to begin with, each within its range.
+//! The values of an order to configure: initially those in force, each within its range.
 //!
-//! Whether they are safe together is the unit's to judge: it says so in its answer.
+//! The unit judges their combination: it says so in its answer.
 
 use std::ops::RangeInclusive;
 
 use eframe::egui::{DragValue, Grid, RichText, Ui};
 use wire::settings::{RANGES, Settings};
 
-/// Name of each value, and what is written behind it; all are held in thousandths.
+/// Name and unit of each value; all are held in thousandths.
 const FIELDS: [(&str, &str); 4] =
     [("Speed, at most", " m/s"), ("Margin to the fence", " m"), ("Confidence to arm", ""), ("Confidence to keep", "")];
-/// How far a value goes for a point that it is dragged.
+/// Change of a value per point of dragging.
 const PER_POINT: f64 = 0.005;
 
 /// A row for each value.

@@ -1,7 +1,6 @@
 //! Signs: what stands for a mode, a freshness, a life — always a shape and a word, and a colour where it is abnormal.
 //!
-//! Shapes are drawn, never typed: fonts lack most of them. What is drawn here has a name that tests and screen readers
-//! find.
+//! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.
 
 use eframe::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Response, Role, Sense, Shape as Drawn, Stroke, StrokeKind, TextStyle,
@@ -13,7 +12,7 @@ use wire::mode::Mode;
 use super::theme::Palette;
 use crate::life::Life;
 
-/// How far from normal something is.
+/// Degree of abnormality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Tone {
     /// Out of use, or over.
@@ -82,7 +81,7 @@ impl Shape {
     }
 }
 
-/// What stands for a freshness.
+/// Sign of a freshness.
 pub(super) fn freshness(freshness: Freshness) -> (Tone, Shape, &'static str) {
     match freshness {
         Freshness::Fresh => (Tone::Normal, Shape::Disc, "fresh"),
@@ -92,8 +91,8 @@ pub(super) fn freshness(freshness: Freshness) -> (Tone, Shape, &'static str) {
     }
 }
 
-/// What stands for a track. One that its unit no longer reports is lost, however young its last report is; it is worth a
-/// look, where a unit that is lost with all its tracks asks for more.
+/// Sign of a track. One that its unit no longer reports is lost, however young its last report is; it is worth a look,
+/// where a unit that is lost with all its tracks asks for more.
 pub(super) fn track(of: Freshness, dropped: bool) -> (Tone, Shape, &'static str) {
     match (of, dropped) {
         (_, true) => (Tone::Advice, Shape::Cross, "LOST"),
@@ -102,7 +101,7 @@ pub(super) fn track(of: Freshness, dropped: bool) -> (Tone, Shape, &'static str)
     }
 }
 
-/// What stands for a mode.
+/// Sign of a mode.
 pub(super) fn mode(mode: Mode) -> (Tone, Shape) {
     match mode {
         Mode::Idle => (Tone::Normal, Shape::Ring),
@@ -113,7 +112,7 @@ pub(super) fn mode(mode: Mode) -> (Tone, Shape) {
     }
 }
 
-/// What stands for how far a command has come.
+/// Sign of a command's progress.
 pub(super) fn life(life: Life) -> (Tone, Shape) {
     match life {
         Life::Requested | Life::Staged | Life::Released | Life::Sent => (Tone::Normal, Shape::Ring),
@@ -148,7 +147,7 @@ pub(super) fn chip(ui: &mut Ui, width: f32, sign: (Tone, Shape), text: &str, fil
     response
 }
 
-/// A text that keeps within `rect`; what does not fit ends in an ellipsis.
+/// A text that keeps within `rect`; overflow ends in an ellipsis.
 pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, font: FontId, color: Color32) {
     let mut job = eframe::egui::text::LayoutJob::simple_singleline(text.to_owned(), font, color);
     job.wrap.max_width = rect.width();
@@ -163,8 +162,9 @@ pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, 
 mod tests {
     use super::*;
 
+    /// So no label is told by colour alone.
     #[test]
-    fn no_two_words_share_a_shape_so_that_none_is_told_by_colour_alone() {
+    fn labels_never_share_a_shape() {
         let all = [Freshness::Fresh, Freshness::Late, Freshness::Stale, Freshness::Lost].map(freshness);
         let modes = Mode::ALL.map(mode);
         for at in 0..all.len() {

@@ -1,7 +1,7 @@
-//! The safety strip: who is in what state, why, since when, with what authority, and how old all that is.
+//! The safety strip: state, cause, start, authority and age of each unit.
 //!
-//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit. It says what
-//! a figure means to whoever commands; the figure itself is in the tooltip.
+//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit. It gives a
+//! figure's meaning for the operator; the figure itself is in the tooltip.
 
 use eframe::egui::{Align, Label, Layout, Response, RichText, Role, Ui, WidgetInfo, vec2};
 use wire::event::Freshness;
@@ -118,14 +118,14 @@ fn authority_words(state: &Labelled<State>) -> (String, Tone, Shape) {
     }
 }
 
-/// Whose session brought the report, and whether it was checked on its way.
+/// Peer of the session that brought the report, and its checks on the way.
 fn way(ui: &mut Ui, unit: &ShownUnit) {
     let (tone, words) = words::origin(unit.origin);
     let palette = Palette::of(ui);
     cell(ui, CELLS[6], RichText::new(format!("origin {words}")).color(tone.color(palette)));
 }
 
-/// What holds for the whole picture, and the links.
+/// Marks of the whole picture, and the links.
 fn run(ui: &mut Ui, shown: &Shown) {
     // More links than fit beside each other stand on a second line.
     ui.horizontal_wrapped(|ui| {

@@ -9,10 +9,10 @@ use eframe::egui::{
     epaint::Shadow, style::WidgetVisuals,
 };
 
-/// Least contrast between a text and what it stands on (WCAG 2, level AA for text of any size).
+/// Least contrast between a text and its background (WCAG 2, level AA for text of any size).
 pub const LEAST_CONTRAST: f64 = 4.5;
 
-/// Least contrast of the edge of a control (the same, for what is no text).
+/// Least contrast of the edge of a control (the same, for non-text elements).
 pub const LEAST_EDGE: f64 = 3.0;
 
 /// Opacity of a control that cannot be pressed, which is still to be read.
@@ -36,11 +36,11 @@ pub struct Palette {
     pub edge: Color32,
     /// Grid and scale of the map; carries no text.
     pub faint: Color32,
-    /// What is to be read first.
+    /// Text to be read first.
     pub strong: Color32,
-    /// What is to be read.
+    /// Text.
     pub text: Color32,
-    /// Headings, units, what is out of use.
+    /// Headings, units, disabled elements.
     pub weak: Color32,
     /// Act now.
     pub alarm: Color32,
@@ -48,7 +48,7 @@ pub struct Palette {
     pub caution: Color32,
     /// Worth a look.
     pub advice: Color32,
-    /// What is chosen, and marks of the run; no statement about the world.
+    /// Selection, and marks of the run; no statement about the world.
     pub mark: Color32,
     /// On a block filled with a saturated colour or with `strong`.
     pub on_block: Color32,
@@ -189,8 +189,8 @@ mod tests {
         assert!((contrast(Color32::from_gray(0x76), Color32::WHITE) - 4.54).abs() < 0.01);
     }
 
-    /// What the eye without red, green or blue cones makes of linear red, green and blue (Machado, Oliveira and Fernandes,
-    /// 2009, severity 1), and the whole eye.
+    /// Linear red, green and blue as seen without red, green or blue cones (Machado, Oliveira and Fernandes, 2009,
+    /// severity 1), and with all of them.
     const EYES: [[[f64; 3]; 3]; 4] = [
         [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
@@ -212,8 +212,9 @@ mod tests {
         [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
     }
 
+    /// From each other and from grey.
     #[test]
-    fn no_two_hues_look_alike_nor_like_grey_to_anybody() {
+    fn hues_differ_for_every_kind_of_sight() {
         for p in [Palette::DARK, Palette::LIGHT] {
             let hues = [p.alarm, p.caution, p.advice, p.mark];
             let texts = [p.strong, p.text, p.weak];
@@ -250,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn every_text_can_be_read_on_every_surface_and_on_every_block() {
+    fn every_text_is_readable_on_every_surface() {
         for p in [Palette::DARK, Palette::LIGHT] {
             let texts = [p.strong, p.text, p.weak, p.alarm, p.caution, p.advice, p.mark];
             for (text, surface) in texts.iter().flat_map(|t| [p.ground, p.pane, p.raised].map(|s| (*t, s))) {

@@ -1,4 +1,4 @@
-//! The track table: what each unit reports, how old that is and where it comes from; and what it no longer reports.
+//! The track table: the tracks that each unit reports with age and origin; and those it no longer reports.
 
 use std::cmp::Ordering;
 
@@ -19,7 +19,7 @@ use crate::age::Labelled;
 use crate::shown::{Shown, ShownUnit};
 use crate::text;
 
-/// What the table is ordered by.
+/// Sort key of the table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Sort {
     /// Unit, then number.
@@ -35,7 +35,7 @@ pub(super) enum Sort {
 struct Row<'s> {
     unit: &'s ShownUnit,
     track: &'s Labelled<ReportedTrack>,
-    /// How to take note that it is no longer reported.
+    /// Acknowledgement of the loss.
     lost: Option<Act>,
 }
 

@@ -1,4 +1,4 @@
-//! Why a unit is in its mode, or what keeps it from READY: each condition with its value and its limit.
+//! Reasons for a unit's mode, or its obstacles to READY: each condition with its value and its limit.
 
 use eframe::egui::{Align, Label, Layout, RichText, Role, ScrollArea, Ui, WidgetInfo};
 use wire::event::Freshness;

@@ -17,7 +17,7 @@ pub(super) fn seconds(span: Span) -> String {
     if span == Span(u64::MAX) { "unknown".to_owned() } else { written(span, u64::div_ceil) }
 }
 
-/// What is left of a time: rounded down.
+/// Time left: rounded down.
 pub(super) fn left(span: Span) -> String {
     written(span, |us, unit| us / unit)
 }
@@ -32,7 +32,7 @@ fn written(span: Span, whole: fn(u64, u64) -> u64) -> String {
     }
 }
 
-/// When something was: how long ago, or in a recording at what time of the run, for there nothing is now.
+/// Time of an event: relative, or in a recording the run's time, for a recording has no present.
 pub(super) fn when(shown: &Shown, at: Instant) -> String {
     match shown.marks.began {
         Some(began) => format!("at {}", on_run(i128::from(at.0) - i128::from(began.0))),
@@ -45,7 +45,7 @@ pub(super) fn on_run(us: i128) -> String {
     format!("{:.2} s", us.div_euclid(10_000) as f64 / 100.0)
 }
 
-/// How fast a unit's clock runs against this console's, for whoever looks into it.
+/// Rate of a unit's clock against this console's, for the tooltip.
 pub(super) fn clock(clock: Option<Rate>) -> String {
     clock.map_or("No rate of its clock is known yet: that takes some seconds of reports.".to_owned(), |rate| {
         let over = rate.over.0 / 1_000_000;
@@ -73,7 +73,7 @@ pub(super) fn tame_to(words: &str, most: usize) -> String {
     tame
 }
 
-/// Where something comes from, and how far from normal that is.
+/// Origin of a value, and how far from normal that is.
 pub(super) fn origin(origin: Origin) -> (Tone, String) {
     let tone = match origin {
         Origin::Direct => Tone::Normal,
@@ -83,7 +83,7 @@ pub(super) fn origin(origin: Origin) -> (Tone, String) {
     (tone, origin.words())
 }
 
-/// How far a command has come.
+/// Progress of a command.
 pub(super) fn life(life: Life) -> String {
     match life {
         Life::Requested => "asked of the gateway".to_owned(),
@@ -99,7 +99,7 @@ pub(super) fn life(life: Life) -> String {
     }
 }
 
-/// When a command came to each stage, from when it was given.
+/// Time of each stage of a command, from the order on.
 pub(super) fn stages(command: &ShownCommand) -> String {
     let times = &command.times;
     let stages = [
@@ -131,7 +131,7 @@ pub(super) fn order(order: &Order) -> String {
     }
 }
 
-/// What will have come of it, spelt out before it is confirmed.
+/// Consequence of an order, spelt out before it is confirmed.
 pub(super) fn consequence(order: &Order) -> String {
     match order {
         Order::Revoke(who) => {
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_age_is_written_shorter_and_no_time_that_is_left_longer_than_it_is() {
+    fn written_ages_round_up_and_time_left_down() {
         let ages = [(1, "0.01 s", "0.00 s"), (299_999, "0.30 s", "0.29 s"), (10_000_001, "10.1 s", "10.0 s")];
         let long = [(149_000_000, "3 min", "2 min"), (6_000_000_001, "2 h", "1 h"), (1_420_000, "1.42 s", "1.42 s")];
         for (us, age, rest) in ages.into_iter().chain(long) {

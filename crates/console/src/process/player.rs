@@ -1,8 +1,8 @@
-//! A recording of a console, looked at again: the same core, fed its mouth log, to any moment forward and back.
+//! A recording of a console, looked at again: the same core, fed its input journal, to any moment forward and back.
 //!
 //! The picture at a moment is what the core shows then, so ages grow between two inputs as they did. Copies of the core
-//! are kept on the way, so that going back costs no more than a few hundred inputs. What the person and the script did is
-//! in the log; nothing can be done now. Drawing is left to `gui`.
+//! are kept on the way, so that going back costs no more than a few hundred inputs. The acts of the person and the script
+//! are in the journal; new ones are not possible. Drawing is left to `gui`.
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -18,7 +18,7 @@ use crate::moment::{self, Happened, MAX_MOMENTS, Moment};
 use crate::shown::Shown;
 use crate::{Console, ConsoleConfig, ConsoleError};
 
-/// The file with what it takes to look at the recording, beside it.
+/// The file of keys and settings needed to view the recording, beside it.
 pub const READING: &str = "console.json";
 /// The longest that is read, bytes.
 const MAX_READING: u64 = 1 << 20;
@@ -26,13 +26,13 @@ const MAX_READING: u64 = 1 << 20;
 const MAX_TURNS: usize = 1 << 20;
 /// Inputs between two copies of the core.
 const APART: usize = 512;
-/// The file with what really happened, beside it: for whoever looks at the recording, never for a live console.
+/// The file of true events, beside it: for viewers of the recording, never for a live console.
 pub const TRUTH: &str = "truth.json";
 
 /// A recording that cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum PlayerError {
-    /// It lacks what it takes to look at it.
+    /// The file needed to view it is missing.
     #[error("{0}; is this the folder that `live --out` was given?")]
     Reading(String),
     /// Its console's mouth log cannot be read.
@@ -41,14 +41,14 @@ pub enum PlayerError {
     /// The core cannot be made.
     #[error(transparent)]
     Core(#[from] ConsoleError),
-    /// Nothing was recorded.
+    /// It has no inputs.
     #[error("the recording is empty")]
     Empty,
 }
 
 impl ProcessConfig {
-    /// What it takes to look at a recording of this console: public keys and the key of the feed, which nobody answers to
-    /// once the run is over, and no other secret.
+    /// The part of the configuration needed to view a recording of this console: public keys and the key of the feed,
+    /// which is void once the run is over, and no other secret.
     #[must_use]
     pub fn to_read(&self) -> Self {
         let feed = self.setup.channels.iter().filter(|channel| channel.topic == Topic::Feed).cloned();
@@ -73,7 +73,7 @@ impl ProcessConfig {
     }
 }
 
-/// An input, and what the console said after it.
+/// An input, and the console's outputs after it.
 struct Turn {
     now: Instant,
     input: Input,
@@ -81,7 +81,7 @@ struct Turn {
 }
 
 impl Turn {
-    /// Whether this is needed to show again what was shown: what was asked of the gateway, and the answer to an act.
+    /// True if the replay needs this output: requests to the gateway, and answers to acts.
     fn needs(&self, output: &Output) -> bool {
         let act = matches!(self.input, Input::Act { .. });
         matches!(output, Output::Bus { .. }) || (act && matches!(output, Output::Audit { .. }))
@@ -98,11 +98,11 @@ pub struct Player {
     taken: usize,
     at: Instant,
     moments: Vec<Moment>,
-    /// When the run's time began, on the console's clock.
+    /// Start of the run's time, on the console's clock.
     began: Instant,
-    /// When a unit was first shown in another mode than before.
+    /// Time at which a unit was first shown in another mode than before.
     first_change: Option<Instant>,
-    /// Why the recording is INVALID, if it is.
+    /// Reason for which the recording is INVALID, if it is.
     invalid: Option<String>,
 }
 
@@ -157,17 +157,17 @@ impl Player {
         self.console.first()
     }
 
-    /// How long the recording is.
+    /// Length of the recording.
     pub fn length(&self) -> Span {
         self.turns.last().map_or(Span::ZERO, |last| last.now.since(self.begins()))
     }
 
-    /// Where we are, from its beginning.
+    /// Present position, from its beginning.
     pub fn at(&self) -> Span {
         self.at.since(self.begins())
     }
 
-    /// What one may want to jump to, in order; at most twice [`MAX_MOMENTS`].
+    /// Jump targets, in order; at most twice [`MAX_MOMENTS`].
     pub fn moments(&self) -> &[Moment] {
         &self.moments
     }
@@ -177,12 +177,12 @@ impl Player {
         self.began = began;
     }
 
-    /// How long after the recording's beginning the run's time began.
+    /// Offset of the run's start from the recording's beginning.
     pub fn lead(&self) -> Span {
         self.began.since(self.begins())
     }
 
-    /// What was shown then, marked as a replay, in which no command is possible.
+    /// The picture of that moment, marked as a replay, in which no command is possible.
     pub fn shown(&self) -> Shown {
         let mut shown = self.console.shown(self.at);
         (shown.marks.replay, shown.marks.began) = (true, Some(self.began));
@@ -243,7 +243,7 @@ impl Player {
         self.moments.extend(new.map(|what| Moment { at, what, truth: false }));
     }
 
-    /// Puts what really happened between what was shown.
+    /// Inserts the true events between the changes of the display.
     fn learn(&mut self, truth: Vec<Happened>) {
         let (begins, length) = (self.begins(), self.length());
         let moment =
@@ -253,13 +253,13 @@ impl Player {
     }
 }
 
-/// What really happened, where that was kept: a recording can be looked at without.
+/// The true events, if they were kept: a recording can be viewed without them.
 fn truth(run_dir: &Path) -> Vec<Happened> {
     let Ok(file) = link::files::open(&run_dir.join(TRUTH)) else { return Vec::new() };
     serde_json::from_reader(file.take(MAX_READING)).unwrap_or_default()
 }
 
-/// The inputs, each with what of its outputs is needed.
+/// The inputs, each with the outputs that the replay needs.
 fn turns<R: Read>(log: mouth::Reader<R>) -> Result<Vec<Turn>, MouthError> {
     let mut turns: Vec<Turn> = Vec::new();
     for entry in log {

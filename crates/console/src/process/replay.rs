@@ -32,14 +32,14 @@ pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
 }
 
 impl Recorded {
-    /// With this beside what was shown.
+    /// Adds this evidence.
     #[must_use]
     pub fn beside(mut self, evidence: Box<dyn Evidence>) -> Self {
         evidence.began().into_iter().for_each(|began| self.player.count_from(began));
         Self { evidence: Some(evidence), ..self }
     }
 
-    /// The same, of which it has to be said that it is evidence of nothing, and why.
+    /// Marks the recording as no evidence, with the reason.
     #[must_use]
     pub fn invalid(self, why: String) -> Self {
         Self { player: self.player.invalid(why), ..self }
@@ -65,9 +65,9 @@ struct Running {
     player: Player,
     evidence: Option<Box<dyn Evidence>>,
     since: Option<(Instant, Span)>,
-    /// Whether there is a picture that was not drawn.
+    /// True if there is a picture that was not drawn.
     new: bool,
-    /// Whether the window is to close.
+    /// True if the window is to close.
     over: Box<dyn Fn() -> bool>,
 }
 
@@ -83,7 +83,7 @@ impl Source for Running {
         std::mem::take(&mut self.new).then(|| (Arc::new(self.player.shown()), Span::ZERO))
     }
 
-    /// Nothing can be done in a recording.
+    /// No act is possible in a recording.
     fn send(&mut self, _: Act) -> bool {
         true
     }

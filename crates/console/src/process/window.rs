@@ -1,8 +1,8 @@
 //! Between the core's loop and a window: pictures one way, of which the newest counts, and a person's acts the other.
 //!
-//! The loop is `link`'s as in every process; here the core is only looked at after each of its turns. Nothing a window
-//! does can hold the loop up: it takes a picture when it likes, and its acts go through a bounded queue into the core as
-//! inputs, and so into the mouth log. Drawing is left to `gui`.
+//! The loop is `link`'s as in every process; here the core is only looked at after each of its turns. A window cannot
+//! hold the loop up: it takes a picture when it likes, and its acts go through a bounded queue into the core as inputs,
+//! and so into the input journal. Drawing is left to `gui`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -36,7 +36,7 @@ struct Slot {
     over: bool,
 }
 
-/// Where the newest picture lies.
+/// Place of the newest picture.
 #[derive(Clone, Default)]
 pub struct Pictures(Arc<Mutex<Slot>>);
 
@@ -61,13 +61,13 @@ impl Pictures {
         self.slot(|slot| slot.wake = Some(wake));
     }
 
-    /// The loop has ended: nothing more will come.
+    /// The loop has ended: no more pictures will come.
     pub fn end(&self) {
         self.slot(|slot| slot.over = true);
         self.wake();
     }
 
-    /// Whether the loop has ended.
+    /// True if the loop has ended.
     pub fn over(&self) -> bool {
         self.slot(|slot| slot.over)
     }
@@ -86,7 +86,7 @@ pub struct LookedAt {
 }
 
 impl LookedAt {
-    /// Puts what `console` shows into `pictures`.
+    /// Puts the pictures of `console` into `pictures`.
     pub fn new(console: Console, pictures: Pictures) -> Self {
         Self { console, pictures, last: None, woken: Instant(0) }
     }
@@ -113,7 +113,7 @@ impl Core for LookedAt {
     }
 }
 
-/// Whether a person should see the new picture at once: something other than numbers has changed.
+/// True if a person should see the new picture at once: something other than numbers has changed.
 fn differs(last: &Shown, now: &Shown) -> bool {
     let faces = |shown: &Shown| -> Vec<_> {
         let unit = |unit: &crate::shown::ShownUnit| {
@@ -134,7 +134,7 @@ pub struct Person {
 }
 
 impl Person {
-    /// A person whose acts go to `hand`.
+    /// A person at the window, with acts that go to `hand`.
     pub fn new(hand: Hand) -> Self {
         Self { hand, given: 0 }
     }
@@ -193,7 +193,7 @@ pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     core.join().unwrap_or(ExitCode::FAILURE)
 }
 
-/// Where the layout is kept from run to run: in the user's own folder, if there is one.
+/// File of the layout between runs: in the user's own folder, if there is one.
 pub(super) fn layout() -> Option<PathBuf> {
     let home = std::env::var_os("HOME").filter(|home| !home.is_empty())?;
     Some(PathBuf::from(home).join(".config/holdsafe/console.json"))
@@ -204,7 +204,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn acts_that_do_not_fit_are_given_back_and_no_two_have_one_number() {
+    fn refused_acts_are_returned_and_numbers_unique() {
         let (hand, _acts) = link::drive::hands();
         let mut person = Person::new(hand);
         let given = (0..2 * drive::ACTS).filter(|_| person.does(Act::Withdraw)).count();

@@ -1,4 +1,4 @@
-//! What a person does: what is asked of the gateway for it, and what is refused, by name.
+//! Acts of a person: requests to the gateway, and refusals, by name.
 
 use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
 use console::history::{Incident, MAX_PAST};
@@ -23,16 +23,18 @@ fn confirm(order: Order) -> Act {
     Act::Confirm(order, Text::new("cause understood"))
 }
 
+/// Even before the unit was ever heard.
 #[test]
-fn a_hold_is_one_act_and_goes_out_at_once_even_before_the_unit_was_ever_heard() {
+fn hold_is_one_act_sent_at_once() {
     let mut bench = Bench::seating(Role::Operate);
     let command = bench.act(HOLD).unwrap().expect("a command");
     let (intent, _) = bench.intents()[0].clone();
     assert_eq!((intent.id, intent.kind, intent.unit), (command, CommandKind::Hold, UnitId::A));
 }
 
+/// Neither the same number nor the same order under way is repeated.
 #[test]
-fn nothing_is_carried_out_twice_neither_under_the_same_number_nor_while_the_same_order_is_under_way() {
+fn order_is_carried_out_once() {
     let mut bench = Bench::seating(Role::Operate);
     assert!(bench.numbered(7, HOLD).is_ok());
     assert_eq!(bench.numbered(7, HOLD), Err(Unable::Repeated));
@@ -45,7 +47,7 @@ fn nothing_is_carried_out_twice_neither_under_the_same_number_nor_while_the_same
 }
 
 #[test]
-fn away_from_safe_takes_two_acts_and_a_reason() {
+fn leaving_safe_takes_two_acts_and_a_reason() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::HoldSafe, Span::ms(100));
     assert_eq!(bench.act(Act::Now(RESUME)), Err(Unable::TwoSteps));
@@ -67,7 +69,7 @@ fn away_from_safe_takes_two_acts_and_a_reason() {
 }
 
 #[test]
-fn what_is_prepared_lapses_with_its_time_and_with_the_first_interlock_that_fails() {
+fn prepared_order_lapses_with_time_or_interlock() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::HoldSafe, Span::ms(100));
     bench.act(Act::Prepare(RESUME)).unwrap();
@@ -89,7 +91,7 @@ fn what_is_prepared_lapses_with_its_time_and_with_the_first_interlock_that_fails
 }
 
 #[test]
-fn what_was_withdrawn_before_it_was_staged_is_not_released() {
+fn withdrawn_order_is_not_released() {
     let mut bench = Bench::seating(Role::Supervise);
     assert_eq!(bench.act(Act::Withdraw), Err(Unable::NotPrepared));
     bench.reports(Mode::HoldSafe, Span::ms(100));
@@ -102,7 +104,7 @@ fn what_was_withdrawn_before_it_was_staged_is_not_released() {
 }
 
 #[test]
-fn a_step_towards_safe_gives_up_what_was_to_lead_away_from_it() {
+fn step_towards_safe_drops_the_opposite_order() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::HoldSafe, Span::ms(100));
     assert_eq!(bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Hold))), Err(Unable::OneStep));
@@ -114,7 +116,7 @@ fn a_step_towards_safe_gives_up_what_was_to_lead_away_from_it() {
 }
 
 #[test]
-fn what_fails_within_its_limit_says_what_it_waits_for() {
+fn failing_guard_within_its_limit_names_its_wait() {
     let mut bench = Bench::seating(Role::Supervise);
     for (guard, value, words) in [
         (Guard::Localisation, 84, "84 ms, fix and odometry disagree, limit 300 ms"),
@@ -132,7 +134,7 @@ fn what_fails_within_its_limit_says_what_it_waits_for() {
 }
 
 #[test]
-fn each_interlock_keeps_the_order_back_and_is_named_with_its_value_and_its_limit() {
+fn each_interlock_blocks_with_value_and_limit() {
     let track = TrackId(4);
     let mut bench = Bench::seating(Role::Supervise);
     let arm = Order::Command(UnitId::A, CommandKind::Arm(track));
@@ -169,7 +171,7 @@ fn each_interlock_keeps_the_order_back_and_is_named_with_its_value_and_its_limit
 }
 
 #[test]
-fn a_revocation_takes_two_acts_too_and_is_asked_for_once() {
+fn revocation_takes_two_acts_and_one_request() {
     let mut bench = Bench::seating(Role::Supervise);
     let strike = Order::Revoke(NodeId::OPERATOR_2);
     assert_eq!(bench.act(Act::Now(strike)), Err(Unable::TwoSteps));
@@ -180,7 +182,7 @@ fn a_revocation_takes_two_acts_too_and_is_asked_for_once() {
 }
 
 #[test]
-fn a_role_may_do_what_is_its_own_and_nothing_that_is_more() {
+fn role_permits_its_own_acts_only() {
     let all = [
         (CommandKind::Hold, Role::Operate),
         (CommandKind::Disarm, Role::Operate),
@@ -201,7 +203,7 @@ fn a_role_may_do_what_is_its_own_and_nothing_that_is_more() {
 }
 
 #[test]
-fn who_may_only_look_has_no_pen_and_takes_note_of_nothing() {
+fn viewer_neither_signs_nor_acknowledges() {
     let mut bench = Bench::seating(Role::View);
     bench.reports(Mode::HoldSafe, Span::ms(100));
     let alarm = bench.console.shown(bench.now).alarms[0];
@@ -214,8 +216,9 @@ fn who_may_only_look_has_no_pen_and_takes_note_of_nothing() {
     assert!(!bench.console.shown(bench.now).alarms[0].acknowledged);
 }
 
+/// With the person, the act and its result.
 #[test]
-fn every_act_is_answered_and_told_with_who_what_and_what_came_of_it() {
+fn every_act_is_answered_and_logged() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::HoldSafe, Span::ms(100));
     let command = bench.order(CommandKind::Resume).unwrap();
@@ -243,7 +246,7 @@ fn every_act_is_answered_and_told_with_who_what_and_what_came_of_it() {
 }
 
 #[test]
-fn a_command_is_shown_with_the_time_of_each_stage_up_to_its_effect() {
+fn command_shows_the_time_of_each_stage() {
     let mut bench = Bench::seating(Role::Operate);
     bench.reports(Mode::Ready, Span::ms(100));
     let command = bench.act(HOLD).unwrap().unwrap();
@@ -272,8 +275,9 @@ fn a_command_is_shown_with_the_time_of_each_stage_up_to_its_effect() {
     assert_eq!(times.effect, Some(requested + Span::ms(100)));
 }
 
+/// At its last place.
 #[test]
-fn a_track_that_is_no_longer_reported_stays_at_its_last_place_until_it_is_noted_or_back() {
+fn dropped_track_stays_until_noted_or_back() {
     let mut bench = Bench::seating(Role::Operate);
     bench.reports(Mode::Ready, Span::ms(100));
     let without = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
@@ -300,8 +304,9 @@ fn a_track_that_is_no_longer_reported_stays_at_its_last_place_until_it_is_noted_
     assert!(bench.console.shown(bench.now).alarms.iter().all(|shown| shown.alarm != alarm));
 }
 
+/// One that begins again has to be acknowledged again.
 #[test]
-fn an_alarm_stays_until_it_is_over_and_noted_and_one_that_begins_again_has_to_be_noted_again() {
+fn alarm_stays_until_over_and_acknowledged() {
     let mut bench = Bench::seating(Role::Operate);
     let alarms = |bench: &Bench| bench.console.shown(bench.now).alarms;
     bench.feed(&Feed::Session(PeerId::UNIT_A, true));
@@ -324,7 +329,7 @@ fn an_alarm_stays_until_it_is_over_and_noted_and_one_that_begins_again_has_to_be
 }
 
 #[test]
-fn modes_and_alarms_that_are_over_are_kept_in_their_order_and_the_oldest_make_room() {
+fn history_keeps_order_and_drops_the_oldest() {
     let mut bench = Bench::seating(Role::Operate);
     bench.reports(Mode::Ready, Span::ms(100));
     bench.reports(Mode::Degraded, Span::ms(100));
@@ -363,8 +368,9 @@ fn modes_and_alarms_that_are_over_are_kept_in_their_order_and_the_oldest_make_ro
     assert!(links > MAX_PAST / 8, "{links}");
 }
 
+/// It comes back when the event happens again.
 #[test]
-fn an_alarm_about_what_happened_once_is_over_when_it_was_noted_and_comes_back_when_it_happens_again() {
+fn alarm_on_a_past_event_ends_when_noted() {
     let mut bench = Bench::seating(Role::Operate);
     let listed = |bench: &Bench, wanted: Alarm| {
         bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == wanted)
@@ -389,7 +395,7 @@ fn an_alarm_about_what_happened_once_is_over_when_it_was_noted_and_comes_back_wh
 }
 
 #[test]
-fn a_sessions_state_is_as_old_as_the_last_word_of_the_gateway() {
+fn session_state_ages_from_the_gateways_last_message() {
     let mut bench = Bench::seating(Role::View);
     bench.feed(&Feed::Session(PeerId::UNIT_A, true));
     bench.pass(Span::s(3));

@@ -1,4 +1,4 @@
-//! A console on a bench, behind a gateway that says what it is told to.
+//! A console on a bench, behind a scripted gateway.
 
 use console::operator::{Action, Step, When};
 use console::{Console, ConsoleConfig};
@@ -26,7 +26,7 @@ use wire::trust::Revocation;
 
 const FEED: ChannelKey = ChannelKey([1; 32]);
 const INTENTS: ChannelKey = ChannelKey([2; 32]);
-/// When a bench begins.
+/// Time at which a bench begins.
 const START: Instant = Instant(5_000_000);
 /// A tag and a header around a body, bytes.
 const AROUND: (usize, usize) = (wire::bus::HEADER_LEN, wire::bus::TAG_LEN);
@@ -35,7 +35,7 @@ pub(crate) fn key_of(node: NodeId) -> Key {
     Key::from_bytes(&[node.index() as u8 + 1; 32])
 }
 
-/// What the console asked the gateway for.
+/// A request of the console to the gateway.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Asked {
     Stage(Intent, Vec<u8>),
@@ -54,7 +54,7 @@ pub(crate) struct Bench {
     pub(crate) pictures: Vec<serde_json::Value>,
     /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
     pub(crate) watched: Option<Echo>,
-    /// Every input so far, and what came out for each.
+    /// Every input so far, with its outputs.
     pub(crate) mouth: Vec<(Instant, Input, Vec<Output>)>,
     sequence: u64,
     serial: u64,
@@ -71,7 +71,7 @@ impl Bench {
         vec![(of, Revocation { of }.sign(&key_of(NodeId::AUTHORITY)))]
     }
 
-    /// With a person in this role and nothing scripted.
+    /// With a person in this role and no script.
     pub(crate) fn seating(role: Role) -> Self {
         Self::with(Policy::default(), role, Vec::new(), Self::revocations())
     }
@@ -236,7 +236,7 @@ impl Bench {
         self.events.iter().filter_map(reason).collect()
     }
 
-    /// When, which freshness and which age the display had of A.
+    /// Time, freshness and age of each display of A.
     pub(crate) fn displayed(&self) -> Vec<(Instant, Freshness, Span)> {
         let shown = |(at, event): &(Instant, Event)| match event {
             Event::Displayed { unit: UnitId::A, freshness, age, .. } => Some((*at, *freshness, *age)),

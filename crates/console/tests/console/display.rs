@@ -1,4 +1,4 @@
-//! What may be shown, and how fresh.
+//! Permitted displays, and their freshness.
 
 use console::shown::Origin;
 use proptest::prelude::*;
@@ -15,8 +15,9 @@ use wire::time::{Echo, Instant, PeerStamp, Span};
 
 use crate::bench::{Bench, report, sign};
 
+/// It is shown all the same once it reports.
 #[test]
-fn a_unit_that_takes_no_part_is_not_called_silent_and_is_shown_all_the_same_once_it_reports() {
+fn absent_unit_is_not_called_silent() {
     let mut bench = Bench::awaiting(&[UnitId::B]);
     bench.pass(Span::s(1));
     let shown = bench.console.shown(bench.now);
@@ -28,8 +29,9 @@ fn a_unit_that_takes_no_part_is_not_called_silent_and_is_shown_all_the_same_once
     assert_eq!(shown.units.iter().map(|unit| unit.unit).collect::<Vec<_>>(), [UnitId::A]);
 }
 
+/// Another's report is never shown as the unit's own, nor its own as another's.
 #[test]
-fn what_another_brought_is_never_shown_as_the_units_own_nor_its_own_as_anothers() {
+fn reports_of_another_session_are_never_confused() {
     for (via, origin) in [(PeerId::UNIT_A, Origin::Direct), (PeerId::UNIT_C, Origin::Relayed(PeerId::UNIT_C))] {
         let mut bench = Bench::new(Policy::default(), vec![]);
         let report = bench.next(Mode::Ready);
@@ -43,8 +45,9 @@ fn what_another_brought_is_never_shown_as_the_units_own_nor_its_own_as_anothers(
     }
 }
 
+/// From fresh to late to stale to lost, at its limits.
 #[test]
-fn a_silent_unit_goes_from_fresh_to_late_to_stale_to_lost_at_its_limits() {
+fn silent_unit_ages_through_every_label() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let report = bench.next(Mode::Ready);
     bench.heard(&report, Span::ms(20));
@@ -68,7 +71,7 @@ fn a_silent_unit_goes_from_fresh_to_late_to_stale_to_lost_at_its_limits() {
 }
 
 #[test]
-fn the_display_is_told_at_least_every_200_ms() {
+fn display_is_reported_at_least_every_200_ms() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     bench.reports(Mode::Ready, Span::s(3));
     let told = bench.displayed();
@@ -77,8 +80,9 @@ fn the_display_is_told_at_least_every_200_ms() {
     assert!(told.len() < 40, "{}", told.len());
 }
 
+/// A restart takes none back.
 #[test]
-fn lost_sessions_are_shown_as_their_owners_count_them_and_a_restart_takes_none_back() {
+fn lost_sessions_show_their_owners_count() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let heard = |bench: &mut Bench, boot: u32, sessions_lost: u32| {
         bench.pass(Span::ms(100));
@@ -107,7 +111,7 @@ fn lost_sessions_are_shown_as_their_owners_count_them_and_a_restart_takes_none_b
 }
 
 #[test]
-fn a_mode_is_told_as_soon_as_it_is_shown() {
+fn mode_is_reported_as_soon_as_shown() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     bench.reports(Mode::Ready, Span::ms(300));
     let report = bench.next(Mode::HoldSafe);
@@ -147,7 +151,7 @@ fn what_the_gateway_says_is_checked_again() {
 }
 
 #[test]
-fn the_gateway_can_make_a_report_look_older_and_never_younger() {
+fn gateway_can_only_make_reports_older() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let kept = bench.next(Mode::Ready);
     bench.pass(Span::ms(800));
@@ -177,8 +181,9 @@ fn an_echo_under_another_signature_lowers_no_age() {
     assert_eq!(freshness, Freshness::Late, "{age}");
 }
 
+/// As in the paper.
 #[test]
-fn where_the_policy_waives_ageing_an_old_picture_stays_fresh_as_in_the_paper() {
+fn waived_ageing_keeps_an_old_picture_fresh() {
     let waived = [(DisplayRule::AgeOut, Requirement::Waived)];
     let policy = Policy { name: "no-age-out".into(), display: waived.into_iter().collect(), ..Policy::default() };
     let mut bench = Bench::new(policy, vec![]);
@@ -189,8 +194,9 @@ fn where_the_policy_waives_ageing_an_old_picture_stays_fresh_as_in_the_paper() {
     assert!(bench.texts.last().unwrap().starts_with("ABLATION"));
 }
 
+/// No control characters; one with each report, and at most twenty a second.
 #[test]
-fn the_text_has_no_control_characters_and_comes_with_each_report_and_at_most_twenty_times_a_second() {
+fn text_is_plain_and_rate_limited() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     bench.feed(&Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B), 1));
     bench.feed(&Feed::Session(PeerId::UNIT_A, true));
@@ -204,7 +210,7 @@ fn the_text_has_no_control_characters_and_comes_with_each_report_and_at_most_twe
 }
 
 #[test]
-fn the_object_for_programs_says_each_value_with_its_freshness_and_its_age() {
+fn json_values_carry_freshness_and_age() {
     let mut bench = Bench::seating(Role::View);
     bench.reports(Mode::Ready, Span::s(1));
     let unit = |bench: &Bench| bench.pictures.last().unwrap()["units"][0].clone();
@@ -237,10 +243,10 @@ fn a_fork_goes_on_as_the_original_does() {
     }
 }
 
-/// What the network may do to the display in one step.
+/// A step of the network against the display.
 #[derive(Clone, Debug)]
 enum Move {
-    /// Nothing comes for so long, ms.
+    /// Silence for so long, ms.
     Gap(u64),
     /// The next report comes; it is so old, ms, and its stamp is off by so much, µs.
     Next { age: u64, stamp: i64 },
@@ -258,7 +264,7 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     prop::collection::vec(one, 1..60)
 }
 
-/// The reference: when each report was sent by its own word, and what the label of an age must be.
+/// The reference: claimed send time of each report, and required label of an age.
 #[derive(Default)]
 struct Reference {
     /// Each report's signed bytes, the latest instant at which its content can have been true, and whether it was accepted.
@@ -282,7 +288,7 @@ fn hear(bench: &mut Bench, signed: &[u8], age: Span) -> bool {
 }
 
 impl Reference {
-    /// What is shown is at least as old as the report behind it, and labelled for that age.
+    /// A shown value is at least as old as the report behind it, and labelled for that age.
     fn check(&self, bench: &Bench) -> Result<(), TestCaseError> {
         let shown = bench.console.shown(bench.now);
         let Some(unit) = shown.units.first() else { return Ok(()) };
@@ -302,8 +308,9 @@ impl Reference {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
+    /// No replay and no stamp makes a value younger.
     #[test]
-    fn nothing_is_labelled_fresher_than_it_is_and_no_replay_or_stamp_makes_it_younger(moves in moves()) {
+    fn labels_are_never_too_fresh(moves in moves()) {
         let mut bench = Bench::new(Policy::default(), vec![]);
         let mut reference = Reference::default();
         let mut clock = bench.now.0 as i64;

@@ -1,6 +1,6 @@
-//! What the window looks like to somebody who has never seen it: what is painted, what is dead, what stands beside what.
+//! Appearance of the window: colours, disabled controls, neighbours.
 //!
-//! What is done in the window is in `window`. Here paint is looked at too, where a label says nothing of it.
+//! Interaction is in `window`. Colours are checked here too, where the accessibility label does not mention them.
 
 use console::gui::layout::{Pane, Preset};
 use eframe::egui::accesskit::Role as Kind;
@@ -50,7 +50,7 @@ fn painted(seated: &Seated) -> Vec<Shape> {
     shapes
 }
 
-/// Whether a colour is one of those that say that something is out of normal: more red than blue.
+/// True if a colour is one of those that say that something is out of normal: more red than blue.
 fn warm(color: Color32) -> bool {
     color.r() > color.b().saturating_add(20)
 }
@@ -78,7 +78,7 @@ fn revoking_stands_behind_a_menu_far_from_resuming() {
 }
 
 #[test]
-fn in_a_recording_what_cannot_be_pressed_is_disabled_and_says_why() {
+fn disabled_controls_of_a_recording_give_the_reason() {
     let seated = replayed(standing());
     for kind in [Kind::RadioButton, Kind::Button] {
         let (rect, _) = map(&seated);
@@ -99,7 +99,7 @@ fn in_a_recording_what_cannot_be_pressed_is_disabled_and_says_why() {
 }
 
 #[test]
-fn a_recording_tells_every_time_as_the_runs_in_seconds() {
+fn recording_shows_times_of_the_run() {
     let mut seated = replayed(scenes::hold_safe());
     // Shown 8.1 s after the recording began, which was 2 s before the run.
     assert!(says(&seated, "run time 6.10 s of 7.00 s"));
@@ -115,7 +115,7 @@ fn a_recording_tells_every_time_as_the_runs_in_seconds() {
 }
 
 #[test]
-fn the_strip_says_in_plain_words_what_a_link_and_its_clock_are_worth() {
+fn strip_explains_link_and_clock_plainly() {
     let mut yard = scenes::nominal();
     yard.run(Span::s(9));
     yard.bench.feed(&Feed::Session(PeerId::UNIT_C, true));
@@ -130,7 +130,7 @@ fn the_strip_says_in_plain_words_what_a_link_and_its_clock_are_worth() {
 }
 
 #[test]
-fn the_map_layout_gives_the_map_the_whole_window() {
+fn map_layout_fills_the_window() {
     let mut seated = seat(scenes::nominal());
     seated.state_mut().window.layouts_mut().start_from(Preset::Map);
     seated.run_steps(3);
@@ -143,8 +143,9 @@ fn the_map_layout_gives_the_map_the_whole_window() {
     assert!(says(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
 }
 
+/// They end at ten metres.
 #[test]
-fn circles_of_what_is_lost_are_pale_and_end_at_ten_metres() {
+fn circles_of_lost_things_are_pale_and_bounded() {
     let seated = seat(scenes::lost());
     let (_, metre) = map(&seated);
     let shown = seated.state().yard.shown();
@@ -182,7 +183,7 @@ fn circles_of_what_is_lost_are_pale_and_end_at_ten_metres() {
 }
 
 #[test]
-fn no_label_on_the_map_lies_over_another_word() {
+fn map_labels_do_not_overlap() {
     for (name, scene) in scenes::SCENES {
         for preset in Preset::ALL {
             let mut seated = seat(scene());
@@ -201,8 +202,9 @@ fn no_label_on_the_map_lies_over_another_word() {
     }
 }
 
+/// It states its confidence.
 #[test]
-fn a_track_that_is_hardly_believed_is_drawn_smaller_and_paler_than_a_sure_one_and_says_its_confidence() {
+fn uncertain_track_is_smaller_and_paler() {
     let mut yard = scenes::nominal();
     let tracks = &mut yard.actor(UnitId::A).tracks;
     (tracks[0].confidence, tracks[2].confidence) = (940, 10);
@@ -226,8 +228,9 @@ fn a_track_that_is_hardly_believed_is_drawn_smaller_and_paler_than_a_sure_one_an
     assert!(says("3 decoy 0.01") && says("the surer the larger and stronger"), "{words:?}");
 }
 
+/// In its progress and in the history.
 #[test]
-fn an_order_says_who_gave_it_in_its_life_and_in_the_history() {
+fn order_names_its_source_everywhere() {
     let mut seated = seat(standing());
     assert!(says(&seated, "given by a person"));
     click(&mut seated, Kind::CheckBox, "history");

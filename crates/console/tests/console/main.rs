@@ -1,4 +1,4 @@
-//! What the console shows, tells and asks for, seen from outside: feed bytes in, bytes and audit events out.
+//! The console from outside: feed bytes in; bytes, requests and audit events out.
 
 #![expect(clippy::unwrap_used, reason = "a bench that does not hold together is a failed test")]
 #![expect(clippy::wildcard_enum_match_arm, reason = "tests pick out the events that they look at")]

@@ -1,5 +1,5 @@
-//! What holds after every move in a world in which anything may happen to a console (`world`): nothing is shown fresher
-//! than it is, nothing vanishes silently, a HOLD can always be given, and nothing is carried out twice or unasked.
+//! Properties after every move in a world in which anything may happen to a console (`world`): no value is shown
+//! fresher than it is or vanishes silently, a HOLD can always be given, and no order is carried out twice or unasked.
 
 use std::collections::BTreeSet;
 
@@ -45,8 +45,9 @@ fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// When the unit refuses too.
 #[test]
-fn a_refusal_of_which_note_was_taken_is_not_raised_again_when_the_unit_refuses_too() {
+fn noted_refusal_is_not_raised_again() {
     through(Role::Supervise, &refused_by_both(), &noted_once).unwrap();
 }
 
@@ -371,7 +372,7 @@ fn behind<'a>(step: &'a Step<'_>) -> Option<(&'a ShownUnit, &'a Told)> {
 /// A track of one boot of a unit, and how far east it is.
 type Placed = ((Boot, TrackId), i32);
 
-/// What is shown of A but for the time that went by.
+/// The picture of A without the effect of elapsed time.
 fn content(shown: &Shown) -> Option<(RecordId, Mode, Vec<Placed>)> {
     let unit = shown.unit(UnitId::A)?;
     Some((unit.report, unit.state.get().0.mode, places(unit)))

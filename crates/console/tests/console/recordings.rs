@@ -14,7 +14,7 @@ use wire::time::{Instant, Span};
 
 use crate::bench::{Bench, making};
 
-/// The recording of what happened on `bench`, in a folder of this name.
+/// The recording of `bench`, in a folder of this name.
 fn recorded(bench: &Bench, name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(folder.join("mouth")).unwrap();
@@ -33,8 +33,9 @@ fn recorded(bench: &Bench, name: &str) -> PathBuf {
     folder
 }
 
+/// At its beginning where there is none.
 #[test]
-fn a_recording_opens_at_the_first_change_of_mode_and_at_its_beginning_where_there_is_none() {
+fn recording_opens_at_the_first_mode_change() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::Idle, Span::s(2));
     let folder = recorded(&bench, "unchanged");
@@ -52,7 +53,7 @@ fn a_recording_opens_at_the_first_change_of_mode_and_at_its_beginning_where_ther
 }
 
 #[test]
-fn a_recording_counts_the_runs_time_from_where_that_began() {
+fn recording_counts_time_from_the_runs_start() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::Idle, Span::s(3));
     let (mut player, _) = Player::open(&recorded(&bench, "timed")).unwrap();

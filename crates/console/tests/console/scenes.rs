@@ -55,7 +55,7 @@ pub(crate) fn authority() -> Yard {
     yard
 }
 
-/// The thermal stage gives nothing more.
+/// The thermal stage has stopped.
 pub(crate) fn degraded() -> Yard {
     let mut yard = nominal();
     let a = yard.actor(UnitId::A);
@@ -94,7 +94,7 @@ pub(crate) fn armed() -> Yard {
     yard
 }
 
-/// Nothing has come for 0.9 seconds.
+/// Silence for 0.9 seconds.
 pub(crate) fn stale() -> Yard {
     let mut yard = authority();
     yard.wait(Span::ms(900));
@@ -113,7 +113,7 @@ pub(crate) fn lost() -> Yard {
     yard
 }
 
-/// Nothing was ever received.
+/// No report was ever received.
 pub(crate) fn silent() -> Yard {
     let mut yard = Yard::new();
     yard.actors.iter_mut().for_each(|actor| actor.heard = false);

@@ -1,4 +1,4 @@
-//! The operator's script: what is asked for, when, and how often.
+//! The operator's script: requests, their times and repetitions.
 
 use std::collections::BTreeSet;
 
@@ -23,7 +23,7 @@ use wire::time::Span;
 use crate::bench::{Asked, Bench, sign, step};
 
 #[test]
-fn enabling_is_staged_then_released_then_acknowledged_each_once() {
+fn enabling_is_staged_released_and_acknowledged_once() {
     let mut bench = Bench::new(Policy::default(), vec![step(200, Action::Enable, Mode::Idle)]);
     bench.reports(Mode::Idle, Span::ms(400));
     let [(intent, bytes)] = &bench.intents()[..] else { panic!("one intent expected: {:?}", bench.asked) };
@@ -63,7 +63,7 @@ fn enabling_is_staged_then_released_then_acknowledged_each_once() {
 }
 
 #[test]
-fn the_operator_acts_on_nothing_that_is_not_displayed_as_fresh() {
+fn operator_acts_on_fresh_values_only() {
     let mut arm = step(500, Action::Arm(Class::Vehicle), Mode::Ready);
     arm.when.track = Some(TrackCondition { class: Class::Vehicle, confidence: 800 });
     let mut bench = Bench::new(Policy::default(), vec![arm]);
@@ -75,7 +75,7 @@ fn the_operator_acts_on_nothing_that_is_not_displayed_as_fresh() {
 }
 
 #[test]
-fn a_step_whose_conditions_never_show_is_given_up() {
+fn step_with_unmet_conditions_is_given_up() {
     let mut bench = Bench::new(Policy::default(), vec![step(0, Action::Resume, Mode::HoldSafe)]);
     bench.reports(Mode::Ready, Span::ms(2200));
     bench.reports(Mode::HoldSafe, Span::s(1));
@@ -91,8 +91,9 @@ fn a_hold_is_never_kept_back() {
     assert_eq!((intent.kind, intent.nonce), (CommandKind::Hold, Nonce(0)));
 }
 
+/// It is shown as unanswered.
 #[test]
-fn without_an_answer_it_is_shown_so_and_tried_once_more_under_a_new_id() {
+fn unanswered_command_is_retried_under_a_new_id() {
     let mut bench = Bench::new(Policy::default(), vec![step(0, Action::Hold, Mode::Ready)]);
     bench.reports(Mode::Ready, Span::ms(1100));
     assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::NotAcknowledged);
@@ -103,7 +104,7 @@ fn without_an_answer_it_is_shown_so_and_tried_once_more_under_a_new_id() {
 }
 
 #[test]
-fn a_step_without_a_time_follows_the_one_before() {
+fn step_without_time_follows_the_previous_one() {
     let enable = step(0, Action::Enable, Mode::Idle);
     let hold = Step { at_ms: None, ..step(0, Action::Hold, Mode::Idle) };
     let mut bench = Bench::new(Policy::default(), vec![enable, hold]);
@@ -128,7 +129,7 @@ fn a_quiet_operator_asks_for_nothing() {
 }
 
 #[test]
-fn a_configuration_is_read_back_from_json_and_an_unknown_key_is_refused() {
+fn configuration_survives_json_and_refuses_unknown_keys() {
     let json = r#"{"units": ["unit-a"], "awaited": ["unit-a"], "operator": "operator-1", "operator_secret": SECRET, "text": false,
         "script": [{"unit": "unit-a", "when": {"mode": "READY"}, "do": {"arm": "vehicle"}, "within_ms": 9}]}"#;
     let json = json.replace("SECRET", &format!("{:?}", [1u8; 32]));
@@ -180,9 +181,9 @@ proptest! {
     }
 }
 
-/// What a gateway may say of a command, in any order and as often as it likes, does not keep the alarm away.
+/// No sequence of gateway statements about a command, repeated at will, keeps the alarm away.
 #[test]
-fn no_word_of_the_gateway_keeps_a_missing_acknowledgement_from_being_shown_within_a_second() {
+fn gateway_cannot_hide_a_missing_acknowledgement() {
     for words in [
         vec![CommandStage::Staged],
         vec![CommandStage::Sent],
@@ -208,7 +209,7 @@ fn no_word_of_the_gateway_keeps_a_missing_acknowledgement_from_being_shown_withi
 
 /// One counter for all units would let any of them end the operator's commands to the others.
 #[test]
-fn what_one_unit_says_it_heard_does_not_shut_the_operator_out_of_another() {
+fn claimed_command_id_affects_that_unit_only() {
     let hold = |at_ms| Step { when: When::default(), ..step(at_ms, Action::Hold, Mode::Ready) };
     let script = vec![hold(500), Step { unit: UnitId::B, ..hold(600) }, hold(700)];
     let mut bench = Bench::new(Policy::default(), script);
@@ -220,8 +221,9 @@ fn what_one_unit_says_it_heard_does_not_shut_the_operator_out_of_another() {
     assert_eq!(ids, [(UnitId::A, 1), (UnitId::B, u64::MAX), (UnitId::A, 2)]);
 }
 
+/// Of the same id.
 #[test]
-fn a_word_about_another_intent_of_the_same_id_moves_nothing() {
+fn message_about_another_intent_changes_no_command() {
     let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
     let mut bench = Bench::new(Policy::default(), vec![hold]);
     bench.pass(Span::ms(1));
@@ -245,7 +247,7 @@ fn what_the_gateway_refused_says_why_in_words() {
 }
 
 #[test]
-fn a_revocation_waits_for_its_condition_and_is_asked_for_until_the_end() {
+fn revocation_waits_and_is_requested_until_the_end() {
     let revoke = step(100, Action::Revoke(NodeId::OPERATOR_2), Mode::Ready);
     let mut bench = Bench::revoking(vec![revoke], vec![(NodeId::OPERATOR_2, b"signed".to_vec())]);
     let asked = |bench: &Bench| bench.asked.iter().filter(|a| matches!(a, Asked::Revoke(_))).count();

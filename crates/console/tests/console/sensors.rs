@@ -1,4 +1,4 @@
-//! The window beside the operator's, without a screen: it says what it is, and how old what it shows is.
+//! The sensor window beside the operator's, without a screen: it states its source and the age of its pictures.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use wire::time::Span;
 
-/// Whether what is drawn of `sensed` says each of `texts`.
+/// True if the drawing of `sensed` contains each of `texts`.
 fn says(sensed: Option<Sensed>, texts: &[&str]) -> Vec<bool> {
     drawn(sensed, None, texts)
 }
@@ -34,8 +34,9 @@ fn sensed(at_least: u64, at_most: Option<u64>) -> Option<Sensed> {
     Some(Sensed { sights: Arc::new(sights), at_least: Span(at_least), at_most: at_most.map(Span) })
 }
 
+/// All pictures are marked as outside the operator's view.
 #[test]
-fn every_sensor_has_its_picture_or_is_said_to_give_none_and_all_is_said_to_be_no_operators() {
+fn every_sensor_is_shown_or_named_missing() {
     // What is written stands for 100 ms, and is rounded up.
     let said = ["TEST BENCH", "over no link", "no operator sees this", "at most 0.29 s old"];
     let drawn = ["SENSOR colour 0 found", "SENSOR depth 0", "SENSOR thermal gave nothing", "SENSOR LiDAR 0 found"];
@@ -45,8 +46,9 @@ fn every_sensor_has_its_picture_or_is_said_to_give_none_and_all_is_said_to_be_no
     assert_eq!(says(sensed(30_000, Some(180_001)), &["NOT CURRENT", "unknown"]), [false; 2]);
 }
 
+/// None is young before its age is known.
 #[test]
-fn frames_that_no_newer_one_follows_are_not_current_and_none_is_young_before_its_age_is_known() {
+fn frames_without_successor_are_not_current() {
     let not_current = |at_least, at_most, says_so| says(sensed(at_least, at_most), &[says_so])[0];
     assert!(not_current(900_000, Some(1_000_001), "NOT CURRENT: at most 1.11 s old"));
     assert!(not_current(1_000_001, Some(1_200_000), "NOT CURRENT: at least 1.00 s old"));
@@ -56,7 +58,7 @@ fn frames_that_no_newer_one_follows_are_not_current_and_none_is_young_before_its
 }
 
 #[test]
-fn why_nothing_comes_is_said_beside_what_came_last() {
+fn missing_pictures_are_explained_beside_the_last() {
     assert_eq!(drawn(sensed(0, Some(0)), Some("cut off"), &["cut off", "SENSOR colour"]), [true, true]);
     assert_eq!(drawn(None, Some("cut off"), &["cut off"]), [true]);
 }

@@ -1,5 +1,5 @@
-//! What is drawn, as whoever hears it instead of seeing it gets it: role and label of every node, in order. A change of words,
-//! roles or order shows as a difference; `HOLDSAFE_RENEW=1` writes the files anew.
+//! The accessibility tree of the window: role and label of every node, in order. A change of words, roles or order shows as a
+//! difference; `HOLDSAFE_RENEW=1` writes the files anew.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use egui_kittest::kittest::NodeT;
 use crate::scenes::SCENES;
 use crate::window::seat;
 
-/// What has a snapshot: as much as differs in kind.
+/// Scenes with a snapshot: one of each kind.
 const FEW: [&str; 4] = ["authority", "hold-safe", "armed", "lost"];
 
 #[test]

@@ -1,4 +1,4 @@
-//! The window, without a screen: what is drawn is read from the accessibility tree, what is done is done by role and label.
+//! The window, without a screen: output is read from the accessibility tree, input is given by role and label.
 //!
 //! Behind it is the real console. The harness refuses controls without a name and glyphs that the fonts lack.
 
@@ -28,7 +28,7 @@ const LAPTOP: Vec2 = vec2(1366.0, 768.0);
 /// The least size of the window.
 const LEAST: Vec2 = vec2(1320.0, 640.0);
 
-/// A window over a yard. What is done in it is done to the console, and kept.
+/// A window over a yard. Interaction reaches the console, and is kept.
 pub(crate) struct Seat {
     pub(crate) yard: Yard,
     pub(crate) window: Window,
@@ -128,8 +128,9 @@ pub(crate) fn standing() -> Yard {
     yard
 }
 
+/// In every scene and layout.
 #[test]
-fn hold_is_one_button_away_in_every_scene_and_layout() {
+fn hold_is_one_button_away_everywhere() {
     for (name, make) in SCENES.into_iter().filter(|(name, _)| *name != "view-only") {
         for preset in Preset::ALL {
             let mut seated = seat(make());
@@ -151,7 +152,7 @@ fn hold_is_one_key_away_in_every_scene() {
 }
 
 #[test]
-fn hold_works_while_somebody_types_a_reason_or_searches_and_while_a_confirmation_is_open() {
+fn hold_key_works_during_typing_and_confirmation() {
     let mut seated = seat(scenes::armed());
     for label in [REASON, "search"] {
         let before = held(&seated);
@@ -165,7 +166,7 @@ fn hold_works_while_somebody_types_a_reason_or_searches_and_while_a_confirmation
 }
 
 #[test]
-fn a_key_that_is_held_down_is_one_act() {
+fn held_key_is_one_act() {
     let mut seated = seat(scenes::nominal());
     let down = |key, repeat| Event::Key { key, physical_key: None, pressed: true, repeat, modifiers: Modifiers::NONE };
     for repeat in [false, true, true, true] {
@@ -188,8 +189,9 @@ fn a_key_that_is_held_down_is_one_act() {
     }
 }
 
+/// With a reason, and followed to its effect.
 #[test]
-fn away_from_safe_is_chosen_armed_and_confirmed_with_a_reason_and_seen_to_its_effect() {
+fn leaving_safe_is_chosen_armed_and_confirmed() {
     let mut seated = seat(standing());
     click(&mut seated, Kind::RadioButton, "resume unit-a");
     assert!(seated.state().acts.is_empty(), "choosing does nothing");
@@ -214,8 +216,9 @@ fn away_from_safe_is_chosen_armed_and_confirmed_with_a_reason_and_seen_to_its_ef
     }
 }
 
+/// Every order away from safe.
 #[test]
-fn every_order_away_from_safe_goes_its_whole_way_by_role_and_label() {
+fn every_order_completes_by_role_and_label() {
     let idle = || {
         let mut yard = Yard::new();
         yard.actor(UnitId::A).mode = Mode::Idle;
@@ -266,8 +269,9 @@ fn every_order_away_from_safe_goes_its_whole_way_by_role_and_label() {
     }
 }
 
+/// They are set by role and label.
 #[test]
-fn values_are_set_by_role_and_label_within_their_ranges_and_seen_to_be_what_the_unit_goes_by() {
+fn settings_stay_in_range_and_take_effect() {
     let mut yard = Yard::new();
     yard.actor(UnitId::A).mode = Mode::Idle;
     yard.run(Span::s(1));
@@ -299,7 +303,7 @@ fn values_are_set_by_role_and_label_within_their_ranges_and_seen_to_be_what_the_
 }
 
 #[test]
-fn escape_disarms_and_so_does_time_and_what_was_typed_is_gone() {
+fn escape_and_time_disarm_and_clear_the_reason() {
     let mut seated = seat(scenes::armed());
     type_into(&mut seated, REASON, "half a rea");
     press(&mut seated, Key::Escape);
@@ -321,7 +325,7 @@ fn escape_disarms_and_so_does_time_and_what_was_typed_is_gone() {
 }
 
 #[test]
-fn an_interlock_is_named_beside_the_control_that_it_locks() {
+fn interlock_is_named_beside_its_control() {
     let mut seated = seat(scenes::hold_safe());
     assert!(says(&seated, "guards failing: teammates"), "beside the order");
     click(&mut seated, Kind::RadioButton, "resume unit-a");
@@ -331,7 +335,7 @@ fn an_interlock_is_named_beside_the_control_that_it_locks() {
 }
 
 #[test]
-fn why_names_each_guard_with_what_it_was_judged_by_and_its_limit() {
+fn guard_list_shows_measured_value_and_limit() {
     let mut seated = seat(scenes::nominal());
     for (guard, line) in [
         (Guard::Thermal, "NO thermal 412 ms, limit 300 ms"),
@@ -351,7 +355,7 @@ fn why_names_each_guard_with_what_it_was_judged_by_and_its_limit() {
 }
 
 #[test]
-fn a_console_that_only_looks_and_a_recording_command_nothing() {
+fn viewer_and_recording_give_no_commands() {
     let replay = |mut seated: Seated| {
         let (_, tape) = scenes::replayed(seated.state().yard.shown());
         seated.state_mut().tape = Some(tape);
@@ -380,7 +384,7 @@ fn a_console_that_only_looks_and_a_recording_command_nothing() {
 }
 
 #[test]
-fn hold_is_one_key_away_before_there_is_a_picture() {
+fn hold_key_works_before_the_first_picture() {
     let draw = |ui: &mut eframe::egui::Ui, (window, wishes): &mut (Window, Vec<Wish>)| wishes.extend(window.wait(ui));
     let window = Window::new(UnitId::A, yard::site());
     let mut waiting = Harness::builder().with_size(LAPTOP).build_ui_state(draw, (window, Vec::new()));
@@ -392,7 +396,7 @@ fn hold_is_one_key_away_before_there_is_a_picture() {
 }
 
 #[test]
-fn a_value_is_said_to_be_late_stale_and_lost_one_tick_beyond_its_limit() {
+fn value_labels_change_one_tick_beyond_limits() {
     let mut seated = seat(scenes::nominal());
     let limits = [(Span::ms(300), "fresh", "LATE"), (Span::ms(500), "LATE", "STALE"), (Span::s(2), "STALE", "LOST")];
     for (limit, at, beyond) in limits {
@@ -414,8 +418,9 @@ fn a_value_is_said_to_be_late_stale_and_lost_one_tick_beyond_its_limit() {
     }
 }
 
+/// In every layout, size and theme.
 #[test]
-fn the_safety_strip_is_there_in_every_layout_size_and_theme() {
+fn safety_strip_is_always_visible() {
     for (size, theme) in [(LEAST, Theme::Dark), (LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
         let mut seated = sized(scenes::authority(), size, theme);
         for preset in Preset::ALL {
@@ -442,7 +447,7 @@ fn the_safety_strip_is_there_in_every_layout_size_and_theme() {
 }
 
 #[test]
-fn no_layout_hides_that_a_picture_is_of_a_recording_or_of_an_ablation() {
+fn recording_and_ablation_marks_are_always_visible() {
     for (mut seated, mark) in [(seat(scenes::hold_safe()), "MARK REPLAY"), (seat(scenes::ablation()), "MARK ABLATION")]
     {
         if mark == "MARK REPLAY" {
@@ -476,7 +481,7 @@ fn tracks_that_found_no_room_are_told_of() {
 }
 
 #[test]
-fn a_lost_track_stays_where_it_was_until_somebody_takes_note_of_it() {
+fn lost_track_stays_until_acknowledged() {
     let mut seated = seat(scenes::hold_safe());
     assert!(says(&seated, "TRACK unit-a 5 obstacle LOST"));
     click(&mut seated, Kind::Button, "acknowledge that track unit-a 5 is lost");
@@ -489,7 +494,7 @@ fn a_lost_track_stays_where_it_was_until_somebody_takes_note_of_it() {
 }
 
 #[test]
-fn alarms_are_searched_and_acknowledged_one_by_one_and_all_at_once() {
+fn alarms_are_searched_and_acknowledged_singly_or_together() {
     let mut seated = seat(scenes::hold_safe());
     type_into(&mut seated, "search", "STALE");
     assert!(says(&seated, "acknowledge: what is shown of unit-b is stale"));
@@ -504,7 +509,7 @@ fn alarms_are_searched_and_acknowledged_one_by_one_and_all_at_once() {
 }
 
 #[test]
-fn what_happened_is_listed_and_searched_when_its_alarms_are_gone() {
+fn history_is_listed_and_searched_after_its_alarms() {
     let mut seated = seat(scenes::hold_safe());
     let note = "acknowledged: unit-a is in HOLD_SAFE";
     click(&mut seated, Kind::Button, "Acknowledge all");
@@ -516,7 +521,7 @@ fn what_happened_is_listed_and_searched_when_its_alarms_are_gone() {
 }
 
 #[test]
-fn a_layout_is_kept_by_a_name_turned_to_and_forgotten() {
+fn named_layout_is_kept_selected_and_forgotten() {
     let mut seated = seat(scenes::nominal());
     let drawn = |seated: &mut Seated| {
         let saved = seated.state_mut().window.layouts_mut().saved().unwrap();
@@ -534,8 +539,9 @@ fn a_layout_is_kept_by_a_name_turned_to_and_forgotten() {
     assert!(seated.query_by_role_and_label(Kind::Button, "layout night").is_none());
 }
 
+/// HOLD ALL goes to each.
 #[test]
-fn commands_go_to_the_unit_that_is_chosen_and_hold_all_goes_to_each() {
+fn commands_go_to_the_chosen_unit() {
     let mut seated = seat(scenes::nominal());
     click(&mut seated, Kind::Button, "unit-b");
     press(&mut seated, Key::F1);
@@ -562,7 +568,7 @@ fn a_track_is_armed_by_choosing_its_row() {
 }
 
 #[test]
-fn every_control_is_reached_with_the_tab_key_alone() {
+fn every_control_is_reached_by_tab() {
     let mut seated = seat(standing());
     click(&mut seated, Kind::RadioButton, "resume unit-a");
     let mut reached = Vec::new();
@@ -590,7 +596,7 @@ fn every_control_is_reached_with_the_tab_key_alone() {
     }
 }
 
-/// Presses Tab until what says this has the focus.
+/// Presses Tab until the element with this label has the focus.
 fn tab_to(seated: &mut Seated, says: &str) {
     let focused = |seated: &Seated| {
         let label = |node: &egui_kittest::Node<'_>| node.accesskit_node().label().is_some_and(|l| l.starts_with(says));
@@ -606,7 +612,7 @@ fn tab_to(seated: &mut Seated, says: &str) {
 }
 
 #[test]
-fn the_map_is_panned_and_zoomed_and_a_list_is_scrolled_by_keys_alone() {
+fn map_and_lists_work_by_keys_alone() {
     let mut seated = sized(scenes::nominal(), LEAST, Theme::Dark);
     let map = |seated: &Seated| {
         let map = seated.query_all_by_role(Kind::Canvas).find_map(|node| node.accesskit_node().label());
@@ -630,7 +636,7 @@ fn the_map_is_panned_and_zoomed_and_a_list_is_scrolled_by_keys_alone() {
 }
 
 #[test]
-fn a_recording_is_moved_in_and_never_looks_live() {
+fn recording_can_seek_and_never_looks_live() {
     let mut seated = seat(scenes::hold_safe());
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
     seated.state_mut().tape = Some(tape.clone());
@@ -649,7 +655,7 @@ fn a_recording_is_moved_in_and_never_looks_live() {
 }
 
 #[test]
-fn what_a_recording_has_beside_is_seen_in_it_and_never_beside_a_live_picture() {
+fn evidence_is_shown_in_recordings_only() {
     let mut seated = seat(scenes::hold_safe());
     let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
     let mark = Mark { edges: [1.0, 1.0, 90.0, 9.0], says: "vehicle 93 %".to_owned() };
@@ -674,7 +680,7 @@ fn what_a_recording_has_beside_is_seen_in_it_and_never_beside_a_live_picture() {
 }
 
 #[test]
-fn a_clock_that_runs_beyond_what_ages_allow_for_is_an_alarm_and_stands_at_its_link() {
+fn excessive_clock_drift_alarms_at_the_link() {
     let mut yard = Yard::new();
     // One that runs fast is refused here before that: without a delay its reports come before they were written.
     yard.actor(UnitId::B).fast_ppm = -3_000;
@@ -687,8 +693,9 @@ fn a_clock_that_runs_beyond_what_ages_allow_for_is_an_alarm_and_stands_at_its_li
     assert!(says(&seated, "LINK unit-a up, report 0.10 s ago, clock in step"));
 }
 
+/// With the advice to give HOLD by other means.
 #[test]
-fn what_nobody_took_is_said_and_hold_is_to_be_given_by_other_means() {
+fn untaken_act_is_reported() {
     let mut seated = seat(scenes::nominal());
     assert!(!says(&seated, "NOT TAKEN"));
     seated.state_mut().untaken = true;
@@ -697,7 +704,7 @@ fn what_nobody_took_is_said_and_hold_is_to_be_given_by_other_means() {
 }
 
 #[test]
-fn why_says_what_the_unit_waits_for_where_no_guard_does() {
+fn waiting_unit_names_its_wait_without_failing_guard() {
     let mut yard = Yard::new();
     yard.actor(UnitId::A).mode = Mode::Idle;
     yard.run(Span::s(1));
@@ -713,7 +720,7 @@ fn why_says_what_the_unit_waits_for_where_no_guard_does() {
 }
 
 #[test]
-fn a_picture_with_none_after_it_is_said_not_to_be_current() {
+fn last_picture_is_marked_as_not_current() {
     let mut seated = seat(scenes::nominal());
     assert!(!says(&seated, "NOT CURRENT"));
     seated.state_mut().behind = Some(Span::ms(1_400));
@@ -724,7 +731,7 @@ fn a_picture_with_none_after_it_is_said_not_to_be_current() {
 }
 
 #[test]
-fn every_scene_is_drawn_in_every_layout_and_theme_with_every_pane_open() {
+fn every_scene_layout_theme_and_pane_is_drawn() {
     for (name, make) in SCENES {
         let mut seated = sized(make(), LAPTOP, if name.len() % 2 == 0 { Theme::Dark } else { Theme::Light });
         for preset in Preset::ALL {
@@ -740,7 +747,7 @@ fn every_scene_is_drawn_in_every_layout_and_theme_with_every_pane_open() {
 }
 
 #[test]
-fn no_table_is_cut_off_at_its_side_in_any_layout_down_to_the_least_window() {
+fn tables_fit_every_layout_at_least_width() {
     for (size, preset) in [LAPTOP, LEAST].into_iter().flat_map(|size| Preset::ALL.map(|preset| (size, preset))) {
         let mut seated = sized(scenes::flood(), size, Theme::Dark);
         seated.state_mut().window.layouts_mut().start_from(preset);
@@ -756,7 +763,7 @@ fn no_table_is_cut_off_at_its_side_in_any_layout_down_to_the_least_window() {
 }
 
 #[test]
-fn two_hundred_tracks_are_drawn_and_none_of_them_is_missing_from_the_map() {
+fn two_hundred_tracks_all_reach_the_map() {
     let seated = seat(scenes::crowd());
     let shown = seated.state().yard.shown();
     let tracks: usize = shown.units.iter().map(|unit| unit.tracks.len() + unit.lost.len()).sum();
@@ -765,7 +772,7 @@ fn two_hundred_tracks_are_drawn_and_none_of_them_is_missing_from_the_map() {
 }
 
 #[test]
-fn every_link_is_seen_with_its_clock_however_many_there_are() {
+fn every_link_is_visible_with_its_clock() {
     let mut yard = scenes::crowd();
     yard.run(Span::s(9));
     let seated = seat(yard);
@@ -779,8 +786,9 @@ fn every_link_is_seen_with_its_clock_however_many_there_are() {
     }
 }
 
+/// With the reason, in every layout.
 #[test]
-fn no_layout_hides_that_a_recording_is_evidence_of_nothing_and_why() {
+fn invalid_recording_mark_is_always_visible() {
     let mut seated = seat(scenes::hold_safe());
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
     seated.state_mut().tape = Some(tape);
@@ -800,7 +808,7 @@ fn no_layout_hides_that_a_recording_is_evidence_of_nothing_and_why() {
 }
 
 #[test]
-fn a_name_from_outside_neither_runs_away_nor_breaks_the_line() {
+fn foreign_name_cannot_break_its_line() {
     let name = format!("evil\u{202e}\n\t{}", "name ".repeat(400));
     let policy = wire::policy::Policy { name, record_guard: wire::policy::Requirement::Waived, ..Default::default() };
     let mut yard = Yard::with(&[UnitId::A, UnitId::B], policy, wire::person::Role::Supervise);

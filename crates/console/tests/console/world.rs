@@ -1,5 +1,5 @@
-//! Whatever can happen to a console, in one sequence of moves: arrivals, gaps, replays, forgeries, jumps of clocks and
-//! boots, words of the gateway, answers, and a person's hand. What has to hold after each move is `properties`.
+//! Everything that can happen to a console, in one sequence of moves: arrivals, gaps, replays, forgeries, jumps of
+//! clocks and boots, gateway statements, answers, and a person's acts. `properties` holds the checks after each move.
 
 use console::act::{Act, Alarm, Order, Role};
 use console::shown::Shown;
@@ -19,7 +19,7 @@ use wire::time::{Instant, PeerStamp, Span};
 
 use crate::bench::{Asked, Bench, report, sign};
 
-/// What a report says.
+/// Content of a report.
 #[derive(Clone, Debug)]
 pub(crate) struct Says {
     mode: usize,
@@ -38,16 +38,16 @@ pub(crate) struct Says {
     stamp: i64,
 }
 
-/// What the person does.
+/// An act of the person.
 #[derive(Clone, Debug)]
 pub(crate) enum Does {
     Now(CommandKind),
     Prepare(CommandKind),
-    /// In one step what the mode that is shown allows.
+    /// In one step the act that the shown mode allows.
     NowFitting,
-    /// What the mode that is shown allows.
+    /// The order that the shown mode allows.
     PrepareFitting,
-    /// Confirms what is prepared, with or without a reason.
+    /// Confirms the prepared order, with or without a reason.
     Confirm(bool),
     ConfirmUnprepared(CommandKind),
     Withdraw,
@@ -103,7 +103,7 @@ pub(crate) struct World {
     pub(crate) staged: Vec<IntentHash>,
     /// Intents away from safe that were given up again, by a person's word or by a step towards safe.
     pub(crate) withdrawn: Vec<IntentHash>,
-    /// Refusals as the gateway counts them: from nobody known, and from B.
+    /// Refusals as the gateway counts them: from unknown peers, and from B.
     pub(crate) counted: [u64; 2],
     /// The gateway's last word.
     pub(crate) fed: Option<Instant>,
@@ -113,7 +113,7 @@ pub(crate) struct World {
     last: Option<Act>,
 }
 
-/// What was before a move and after it, and what came of it.
+/// State before and after a move, and its outcome.
 pub(crate) struct Step<'a> {
     pub(crate) world: &'a World,
     pub(crate) moved: &'a Move,
@@ -475,14 +475,14 @@ impl World {
         }
     }
 
-    /// Whether somebody took note of this alarm.
+    /// True if this alarm was acknowledged.
     pub(crate) fn noted(&self, wanted: &Alarm) -> bool {
         self.bench.events.iter().any(|(_, event)| {
             matches!(event, Event::Act { act: Some(Act::Acknowledge(alarm, _)), refused: None, .. } if alarm == wanted)
         })
     }
 
-    /// Who confirmed an intent's command, by the events so far: the act that gave it.
+    /// The act that confirmed an intent's command, by the events so far.
     pub(crate) fn given_by(&self, intent: &Intent) -> Option<Act> {
         self.bench.events.iter().find_map(|(_, event)| match event {
             Event::Act { act, command: Some(id), .. } if *id == intent.id => *act,

@@ -1,6 +1,6 @@
 //! A yard with units that report, move and obey, before a real console: every picture comes of signed reports.
 //!
-//! The gateway and the units are told what to say; the console is the real one, and what it shows is its model's.
+//! The gateway and the units are scripted; the console is the real one, and its pictures are its model's.
 
 use console::shown::Shown;
 use console::site::{Block, Relief, Site};
@@ -37,11 +37,11 @@ pub(crate) struct Actor {
     pub(crate) tracks: Vec<ReportedTrack>,
     pub(crate) pose: Pose,
     pub(crate) speed_mm_s: i32,
-    /// Whether it says anything.
+    /// True if it says anything.
     pub(crate) heard: bool,
-    /// Whose session brings its reports.
+    /// Peer of the session that brings its reports.
     pub(crate) via: PeerId,
-    /// Whether it answers orders.
+    /// True if it answers orders.
     pub(crate) obeys: bool,
     /// By how many millionths its clock runs faster than the console's.
     pub(crate) fast_ppm: i64,
@@ -53,7 +53,7 @@ pub(crate) struct Actor {
 pub(crate) struct Yard {
     pub(crate) bench: Bench,
     pub(crate) actors: Vec<Actor>,
-    /// What was shown after each period, oldest first.
+    /// The pictures after each period, oldest first.
     pub(crate) film: Vec<Shown>,
     /// Refusals a second at the gateway, which tells of twenty of them.
     pub(crate) flood: u64,
@@ -91,7 +91,7 @@ impl Yard {
         Self::around(Bench::over(units, policy, role), units)
     }
 
-    /// Around a console with nothing shown yet.
+    /// Around a console that has shown no picture yet.
     pub(crate) fn around(mut bench: Bench, units: &[UnitId]) -> Self {
         for unit in units {
             bench.feed(&Feed::Session(unit.peer(), true));
@@ -104,7 +104,7 @@ impl Yard {
         self.actors.iter_mut().find(|actor| actor.unit == unit).expect("a unit of the yard")
     }
 
-    /// What is shown now.
+    /// The present picture.
     pub(crate) fn shown(&self) -> Shown {
         self.bench.console.shown(self.bench.now)
     }
@@ -133,7 +133,7 @@ impl Yard {
         self.bench.feed(&Feed::Refused(Reason::ALL[kind / 2], Some(peers[kind % 2]), counted));
     }
 
-    /// Lets time go by in which nobody says anything.
+    /// Advances time in silence.
     pub(crate) fn wait(&mut self, span: Span) {
         for _ in 0..span.0 / PERIOD.0 {
             self.bench.pass(PERIOD);
@@ -165,7 +165,7 @@ impl Yard {
         }));
     }
 
-    /// The gateway and the units do what was asked of them since the last time.
+    /// The gateway and the units carry out the requests since the last call.
     fn obey(&mut self) {
         let asked: Vec<Asked> = self.bench.asked.iter().skip(self.done).cloned().collect();
         self.done = self.bench.asked.len();
@@ -268,7 +268,7 @@ impl Actor {
     }
 }
 
-/// What a unit at this place sees.
+/// Tracks of a unit at this place.
 fn tracks(first: u32, (x, y): (i32, i32)) -> Vec<ReportedTrack> {
     let seen = |modalities: &[Modality]| modalities.iter().fold(Modalities::default(), |set, one| set.with(*one));
     let all = seen(&Modality::ALL);

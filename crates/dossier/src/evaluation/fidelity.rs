@@ -12,7 +12,7 @@ use crate::tried::told;
 /// The policy that needs no naming.
 const SHIPPED: &str = "default";
 
-/// The section; nothing where no campaign set anything.
+/// The section; empty without a campaign that set any value.
 pub(super) fn fidelity(results: &Results) -> String {
     let campaigns =
         results.given().iter().filter_map(|g| if let Found::Campaign(c) = &g.found { Some(c) } else { None });
@@ -47,7 +47,7 @@ fn table(text: &mut String, rows: &[&CampaignRow]) {
     }
 }
 
-/// What flips and what does not, scenario by scenario.
+/// Values that flip an outcome and values that do not, scenario by scenario.
 fn flips(text: &mut String, rows: &[&CampaignRow]) {
     let mut flipped: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for row in rows.iter().filter(|r| r.unexpected > 0) {
@@ -71,7 +71,7 @@ fn flips(text: &mut String, rows: &[&CampaignRow]) {
     }
 }
 
-/// Whether all that it sets is of a model, and nothing is waived.
+/// True if all its settings are of a model, and no check is waived.
 fn is_of_a_model(row: &CampaignRow) -> bool {
     let of_a_model = |key: &String| key.starts_with("models.") || key.starts_with("conditions.");
     !row.set.is_empty() && row.set.keys().all(of_a_model) && row.counts && row.watermark.is_none()
@@ -101,7 +101,7 @@ fn cell(row: &CampaignRow) -> String {
     }
 }
 
-/// Whether a trial did harm that its scenario does not state.
+/// True if a trial did harm that its scenario does not state.
 fn harms(row: &CampaignRow) -> bool {
     let harm = [Outcome::Unsafe, Outcome::Late];
     harm.iter().any(|class| row.outcomes.contains_key(class) && !row.expected.contains(class))
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_variation_that_left_its_classes_flips_a_conclusion() {
+    fn variation_outside_its_classes_flips_a_conclusion() {
         let text = said(&[row("1", r#"{"REJECTED":9}"#, 0), row("2", r#"{"REJECTED":7,"FALSE_TRIP":2}"#, 2)]);
         assert!(text.contains("| `models.noise` 1 | holds |"), "{text}");
         assert!(text.contains("- `replay` flips at `models.noise` 2 (2 of 9)"), "{text}");
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn what_sets_anything_but_a_model_is_no_question_of_fidelity() {
+    fn non_model_settings_are_no_fidelity_question() {
         let row = row("2", r#"{"REJECTED":9}"#, 0).replace("models.noise", "delay.0.by_ms");
         assert_eq!(said(&[row]), "");
     }

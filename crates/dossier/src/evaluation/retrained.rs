@@ -7,7 +7,7 @@ use crate::results::{Found, Results};
 /// The scenario in which paint and warmth deceive together, in steps of strength.
 const THERMOVISUAL: &str = "decoy_printed_heated";
 
-/// What the two curves say: fewer decoys acted on at some strength, and more at none.
+/// Statement of the two curves: fewer decoys acted on at some strength, and more at none.
 pub(super) fn retrained(results: &Results) -> Answer {
     let curves = results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
     let curves: Vec<&Curve> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn retraining_helps_only_where_the_intervals_do_not_meet() {
+    fn retraining_helps_only_with_disjoint_intervals() {
         assert_eq!(said((20, 0.83, 1.0), (0, 0.0, 0.17)), Status::Reproduced);
         assert_eq!(said((12, 0.36, 0.81), (9, 0.23, 0.68)), Status::NotReproduced);
         assert_eq!(said((0, 0.0, 0.17), (20, 0.83, 1.0)), Status::NotReproduced);

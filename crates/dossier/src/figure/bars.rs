@@ -6,7 +6,7 @@ use super::drawing::{Anchor, Drawing};
 /// Left of the bars, pixels: their names.
 const NAMES: f64 = 210.0;
 const WIDE: f64 = 420.0;
-/// Right of the bars: what is said of them.
+/// Right of the bars: their labels.
 const SAID: f64 = 270.0;
 const HIGH: f64 = 14.0;
 const STEP: f64 = 22.0;
@@ -16,11 +16,11 @@ const LETTERS: usize = 34;
 /// A part of a bar.
 #[derive(Clone, Debug)]
 pub struct Segment {
-    /// What it is.
+    /// Name.
     pub name: String,
     /// Its class in the style sheet.
     pub class: &'static str,
-    /// How much of it there is.
+    /// Amount.
     pub amount: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct Bar {
     pub name: String,
     /// Its parts, from the left.
     pub parts: Vec<Segment>,
-    /// What stands at its right.
+    /// Label at its right.
     pub said: String,
 }
 
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_fill_the_bar_and_nothing_is_drawn_of_what_is_not_there() {
+    fn bar_parts_fill_it_and_absent_ones_vanish() {
         let text = bars(&[bar("a", &[1.0, 0.0, 2.0]), bar("b", &[0.0])], None).inline("x");
         assert_eq!(text.matches("<rect").count(), 2);
         assert!(
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_name_is_cut_between_letters_and_whole_in_the_table() {
+    fn long_name_is_cut_in_the_drawing_only() {
         let name = "ü".repeat(60);
         let long = [bar(&name, &[1.0])];
         assert!(bars(&long, None).inline("x").contains(&format!(">{}…<", "ü".repeat(LETTERS))));

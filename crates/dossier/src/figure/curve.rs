@@ -17,7 +17,7 @@ const LABELS: usize = 8;
 pub struct Point {
     /// The value.
     pub value: f64,
-    /// The share seen; nothing where nothing was tried.
+    /// The observed share; `None` without trials.
     pub share: Option<f64>,
     /// Ends of its interval.
     pub interval: (f64, f64),
@@ -26,7 +26,7 @@ pub struct Point {
 /// A line of shares.
 #[derive(Clone, Debug)]
 pub struct Series {
-    /// What it is a share of.
+    /// Name of the share.
     pub name: String,
     /// Its points, in order of their values; the same values in every line.
     pub points: Vec<Point>,
@@ -81,7 +81,7 @@ fn told(point: &Point) -> String {
     point.share.map_or_else(|| "-".to_owned(), |share| format!("{share:.3} ({low:.3} to {high:.3})"))
 }
 
-/// Where rising values stand between the first and the last, 0 to 1.
+/// Position of rising values between the first and the last, 0 to 1.
 fn along(values: &[f64]) -> Vec<f64> {
     let (Some(first), Some(last)) = (values.first(), values.last()) else { return Vec::new() };
     let step = values.windows(2).filter_map(|pair| Some(pair.get(1)? - pair.first()?)).fold(f64::INFINITY, f64::min);
@@ -102,7 +102,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wide_range_is_drawn_in_equal_steps_and_a_narrow_one_to_scale() {
+    fn wide_range_has_equal_steps() {
         assert_eq!(along(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
         assert_eq!(along(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
         assert_eq!((along(&[3.0]), along(&[])), (vec![0.0], vec![]));

@@ -56,7 +56,7 @@ impl Drawing {
         self.put(format_args!("<polyline class=\"{class}\" points=\"{}\"/>\n", places(points)));
     }
 
-    /// What lies between these.
+    /// The area between these.
     pub fn area(&mut self, class: &str, points: &[At]) {
         self.put(format_args!("<polygon class=\"{class}\" points=\"{}\"/>\n", places(points)));
     }
@@ -77,7 +77,7 @@ impl Drawing {
         ));
     }
 
-    /// As a part of a page whose style sheet has the classes.
+    /// As a part of a page with a style sheet that has the classes.
     pub fn inline(&self, label: &str) -> String {
         let (w, h, label, body) = (self.width, self.height, text(label), &self.body);
         format!(
@@ -115,7 +115,7 @@ fn places(points: &[At]) -> String {
     points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
 }
 
-/// Words as they may stand in XML, in an attribute too. What XML 1.0 has no place for is left out.
+/// Words as they may stand in XML, in an attribute too. Characters that XML 1.0 does not allow are left out.
 fn text(words: &str) -> String {
     let mut out = String::with_capacity(words.len());
     for c in words.chars() {

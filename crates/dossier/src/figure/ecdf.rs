@@ -1,5 +1,5 @@
-//! How large the values of several samples are: each as the share of it that does not exceed a value, with marks for
-//! what others report.
+//! Distribution of the values of several samples: each as the share of it that does not exceed a value, with marks for
+//! figures reported elsewhere.
 
 use super::Table;
 use super::drawing::{Anchor, Drawing};
@@ -18,12 +18,12 @@ pub struct Steps {
     pub values: Vec<f64>,
 }
 
-/// A value that somebody else reports.
+/// A value reported elsewhere.
 #[derive(Clone, Debug)]
 pub struct Mark {
-    /// What it is.
+    /// Name.
     pub name: String,
-    /// Where, milliseconds.
+    /// Position, milliseconds.
     pub at: f64,
 }
 

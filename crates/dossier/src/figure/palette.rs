@@ -39,7 +39,7 @@ const COLOURS: [(&str, Paint, &str, &str); 28] = [
 enum Paint {
     Fill,
     Stroke(f64),
-    /// A fill that lets through what is below.
+    /// A translucent fill.
     Veil,
 }
 
@@ -48,7 +48,7 @@ pub(super) fn light() -> String {
     rules(|(_, _, light, _)| (*light).to_owned())
 }
 
-/// The rules of a page whose colours are variables, and the variables: rules, light, dark.
+/// The rules of a page with colours as variables, and the variables: rules, light, dark.
 pub(crate) fn sheet() -> (String, String, String) {
     let variables = |pick: fn(&(&str, Paint, &'static str, &'static str)) -> &'static str| {
         COLOURS.iter().fold(String::new(), |all, colour| format!("{all}--{}:{};", colour.0, pick(colour)))
@@ -122,8 +122,9 @@ mod tests {
         (a.max(b) + 0.05) / (a.min(b) + 0.05)
     }
 
+    /// Light and dark.
     #[test]
-    fn words_have_a_contrast_of_at_least_four_and_a_half_light_and_dark() {
+    fn text_contrast_is_at_least_4_5() {
         let paper = [crate::page::PAPER_LIGHT, crate::page::PAPER_DARK];
         for (class, _, light, dark) in COLOURS.iter().filter(|c| matches!(c.0, "label" | "faint")) {
             assert!(contrast(light, paper[0]) >= 4.5 && contrast(dark, paper[1]) >= 4.5, "{class}");
@@ -131,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_tells_of_harm_stands_out_light_and_dark() {
+    fn harm_stands_out_light_and_dark() {
         let paper = [crate::page::PAPER_LIGHT, crate::page::PAPER_DARK];
         for class in ["unsafe", "invalid", "late", "false-trip", "hold-safe", "degraded", "rejected", "undetected"] {
             let (.., light, dark) = COLOURS.iter().find(|c| c.0 == class).expect("a colour");

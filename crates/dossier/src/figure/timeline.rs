@@ -1,4 +1,4 @@
-//! What went on in a run, a lane a kind, over its seconds.
+//! Events of a run, a lane a kind, over its seconds.
 
 use super::curve::round_step;
 use super::drawing::{Anchor, Drawing};
@@ -8,7 +8,7 @@ const WIDE: f64 = 750.0;
 const HIGH: f64 = 18.0;
 const STEP: f64 = 30.0;
 const AXIS: f64 = 34.0;
-/// Narrower than this, pixels, nothing is drawn.
+/// Narrower spans, pixels, are not drawn.
 const THIN: f64 = 2.0;
 /// Pixels of a letter, about.
 const LETTER: f64 = 6.6;
@@ -16,7 +16,7 @@ const LETTER: f64 = 6.6;
 /// Something that lasted.
 #[derive(Clone, Debug)]
 pub struct Span {
-    /// What.
+    /// Name.
     pub name: String,
     /// Its class in the style sheet.
     pub class: &'static str,
@@ -26,14 +26,14 @@ pub struct Span {
     pub to: f64,
 }
 
-/// What is of one kind.
+/// Spans of one kind.
 #[derive(Clone, Debug)]
 pub struct Lane {
     /// Its name.
     pub name: String,
-    /// What is in it, in order of time.
+    /// Its spans, in order of time.
     pub spans: Vec<Span>,
-    /// Whether there is room above its spans for their names.
+    /// True if there is room above its spans for their names.
     pub named: bool,
 }
 
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lasted_no_time_can_still_be_seen_and_names_do_not_run_into_each_other() {
+    fn instant_events_are_visible_without_overlapping_names() {
         let lane = Lane {
             name: "faults".to_owned(),
             spans: vec![span("thermal", 1.0, 1.0), span("rgb", 1.1, 9.0)],
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beyond_the_end_is_drawn_at_the_end() {
+    fn span_beyond_the_end_is_drawn_there() {
         let lane = Lane { name: "modes".to_owned(), spans: vec![span("READY", 8.0, 99.0)], named: false };
         let text = lanes(&[lane], 10.0).inline("x");
         assert!(text.contains("x=\"730.0\"") && text.contains("width=\"150.0\""), "{text}");

@@ -1,4 +1,4 @@
-//! What each check keeps out, and what it costs when nothing is attacked.
+//! Attacks that each check keeps out, and its cost without an attack.
 
 use maud::{Markup, html};
 

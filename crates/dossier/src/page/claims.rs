@@ -1,4 +1,4 @@
-//! Claims with what they stand on: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
+//! Claims with their evidence: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
 
 use maud::{Markup, html};
 

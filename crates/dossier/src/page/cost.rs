@@ -1,4 +1,4 @@
-//! What a simulated second costs, by stage.
+//! Cost of a simulated second, by stage.
 
 use maud::{Markup, html};
 

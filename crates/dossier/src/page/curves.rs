@@ -1,4 +1,4 @@
-//! Curves: what came of an attack over its strength.
+//! Curves: outcomes of an attack over its strength.
 
 use maud::{Markup, html};
 
@@ -59,7 +59,7 @@ mod tests {
     use crate::measured::Reading;
 
     #[test]
-    fn the_same_curve_with_another_detector_is_another_figure() {
+    fn curve_of_another_detector_is_another_figure() {
         let share = Share { hits: 1, n: 2, share: Some(0.5), lower_95: 0.01, upper_95: 0.99 };
         let point = |value| CurvePoint { value, detected: share, harmed: share };
         let reading = Reading { smallest_detected_before_harm: None, smallest_harmful: None };

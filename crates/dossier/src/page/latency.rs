@@ -1,4 +1,4 @@
-//! How soon a fault or an attack led to DEGRADED, from its receipt: live beside what the paper reports.
+//! Time from a fault or an attack to DEGRADED, from its receipt: live beside the paper's figures.
 
 use maud::{Markup, html};
 

@@ -1,4 +1,4 @@
-//! The threat matrix: a bar a threat and kind of evidence, and what its rows say.
+//! The threat matrix: a bar a threat and kind of evidence, with the content of its rows.
 
 use maud::{Markup, html};
 

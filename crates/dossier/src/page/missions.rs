@@ -1,4 +1,4 @@
-//! How far the missions of runs came: a class says nothing of a platform that never set out.
+//! Progress of the missions of runs: a class is no evidence about a platform that never set out.
 
 use maud::{Markup, html};
 
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_says_how_far_its_missions_came_and_one_without_a_platform_nothing() {
+    fn missions_are_reported_with_a_platform_only() {
         let summary = r#"{"n":2,"outcomes":{"INVALID":2},"unsafe_upper_95":1.0,"unsafe_upper_95_invalid_counted":1.0,"distinct_decisions":1,
             "latency_ms":{"to_degraded":{"n":0},"to_hold_safe":{"n":0},"to_authority_revoked":{"n":0}},"cpu_seconds":0.1,"sim_seconds":18.0}"#;
         let run = |mission: &str| {

@@ -1,4 +1,4 @@
-//! The files that the page was made from, by digest, and what searches found in them.
+//! The files that the page was made from, by digest, and the findings of searches in them.
 
 use maud::{Markup, html};
 

@@ -16,7 +16,7 @@ use crate::tried::{told, tried};
 pub(super) struct Counted {
     /// Trials.
     n: u64,
-    /// Outside their expected classes; nothing where none were stated.
+    /// Outside their expected classes; `None` where none were stated.
     unexpected: Option<u64>,
     /// Outcomes.
     outcomes: Outcomes,
@@ -30,7 +30,7 @@ type ByPlace = BTreeMap<(Evidence, bool), Counted>;
 /// Recordings that are INVALID and named in the verdict.
 const NAMED: usize = 8;
 
-/// What is said beside the results when a recording of theirs is INVALID.
+/// Note beside the results when one of their recordings is INVALID.
 const UNSUPPORTED: &str = "That is what the results say; no INVALID recording supports it.";
 
 /// The verdict.
@@ -69,7 +69,7 @@ fn invalid(dossier: &Dossier) -> impl Iterator<Item = (&str, &str)> {
     dossier.recordings.iter().filter_map(|of| Some((of.name.as_str(), of.invalid.as_deref()?)))
 }
 
-/// How many of `n` recordings are INVALID, and which.
+/// Number and names of INVALID recordings among `n`.
 fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
     let of = invalid.len();
     html! {
@@ -86,7 +86,7 @@ fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
     }
 }
 
-/// What is said of trials and of how many of them lay outside their expected classes, by place of evidence.
+/// Statement on trials and the number outside their expected classes, by place of evidence.
 fn sentence(places: &[(Evidence, u64, u64)]) -> String {
     let ran = || places.iter().filter(|(_, n, _)| *n > 0);
     let each = |say: fn(u64, u64) -> String| {
@@ -197,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trials_of_several_places_are_told_apart_and_the_worst_is_said_first() {
+    fn places_of_evidence_are_separate_worst_first() {
         let places = |off| [(Evidence::Model, 9, off), (Evidence::Stack, 0, 0), (Evidence::Live, 5, 0)];
         assert!(sentence(&[(Evidence::Model, 0, 0)]).starts_with("No trials"));
         assert_eq!(sentence(&places(0)).matches("9 in the twin, 5 live").count(), 1);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_counts_once_in_however_many_rows_it_stands() {
+    fn trial_in_several_rows_counts_once() {
         let text = include_str!("../../tests/results/matrix.json");
         let read = |text: &str| {
             let mut results = crate::results::Results::default();

@@ -1,5 +1,5 @@
-//! JUnit XML. What its XSD asks for that could be missed here is which elements lie where and which attributes they have: there is no
-//! order in it and no type but text. So that is read off the XSD and checked; a whole validator is run by hand (`schemas/README.md`).
+//! JUnit XML. The XSD's relevant requirements are the place of elements and their attributes: it demands no order and no type but
+//! text. So these are read off the XSD and checked; a complete validator is run by hand (`schemas/README.md`).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::{everything, given, hostile, read};
 
-/// What the XSD lets an element have.
+/// Content that the XSD allows in an element.
 #[derive(Debug, Default)]
 struct Allowed {
     children: BTreeSet<String>,
@@ -98,7 +98,7 @@ fn schema() -> BTreeMap<String, Allowed> {
     allowed
 }
 
-/// What the XSD has against a file.
+/// Violations of the XSD by a file.
 fn against_schema(text: &str) -> Vec<String> {
     let schema = schema();
     let mut wrong = Vec::new();
@@ -124,8 +124,9 @@ fn kept(name: &str, text: String) -> String {
     text
 }
 
+/// A wrong file is noticed.
 #[test]
-fn the_file_is_what_the_xsd_asks_for_and_a_wrong_one_is_noticed() {
+fn junit_file_satisfies_the_xsd() {
     let text = kept("holdsafe.junit.xml", junit(&everything()));
     assert_eq!(against_schema(&text), Vec::<String>::new());
     let wrong = text.replacen("testcase name", "testcase title", 1).replacen("system-out", "skipped-out", 2);
@@ -133,7 +134,7 @@ fn the_file_is_what_the_xsd_asks_for_and_a_wrong_one_is_noticed() {
 }
 
 #[test]
-fn a_suite_counts_the_cases_that_failed_and_those_without_evidence() {
+fn suite_counts_failures_and_errors() {
     let all = elements(&kept("matrix.junit.xml", junit(&given(&["matrix.json"]))));
     let suite =
         |id: &str| all.iter().find(|e| e.name == "testsuite" && e.attributes["name"].starts_with(id)).expect("a suite");
@@ -147,7 +148,7 @@ fn a_suite_counts_the_cases_that_failed_and_those_without_evidence() {
 }
 
 #[test]
-fn a_failure_says_what_was_expected_and_how_to_run_it_again() {
+fn failure_names_expectation_and_reproduction_line() {
     let all = elements(&kept("runs.junit.xml", junit(&given(&["runs.json"]))));
     let failure = all.iter().find(|e| e.name == "failure").expect("a failure");
     assert_eq!(failure.attributes["message"], "2 of 2 trials not as expected (HOLD_SAFE 2); expected DEGRADED");
@@ -159,7 +160,7 @@ fn a_failure_says_what_was_expected_and_how_to_run_it_again() {
 }
 
 #[test]
-fn no_text_of_a_result_makes_it_ill_formed() {
+fn result_text_cannot_break_the_xml() {
     let text = kept("hostile.junit.xml", junit(&hostile("\"></testcase>&amp;]]>\u{0}\u{1b}\u{ffff}\r é")));
     assert_eq!(against_schema(&text), Vec::<String>::new());
     assert!(!text.contains(['\u{0}', '\u{1b}', '\u{ffff}']));

@@ -1,6 +1,6 @@
-//! Every file for other tools against the schema of its format, and what it says of results that are in `results/`.
+//! Every file for other tools against the schema of its format, and its content for the results that are in `results/`.
 //!
-//! What was checked is left in `target/tmp/`, for other validators (`schemas/README.md`).
+//! The checked files are left in `target/tmp/`, for other validators (`schemas/README.md`).
 
 mod junit;
 mod navigator;
@@ -76,7 +76,7 @@ fn kept(name: &str, text: &str) -> Value {
     serde_json::from_str(text).expect("JSON")
 }
 
-/// What a schema has against a file.
+/// Violations of a schema by a file.
 fn against(schema: &str, file: &Value) -> Vec<String> {
     let json = |name: &str| serde_json::from_str::<Value>(&read(&format!("schemas/{name}"))).expect("JSON");
     let at = "http://cyclonedx.org/schema/";

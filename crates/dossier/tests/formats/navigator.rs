@@ -18,8 +18,9 @@ fn technique<'a>(layer: &'a Value, id: &str) -> &'a Value {
     all.iter().find(|t| t["techniqueID"] == id).expect("a technique")
 }
 
+/// The schema notices an invalid one.
 #[test]
-fn each_layer_is_valid_and_the_schema_notices_when_it_is_not() {
+fn each_layer_satisfies_its_schema() {
     let results = everything();
     assert_eq!(layers(&results).len(), 3);
     for (name, text) in layers(&results) {
@@ -42,7 +43,7 @@ fn each_technique_is_in_one_layer() {
 }
 
 #[test]
-fn few_trials_give_a_low_score_and_the_worst_class_the_colour() {
+fn few_trials_score_low_worst_class_colours() {
     let ics = layer(&everything(), "attack-ics.json");
     let relay = technique(&ics, "T0830");
     // Two clean trials: unsafe below 77.6 %.
@@ -52,8 +53,9 @@ fn few_trials_give_a_low_score_and_the_worst_class_the_colour() {
     assert!(blocked["metadata"][0]["value"].as_str().unwrap().contains("; 2 not as expected;"), "{blocked}");
 }
 
+/// With INVALID counted.
 #[test]
-fn the_score_is_that_of_the_worst_run_with_what_is_invalid_counted() {
+fn score_is_that_of_the_worst_run() {
     let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
     matrix["rows"][0]["runs"][0]["summary"]["unsafe_upper_95_invalid_counted"] = 0.01.into();
     matrix["rows"][0]["runs"][1]["summary"]["unsafe_upper_95_invalid_counted"] = 0.9.into();
@@ -77,8 +79,9 @@ fn what_was_not_run_has_no_score() {
     assert!(frozen["metadata"][0]["value"].as_str().unwrap().starts_with("not run: "), "{frozen}");
 }
 
+/// A waived check, a missing mechanism and a control.
 #[test]
-fn a_waived_check_a_missing_mechanism_and_a_control_lend_no_score() {
+fn waived_or_unreal_runs_and_controls_score_nothing() {
     let score_with = |key: &str, value: Value| {
         let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
         for run in matrix["rows"][0]["runs"].as_array_mut().unwrap() {
@@ -101,7 +104,7 @@ fn without_a_matrix_there_are_no_layers() {
 }
 
 #[test]
-fn no_text_of_a_result_makes_a_layer_invalid() {
+fn result_text_cannot_break_a_layer() {
     for (name, text) in layers(&hostile("\"></x> \u{0}\u{1b}\u{ffff} é")) {
         let layer: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(against(SCHEMA, &layer), Vec::<String>::new(), "{name}");

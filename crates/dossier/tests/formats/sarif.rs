@@ -11,8 +11,9 @@ fn results_of(run: &Value) -> &Vec<Value> {
     run["results"].as_array().expect("results")
 }
 
+/// The schema notices an invalid one.
 #[test]
-fn the_file_is_valid_and_the_schema_notices_when_it_is_not() {
+fn sarif_file_satisfies_its_schema() {
     let mut file = kept("holdsafe.sarif", &sarif(&everything()));
     assert_eq!(against(SCHEMA, &file), Vec::<String>::new());
     file["runs"][0]["results"][0]["level"] = "grave".into();
@@ -20,8 +21,9 @@ fn the_file_is_valid_and_the_schema_notices_when_it_is_not() {
     assert_eq!(against(SCHEMA, &file).len(), 2);
 }
 
+/// Each names its threat.
 #[test]
-fn what_was_expected_is_no_result_and_what_was_not_names_its_threat() {
+fn only_unexpected_classes_are_results() {
     let file = kept("matrix.sarif", &sarif(&given(&["matrix.json"])));
     let run = &file["runs"][0];
     let told = |r: &Value| {
@@ -39,14 +41,14 @@ fn what_was_expected_is_no_result_and_what_was_not_names_its_threat() {
 }
 
 #[test]
-fn a_trial_of_a_run_is_laid_to_the_property_that_the_oracle_names() {
+fn trial_result_names_the_broken_property() {
     let file = kept("runs.sarif", &sarif(&given(&["runs.json"])));
     let rules: Vec<&str> = results_of(&file["runs"][0]).iter().map(|r| r["ruleId"].as_str().unwrap()).collect();
     assert_eq!(rules, ["HOLD_SAFE", "P10"]);
 }
 
 #[test]
-fn what_gets_through_without_a_check_is_a_note() {
+fn finding_under_a_waived_check_is_a_note() {
     let file = kept("search.sarif", &sarif(&given(&["search.json"])));
     let [finding] = results_of(&file["runs"][0]).as_slice() else { panic!("one finding") };
     assert_eq!((&finding["ruleId"], &finding["level"]), (&"P3".into(), &"note".into()));
@@ -54,7 +56,7 @@ fn what_gets_through_without_a_check_is_a_note() {
 }
 
 #[test]
-fn a_finding_keeps_its_fingerprint_when_seed_and_number_of_trials_change() {
+fn fingerprint_is_stable_across_seed_and_count() {
     let mut other: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
     other["seed"] = 1000.into();
     let mut results = dossier::results::Results::default();

@@ -14,8 +14,9 @@ fn manifest() -> Manifest {
     Manifest::read("manifest.json", read("results/manifest.json").as_bytes()).expect("a manifest")
 }
 
+/// The schema notices an invalid one.
 #[test]
-fn the_bill_is_valid_and_the_schema_notices_when_it_is_not() {
+fn bill_satisfies_its_schema() {
     let mut bom = kept("holdsafe.cdx.json", &sbom(Some(&manifest())));
     assert_eq!(against(SCHEMA, &bom), Vec::<String>::new());
     bom["components"][0]["hashes"][0]["content"] = "none".into();
@@ -23,8 +24,9 @@ fn the_bill_is_valid_and_the_schema_notices_when_it_is_not() {
     assert_eq!(against(SCHEMA, &bom).len(), 2);
 }
 
+/// Each dependency is one of them.
 #[test]
-fn it_names_every_package_of_the_lock_once_and_each_dependency_is_one_of_them() {
+fn bill_names_every_locked_package_once() {
     let bom = kept("program.cdx.json", &sbom(None));
     let lock = read("../../../Cargo.lock");
     let components = bom["components"].as_array().unwrap();
@@ -40,7 +42,7 @@ fn it_names_every_package_of_the_lock_once_and_each_dependency_is_one_of_them() 
 }
 
 #[test]
-fn a_package_has_the_hash_of_the_lock_and_ours_have_a_licence() {
+fn packages_have_hashes_and_ours_a_licence() {
     let bom = kept("program.cdx.json", &sbom(None));
     let of = |name: &str| bom["components"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
     let serde = of("serde_json");
@@ -53,7 +55,7 @@ fn a_package_has_the_hash_of_the_lock_and_ours_have_a_licence() {
 }
 
 #[test]
-fn of_several_versions_of_a_package_the_one_that_is_needed_is_named() {
+fn needed_version_of_several_is_named() {
     let bom = kept("program.cdx.json", &sbom(None));
     let versions = |name: &str| bom["components"].as_array().unwrap().iter().filter(|c| c["name"] == name).count();
     assert!(versions("thiserror") > 1 && versions("toml") > 1, "another package has to be the example");
@@ -68,7 +70,7 @@ fn of_several_versions_of_a_package_the_one_that_is_needed_is_named() {
 }
 
 #[test]
-fn the_files_of_a_run_are_in_its_bill_with_their_digests() {
+fn run_files_are_listed_with_digests() {
     let bom = kept("run.cdx.json", &sbom(Some(&manifest())));
     let of = |name: &str| bom["components"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
     let (model, scenario) = (of("crates/perception/models/detector.onnx"), of("scenarios/replay.toml"));
@@ -76,8 +78,9 @@ fn the_files_of_a_run_are_in_its_bill_with_their_digests() {
     assert_eq!(scenario["hashes"][0]["content"], manifest().files["scenarios/replay.toml"].as_str());
 }
 
+/// Other files give another serial number.
 #[test]
-fn the_same_gives_the_same_bytes_and_other_files_another_serial_number() {
+fn same_inputs_give_the_same_bytes() {
     assert_eq!(sbom(Some(&manifest())), sbom(Some(&manifest())));
     let serial = |text: String| serde_json::from_str::<Value>(&text).unwrap()["serialNumber"].to_string();
     assert_ne!(serial(sbom(Some(&manifest()))), serial(sbom(None)));

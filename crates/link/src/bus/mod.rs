@@ -36,7 +36,7 @@ pub const MAX_SCOPE: usize = 32;
 /// Longest time a reader's thread sleeps before it looks whether it should end.
 const NAP: Duration = Duration::from_millis(100);
 
-/// Attempts, and the pause between them, to get past what a killed process left behind.
+/// Attempts, and the pause between them, to get past the remains of a killed process.
 const ATTEMPTS: (u32, Duration) = (40, Duration::from_millis(50));
 
 /// A channel could not be opened or used.
@@ -64,7 +64,7 @@ pub enum BusError {
     /// The shared-memory library refused.
     #[error("{what}: {why}")]
     Library {
-        /// What was tried.
+        /// The attempted operation.
         what: &'static str,
         /// The library's words.
         why: String,
@@ -79,7 +79,7 @@ fn library(what: &'static str) -> impl Fn(&dyn std::fmt::Debug) -> BusError {
 /// to 39 digits, and the kernel takes 107 bytes (`sockaddr_un`).
 pub const MAX_PLACE: usize = 107 - 1 - 39 - 6;
 
-/// One root and prefix: what is published here is seen by nobody elsewhere.
+/// One root and prefix: messages published here are invisible elsewhere.
 #[derive(Clone, Debug)]
 pub struct Domain {
     config: Config,
@@ -87,9 +87,10 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The domain below `root` whose files start with `prefix` (see [`sweep::checked_prefix`]).
+    /// The domain below `root` with files that start with `prefix` (see [`sweep::checked_prefix`]).
     ///
     /// # Errors
+    ///
     /// When either is not a usable name.
     pub fn new(root: &Path, prefix: &str) -> Result<Self, BusError> {
         set_log_level(LogLevel::Fatal);
@@ -106,8 +107,8 @@ impl Domain {
         Ok(Self { config, publishers: 1 })
     }
 
-    /// The same domain; channels that are made by way of it, by whoever comes first, have room for so many publishers at
-    /// once. Who opens a channel that is there already takes it as it is.
+    /// The same domain; channels first created through it have room for so many publishers at once. An existing channel
+    /// is opened as it is.
     #[must_use]
     pub fn with_publishers(self, publishers: usize) -> Self {
         Self { publishers, ..self }
@@ -207,7 +208,7 @@ impl Domain {
     }
 }
 
-/// Tries again for a while: what a killed process held is cleaned up by its survivors.
+/// Retries for a while: resources of a killed process are cleaned up by its survivors.
 fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
     let mut last = attempt();
     for _ in 1..ATTEMPTS.0 {
@@ -221,13 +222,13 @@ fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>
     last
 }
 
-/// How much of a topic is kept for a reader that is behind, and how many readers it may have.
+/// Bounds of a topic: messages kept for a slow reader, and number of readers.
 struct Depth {
     buffer: usize,
     subscribers: usize,
 }
 
-/// How many messages of a topic are kept for a reader that is behind; the oldest goes first.
+/// Number of messages of a topic kept for a slow reader; the oldest goes first.
 pub fn kept(topic: Topic) -> usize {
     depth(topic).buffer
 }
@@ -306,7 +307,7 @@ impl Drop for Subscription {
     }
 }
 
-/// What a reader's thread owns.
+/// Resources of a reader's thread.
 struct Ends {
     topic: Topic,
     port: Subscriber<Ipc, [u8], ()>,

@@ -1,4 +1,4 @@
-//! Removing what a run left in shared memory, once all its processes are gone.
+//! Removal of a run's shared memory, once all its processes are gone.
 
 use std::fs::Permissions;
 use std::io;
@@ -6,10 +6,10 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
-/// Where the kernel keeps shared-memory files.
+/// The kernel's folder of shared-memory files.
 pub const SHARED_MEMORY: &str = "/dev/shm";
 
-/// A prefix that names one run and nothing else: `hs_`, then 3 to 40 lower-case letters, digits or `_`.
+/// A prefix that names exactly one run: `hs_`, then 3 to 40 lower-case letters, digits or `_`.
 pub fn checked_prefix(prefix: &str) -> Option<&str> {
     let run = prefix.strip_prefix("hs_")?;
     let sound = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_';
@@ -38,9 +38,10 @@ pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
     }
 }
 
-/// Takes from group and others what they may do with the shared-memory files whose names start with `prefix`.
+/// Removes permissions of group and others from the shared-memory files with names that start with `prefix`.
 ///
 /// # Errors
+///
 /// When the directory cannot be read, or a file of this user keeps its mode.
 pub(super) fn restrict(prefix: &[u8]) -> io::Result<()> {
     for entry in std::fs::read_dir(SHARED_MEMORY)? {
@@ -58,8 +59,8 @@ pub(super) fn restrict(prefix: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a process has shared memory of the domain `prefix` mapped: one that was stopped has, too. Of processes whose maps
-/// this user may not read nothing is known; they are another user's.
+/// True if a process has shared memory of the domain `prefix` mapped: a stopped one has, too. Processes with maps that this
+/// user may not read are not covered; they are another user's.
 pub fn mapped(prefix: &str) -> bool {
     let wanted = format!("{SHARED_MEMORY}/{prefix}");
     let maps = |process: io::Result<std::fs::DirEntry>| std::fs::read_to_string(process?.path().join("maps"));
@@ -72,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_the_prefix_of_a_run_may_be_swept() {
+    fn only_a_run_prefix_may_be_swept() {
         assert!(checked_prefix("hs_run1_v_").is_some());
         for prefix in ["", "hs_", "hs_a", "iox2_", "hs_../x", "hs_A12", "hs_*", "xhs_run1"] {
             assert!(checked_prefix(prefix).is_none(), "{prefix}");
@@ -80,8 +81,9 @@ mod tests {
         }
     }
 
+    /// Shared memory is closed to group and others.
     #[test]
-    fn no_other_user_may_open_what_a_domain_keeps_in_shared_memory() {
+    fn other_users_cannot_open_a_domains_memory() {
         let folder = tempfile::tempdir().unwrap();
         let prefix = format!("hs_t{:x}_modes_", std::process::id());
         let domain = crate::bus::Domain::new(folder.path(), &prefix).unwrap();
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn shared_memory_counts_as_mapped_as_long_as_a_process_has_it() {
+    fn memory_counts_as_mapped_while_processes_hold() {
         let folder = tempfile::tempdir().unwrap();
         let prefix = format!("hs_t{:x}_mapped_", std::process::id());
         assert!(!mapped(&prefix));

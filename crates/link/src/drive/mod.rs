@@ -1,8 +1,8 @@
-//! The loop around a core: wait for the first of its deadline and its inputs, feed it, carry out what it says.
+//! The loop around a core: wait for the first of its deadline and its inputs, feed it, carry out its outputs.
 //!
 //! Links run on a worker thread and reach the loop through bounded queues, as does a person at a window ([`hands`]); the
-//! core runs here and nowhere else. Every input and output is written to the mouth log on its way. What a message means
-//! is left to the core.
+//! core runs here and nowhere else. Every input and output is written to the input journal on its way. The meaning of a
+//! message is left to the core.
 
 mod ports;
 mod sources;
@@ -24,7 +24,7 @@ use crate::instrument::Frame;
 use crate::recorder::Recording;
 use crate::spec::{Control, ServiceSpec, watch};
 
-/// How often buffered logs are handed to the operating system.
+/// Period at which buffered logs are handed to the operating system.
 pub const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
 /// Time for the last records to leave before the links are closed.
@@ -38,7 +38,7 @@ pub enum DriveError {
     Link {
         /// Which link.
         link: &'static str,
-        /// Why it could not be opened.
+        /// Reason of the failure.
         why: String,
     },
 }
@@ -80,7 +80,7 @@ pub fn hands() -> (Hand, Acts) {
     (Hand(hand), Acts(acts))
 }
 
-/// What can wake the loop.
+/// An event that wakes the loop.
 #[derive(Debug)]
 enum Wake {
     /// Shared memory, the command plane or a relayed path.
@@ -134,7 +134,7 @@ async fn drive(spec: &ServiceSpec, core: Box<dyn Core>, acts: Acts) -> Result<()
     Ok(())
 }
 
-/// How a service ends that does not come up: it says why, to its launcher and on standard error.
+/// Ends a service that cannot start, with the reason to its launcher and on standard error.
 pub fn refuse(service: &str, why: &str) -> ExitCode {
     crate::note!("holdsafe-{service}: {why}");
     say("refused", &json!(why));
@@ -212,7 +212,7 @@ impl Driver {
         }
     }
 
-    /// What is written now and was not before: a recorder hears of nothing else.
+    /// Newly written frames: the recorder's core gets no others.
     fn feed_recorded(&mut self) {
         while let Some(bytes) = self.ports.audit.recording().and_then(Recording::written) {
             self.feed(&Input::Audit { bytes });

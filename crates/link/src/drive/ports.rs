@@ -1,7 +1,7 @@
 //! The ports of a process, composed of the parts that its specification names.
 //!
-//! A part is one kind of link; it knows its own links and nothing of the others. Which part carries which output is said
-//! here and nowhere else.
+//! A part is one kind of link; it knows its own links and no others. The assignment of outputs to parts is here and
+//! nowhere else.
 
 mod audit;
 mod command;
@@ -24,7 +24,7 @@ use super::{DriveError, Senders, say};
 use crate::sockets::kernel_drops;
 use crate::spec::ServiceSpec;
 
-/// Every link of the process, and the logs of what passes.
+/// Every link of the process, and the logs of its traffic.
 pub(super) struct Ports {
     pub(super) logs: Logs,
     memory: Memory,
@@ -62,7 +62,7 @@ impl Ports {
         })
     }
 
-    /// Notes an output and carries it out. Nothing here waits.
+    /// Notes an output and carries it out. No step waits.
     pub(super) fn carry_out(&mut self, output: Output) {
         self.logs.output(&output);
         let carried = match output {

@@ -44,7 +44,7 @@ pub(super) fn open(controls: mpsc::Receiver<Control>, acts: mpsc::Receiver<Vec<u
 }
 
 impl Sources {
-    /// The next wake, from whichever queue has one. Nothing is lost when the wait is given up.
+    /// The next wake, from the first queue that has one. Cancelling the wait loses no event.
     pub(super) async fn next(&mut self) -> Wake {
         tokio::select! {
             Some(input) = self.inputs.recv() => Wake::Input(input),

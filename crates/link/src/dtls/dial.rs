@@ -26,7 +26,7 @@ pub struct Dialler {
     counters: Arc<SessionCounters>,
 }
 
-/// Where the present attempt's socket is.
+/// Address of the present attempt's socket.
 type Present = Arc<Mutex<Option<LoopbackAddr>>>;
 
 impl Dialler {
@@ -36,7 +36,7 @@ impl Dialler {
         present.and_then(sockets::kernel_drops).unwrap_or(0) + self.counters.read().kernel_dropped
     }
 
-    /// Ends the session without a word: once this returns, nothing more is sent or counted.
+    /// Ends the session silently: once this returns, no datagram is sent or counted.
     pub async fn stop(&mut self) {
         self.task.abort();
         if let Err(error) = (&mut self.task).await {
@@ -54,8 +54,8 @@ impl Drop for Dialler {
 }
 
 /// Keeps a session to `expected` at `remote` up. Every attempt has a socket of its own, so that an old association at
-/// the far end never stands in the way of a new one; the one before is read for one attempt more, so that what is still
-/// under way to it is counted.
+/// the far end never stands in the way of a new one; the previous socket is read for one attempt more, so that
+/// datagrams under way to it are counted.
 pub fn dial(
     remote: LoopbackAddr,
     credential: Credential,
@@ -139,7 +139,7 @@ async fn attempt(
     Ok(())
 }
 
-/// Moves datagrams from `remote` to the association; counts what comes after its end, and what others send.
+/// Moves datagrams from `remote` to the association; counts those after its end, and those of other senders.
 async fn feed(
     socket: Arc<UdpSocket>,
     remote: LoopbackAddr,

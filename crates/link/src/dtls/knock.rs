@@ -1,12 +1,12 @@
-//! What a dialler does when the door asks it to show that it receives ([`crate::guard::door`]): it sends the cookie back,
-//! and then its first hello again, below the library, which knows nothing of it.
+//! A dialler's answer to a cookie exchange ([`crate::guard::door`]): it sends the cookie back, and then its first hello
+//! again, below the library and unknown to it.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use crate::guard::hello;
 
-/// How often one attempt answers: anybody can ask.
+/// Number of answers in one attempt: anybody can send a cookie request.
 const ANSWERS: u32 = 4;
 
 /// The memory of one attempt to dial.
@@ -17,13 +17,13 @@ pub(super) struct Knock {
 }
 
 impl Knock {
-    /// Notes what goes out; the first datagram of all is the hello.
+    /// Notes an outgoing datagram; the first of all is the hello.
     pub(super) fn out(&self, datagram: &[u8]) {
         let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
         first.get_or_insert_with(|| datagram.to_vec());
     }
 
-    /// What is to be sent when this comes in, which then is not the library's; `None` when it is.
+    /// Datagrams that answer this one, which then is not the library's; `None` if it is.
     pub(super) fn answer(&self, datagram: &[u8]) -> Option<Vec<Vec<u8>>> {
         let cookie = hello::requested_cookie(datagram)?;
         if self.answered.fetch_add(1, Ordering::Relaxed) >= ANSWERS {

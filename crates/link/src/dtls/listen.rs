@@ -1,12 +1,12 @@
 //! Accepts sessions on one socket: a loop that never waits for any peer.
 //!
-//! The library's own listener runs a handshake inside its accept loop, so one silent ClientHello shuts everybody out.
-//! Here each peer address has a bounded queue and a task; handshakes under way and sessions are bounded. A stranger is
-//! first judged by the door ([`crate::guard::door`]), which keeps nothing; of those it lets in the oldest that is still
-//! shaking hands makes room for the newest, so that whoever is silent keeps nobody out. What is lost is counted.
+//! The library's own listener runs a handshake inside its accept loop, so one silent ClientHello locks everyone out. Here
+//! each peer address has a bounded queue and a task; handshakes under way and sessions are bounded. An unknown peer first
+//! passes the cookie exchange ([`crate::guard::door`]), which keeps no state; of those let in, the oldest unfinished
+//! handshake makes room for the newest, so that silent peers keep no one out. Losses are counted.
 //!
-//! A datagram from outside of the run is judged like any other, by the same door and the same guards. Only its accounts are
-//! kept apart: it is counted once, as an outsider's, so that the run's own datagrams still add up.
+//! A datagram from outside of the run is judged like any other, by the same cookie exchange and guards. Only its accounts
+//! are kept apart: it is counted once, as an outsider's, so that the run's own datagrams still add up.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
@@ -42,7 +42,7 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Where it listens.
+    /// Listening address.
     pub fn local(&self) -> LoopbackAddr {
         self.local
     }
@@ -54,7 +54,7 @@ impl Drop for Listener {
     }
 }
 
-/// Where a listener's datagrams come from.
+/// Source of a listener's datagrams.
 pub enum Port {
     /// A socket.
     Socket(Arc<UdpSocket>),
@@ -241,7 +241,7 @@ impl Accept {
     }
 }
 
-/// Reports what became of a datagram that belongs to no association, and why, where its sender was refused.
+/// Reports the outcome of a datagram that belongs to no association, and the fault, where its sender was refused.
 fn note(settings: &Settings, bytes: &[u8], verdict: Verdict, fault: Option<Fault>) {
     if let Some(log) = &settings.log {
         log.unknown_peer(bytes, verdict, fault, &settings.counters.guard);

@@ -39,7 +39,7 @@ pub const MAX_RECORD: usize = 1152;
 /// Width of the library's replay window, in records.
 pub const REPLAY_WINDOW: usize = 64;
 
-/// How long a handshake may take.
+/// Time limit of a handshake.
 pub const HANDSHAKE_LIMIT: Duration = Duration::from_secs(3);
 
 /// Without a record for so long the dialling end ends a session, and opens another.
@@ -78,7 +78,7 @@ pub enum DtlsError {
 }
 
 impl DtlsError {
-    /// Why the peer was refused; `None` when it was not, but was slow or not reached.
+    /// Fault for which the peer was refused; `None` if it was slow or not reached.
     #[expect(clippy::wildcard_enum_match_arm, reason = "the library has a hundred errors; most are a broken handshake")]
     pub fn fault(&self) -> Option<Fault> {
         use dtls::Error as E;
@@ -107,12 +107,12 @@ pub struct Secure {
 }
 
 impl Secure {
-    /// Who the handshake authenticated.
+    /// The authenticated peer.
     pub fn peer(&self) -> PeerId {
         self.peer
     }
 
-    /// How long both certificates stay valid, counted from completion.
+    /// Remaining validity of both certificates, counted from completion.
     pub fn life(&self) -> Duration {
         self.life
     }
@@ -148,7 +148,7 @@ impl Secure {
         Ok(())
     }
 
-    /// What both ends derive their keys from, for one who has to look for it where it must not be.
+    /// Secret from which both ends derive their keys, for a test that searches for leaks of it.
     pub(crate) async fn master_secret(&self) -> Result<Vec<u8>, DtlsError> {
         Ok(self.conn.connection_state().await.key_log_data()?.master_secret)
     }
@@ -178,9 +178,10 @@ pub async fn client(
     handshake(path, config, own, guard).await
 }
 
-/// Accepts an association over `path` from whoever holds a certificate of this run.
+/// Accepts an association over `path` from any holder of a certificate of this run.
 ///
 /// # Errors
+///
 /// Anything but a complete handshake with a named peer.
 pub async fn server(
     path: Arc<dyn Conn + Send + Sync>,
@@ -192,7 +193,7 @@ pub async fn server(
     handshake(path, config(credential)?, own, guard).await
 }
 
-/// What an end brings into a handshake, and what it takes the other for.
+/// An end's own credential for a handshake, and the peer it expects.
 struct Own<'a> {
     credential: &'a Credential,
     revocations: Revocations,

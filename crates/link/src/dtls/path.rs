@@ -19,13 +19,13 @@ use crate::sockets;
 /// Datagrams that may wait for one association.
 pub const INLET: usize = 256;
 
-/// Where a path's datagrams go.
+/// Destination of a path's datagrams.
 pub enum Outlet {
     /// Through a socket to one address.
     Socket(Arc<UdpSocket>, LoopbackAddr),
     /// To another path, or to a test that plays the network.
     Memory(mpsc::Sender<Vec<u8>>),
-    /// To a network in memory, with an address: whose it is, or whom it is for.
+    /// To a network in memory, with an address: that of the sender, or of the receiver.
     Port(mpsc::Sender<(LoopbackAddr, Vec<u8>)>, LoopbackAddr),
 }
 
@@ -50,7 +50,7 @@ pub struct Path {
     counters: Option<Counted>,
 }
 
-/// Where a path counts, and what a dialler's remembers.
+/// Counters of a path, and the dialler's state.
 struct Counted {
     counters: Arc<SessionCounters>,
     knock: Option<Knock>,
@@ -62,14 +62,14 @@ impl Path {
         Self { inlet: Mutex::new(inlet), outlet, counters: None }
     }
 
-    /// The same path, which counts what it leaves unread when it ends.
+    /// The same path, which counts its unread datagrams when it ends.
     #[must_use]
     pub fn counted(mut self, counters: Arc<SessionCounters>) -> Self {
         self.counters = Some(Counted { counters, knock: None });
         self
     }
 
-    /// The same path for a dialler: it also counts what it sends, and shows the door that it receives when it is asked to.
+    /// The same path for a dialler: it also counts sent datagrams, and answers cookie requests.
     #[must_use]
     pub fn dialling(mut self, counters: Arc<SessionCounters>) -> Self {
         self.counters = Some(Counted { counters, knock: Some(Knock::default()) });
@@ -84,7 +84,7 @@ impl Path {
         }
     }
 
-    /// Answers a door; false when what came is not a door's.
+    /// Answers a cookie request; false if the datagram is none.
     fn answers(&self, datagram: &[u8]) -> bool {
         let Some(Counted { counters, knock: Some(knock) }) = &self.counters else { return false };
         let Some(answer) = knock.answer(datagram) else { return false };

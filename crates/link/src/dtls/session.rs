@@ -18,22 +18,22 @@ use crate::vet::{Fault, Refused};
 /// Records that may wait to be sent into one session.
 pub const OUTBOUND: usize = 256;
 
-/// What a dialler or listener is made with.
+/// Settings of a dialler or listener.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Whether the guards drop unauthenticated records.
+    /// Mode of the guards: drop unauthenticated records, or pass them.
     pub guard: GuardMode,
     /// A session without a record for this long is ended (liveness itself is judged by the cores).
     pub idle: Duration,
-    /// Where the guards' observations go, if anywhere.
+    /// Log of the guards' observations, if any.
     pub log: Option<ObservationLog>,
     /// Shared by all sessions of the process, so that their handles are unique.
     pub sessions: Arc<AtomicU32>,
     /// Shared by all sessions of one socket.
     pub counters: Arc<SessionCounters>,
-    /// Where the datagram sockets of this run are, with port 0: a datagram from another address is an outsider's.
+    /// Address of this run's datagram sockets, with port 0: a datagram from another address is an outsider's.
     pub own: LoopbackAddr,
-    /// Whose certificates have been revoked; a change ends their sessions.
+    /// The revocation list; a change ends the sessions of revoked peers.
     pub revocations: Revocations,
 }
 
@@ -60,7 +60,7 @@ impl Settings {
     }
 }
 
-/// What happens to sessions, in order per session.
+/// Events of sessions, in order per session.
 #[derive(Debug)]
 pub enum SessionEvent {
     /// A session stands.
@@ -76,7 +76,7 @@ pub enum SessionEvent {
 pub struct SessionHandle {
     /// Local handle.
     pub session: SessionId,
-    /// Who the handshake authenticated.
+    /// The authenticated peer.
     pub peer: PeerId,
     outbound: mpsc::Sender<Vec<u8>>,
     counters: Arc<SessionCounters>,
@@ -122,7 +122,7 @@ pub struct SessionCounters {
 /// A reading of [`SessionCounters`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SessionStats {
-    /// What the guards saw.
+    /// The guards' counters.
     pub guard: GuardStats,
     /// Handshakes completed.
     pub opened: u64,
@@ -132,7 +132,7 @@ pub struct SessionStats {
     pub dismissed: u64,
     /// Sound ClientHellos turned away because too many handshakes or sessions were open.
     pub shed: u64,
-    /// Sound ClientHellos whose senders were asked to show that they receive.
+    /// Sound ClientHellos answered with a cookie request.
     pub unproven: u64,
     /// ClientHellos that showed it.
     pub proved: u64,
@@ -144,7 +144,7 @@ pub struct SessionStats {
     pub most_shaking: u64,
     /// Peer addresses with state at once, at most.
     pub most_peers: u64,
-    /// Datagrams from unknown peers that open nothing.
+    /// Datagrams from unknown peers that open no association.
     pub strangers: u64,
     /// Datagrams that no process of the run sent, whatever became of them; in no other count.
     pub outsiders: u64,
@@ -165,7 +165,7 @@ pub struct SessionStats {
 }
 
 impl SessionCounters {
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn read(&self) -> SessionStats {
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         SessionStats {
@@ -207,7 +207,7 @@ impl SessionCounters {
     }
 }
 
-/// Carries one association until it ends. Returns early only when nobody listens to `events` any more.
+/// Carries one association until it ends. Returns early only when `events` has no receiver any more.
 pub(super) async fn serve(
     secure: Secure,
     session: SessionId,

@@ -1,13 +1,13 @@
-//! The door of a listener: what a stranger's datagram comes to before anything is kept about the stranger.
+//! Cookie exchange of a listener: the check of an unknown peer's datagram before any state is kept for it.
 //!
-//! While few handshakes are open a sound first ClientHello is let in as it is. When more are, the stranger first has to
-//! show that it receives at its address: the door answers with a HelloVerifyRequest (RFC 6347 §4.2.1) whose cookie is a
-//! keyed hash over address and hello, and forgets it. Whoever sends the cookie back stands on a short list for a few
-//! seconds, and its next first hello is let in.
+//! While few handshakes are open a sound first ClientHello is let in as it is. When more are, the peer first has to
+//! prove that it receives at its address: the listener answers with a HelloVerifyRequest (RFC 6347 §4.2.1) with a
+//! cookie, a keyed hash over address and hello, and forgets it. A peer that returns the cookie stands on a short list
+//! for a few seconds, and its next first hello is let in.
 //!
 //! The library draws a cookie of its own once it has made its state, and counts messages from zero, so it cannot take up
-//! a handshake that begins with our cookie: our dialler begins again ([`crate::dtls::knock`]), a foreign client
-//! has to wait until the door is calm. Room for handshakes is the listener's business.
+//! a handshake that begins with our cookie: our dialler begins again ([`crate::dtls::knock`]), a foreign client has to
+//! wait until few handshakes are open. Room for handshakes is the listener's business.
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -26,15 +26,15 @@ pub const CALM: usize = 16;
 /// Addresses that may stand on the list.
 pub const PROVED: usize = 256;
 
-/// How long one stands on it: as long as a handshake may take.
+/// Lifetime of an entry: that of a handshake.
 pub const PROOF: Duration = Duration::from_secs(3);
 
-/// What the door does with a stranger's datagram.
+/// Answer to an unknown peer's datagram.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
     /// Lets it in.
     Admit,
-    /// Sends this back, which is shorter than what came, and keeps nothing.
+    /// Sends this back, which is shorter than the datagram, and keeps no state.
     Challenge(Vec<u8>),
     /// Notes that its sender receives.
     Prove,
@@ -92,7 +92,7 @@ impl Door {
     }
 }
 
-/// What a cookie is made over: where the hello came from, and its random.
+/// Input of a cookie: the hello's source address, and its random.
 fn said(from: SocketAddr, random: &[u8]) -> Vec<u8> {
     let mut said = from.to_string().into_bytes();
     said.push(0);
@@ -119,8 +119,9 @@ mod tests {
         hello
     }
 
+    /// While few handshakes are open a hello is let in as it is.
     #[tokio::test(start_paused = true)]
-    async fn a_calm_door_lets_a_hello_in_and_a_busy_one_asks_for_a_proof_first() {
+    async fn busy_door_asks_for_proof_first() {
         let mut door = Door::new().unwrap();
         let hello = first(1);
         assert_eq!(door.judge(at(1), &hello, CALM - 1, Instant::now()), Answer::Admit);
@@ -157,7 +158,7 @@ mod tests {
     }
 
     #[tokio::test(start_paused = true)]
-    async fn what_is_no_hello_is_refused_by_name_however_calm_the_door() {
+    async fn malformed_hello_is_always_refused_by_name() {
         let mut door = Door::new().unwrap();
         let mut broken = first(1);
         broken[13 + 12 + 35] = 9;

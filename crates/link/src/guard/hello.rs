@@ -2,7 +2,7 @@
 //!
 //! The library reads extension headers past the end of its buffer and does not skip a session identifier. A ClientHello
 //! that is fragmented, carries a session identifier (we never resume), or has any length that does not add up is not
-//! let through. What the extensions mean is left to the library.
+//! let through. The content of extensions is left to the library.
 
 use super::observe::Verdict;
 use super::record::{HANDSHAKE, Split, split};
@@ -14,7 +14,7 @@ const MESSAGE_HEADER: usize = 12;
 /// The largest ClientHello that is looked at, in bytes.
 const MAX_HELLO: usize = 2048;
 
-/// Whether every ClientHello in this body of a handshake record has consistent lengths; true for other messages.
+/// True if every ClientHello in this body of a handshake record has consistent lengths; true for other messages.
 pub fn lengths_hold(body: &[u8]) -> bool {
     let mut rest = body;
     while !rest.is_empty() {
@@ -31,7 +31,7 @@ pub fn lengths_hold(body: &[u8]) -> bool {
     true
 }
 
-/// Whether a datagram from a stranger may open an association: one plaintext record, one sound ClientHello.
+/// True if a datagram from a stranger may open an association: one plaintext record, one sound ClientHello.
 pub fn opens_association(datagram: &[u8]) -> bool {
     let mut pieces = split(datagram);
     let (Some(Split::Record(raw)), None) = (pieces.next(), pieces.next()) else { return false };
@@ -43,12 +43,13 @@ pub fn opens_association(datagram: &[u8]) -> bool {
         && lengths_hold(raw.body())
 }
 
-/// Whether nothing stands behind the first handshake message.
+/// True if the body ends with the first handshake message.
 fn is_one_message(body: &[u8]) -> bool {
     body.get(9..MESSAGE_HEADER).is_some_and(|piece| body.len() == MESSAGE_HEADER + u24(piece))
 }
 
-/// What a datagram from a stranger comes to before there is an association: passed when it may open one, else why not.
+/// Verdict on a datagram from an unknown peer before there is an association: passed if it may open one, else the
+/// reason.
 pub fn at_the_door(datagram: &[u8]) -> Verdict {
     match split(datagram).next() {
         _ if opens_association(datagram) => Verdict::Passed,
@@ -57,7 +58,7 @@ pub fn at_the_door(datagram: &[u8]) -> Verdict {
     }
 }
 
-/// What the door needs of a sound ClientHello.
+/// Parts of a sound ClientHello that the cookie exchange needs.
 pub struct Parts<'a> {
     /// Sequence number of its record.
     pub sequence: u64,
@@ -69,7 +70,7 @@ pub struct Parts<'a> {
 
 /// Record and message headers, and the version behind them.
 const RANDOM: usize = super::record::HEADER + MESSAGE_HEADER + 2;
-/// Where the length of the cookie stands: behind random and an empty session identifier.
+/// Offset of the cookie's length: behind random and an empty session identifier.
 const COOKIE: usize = RANDOM + 32 + 1;
 
 /// The parts of a datagram that [`opens_association`].

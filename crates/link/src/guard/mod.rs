@@ -5,11 +5,11 @@
 //!
 //! - lets only handshake and well-formed change-cipher records of epoch 0 through before completion,
 //! - drops every record of epoch 0 after completion,
-//! - drops records of later epochs that nothing can have sealed: the library computes with their length before it looks
+//! - drops records of later epochs that cannot have been sealed: the library computes with their length before it looks
 //!   at their tag, and takes a change of cipher there without any,
 //! - repeats the last datagram sent before completion when the peer shows that it missed it,
 //! - checks every length of a ClientHello ([`hello`]),
-//! - counts all of it, and reports what it saw for receipts ([`observe`]).
+//! - counts all of it, and reports observations for receipts ([`observe`]).
 //!
 //! It holds no key. Whether a record is authentic is the library's business, whether it is fresh the gateway's.
 
@@ -29,35 +29,35 @@ use webrtc_util::conn::Conn;
 use self::observe::{GuardCounters, Observation, ObservationLog, Verdict, digest};
 use self::record::{APPLICATION_DATA, CHANGE_CIPHER_SPEC, HANDSHAKE, RawRecord, Split};
 
-/// How often the last flight is repeated in one association.
+/// Repetitions of the last flight in one association.
 pub const RESENDS: u32 = 64;
 
-/// How many records of the next epoch may wait in the library before completion (its own queue has no bound).
+/// Bound of the records of the next epoch that wait in the library before completion (its own queue has no bound).
 const EARLY_RECORDS: u32 = 64;
 
-/// What sealing adds to a record's body, in bytes: the explicit nonce and the tag of AES-GCM (RFC 5288 §3).
+/// Overhead of sealing on a record's body, in bytes: the explicit nonce and the tag of AES-GCM (RFC 5288 §3).
 pub const SEAL: usize = 8 + 16;
 
-/// Whether the guard drops unauthenticated records. Lengths are checked and flights repeated in both modes.
+/// Treatment of unauthenticated records. Lengths are checked and flights repeated in both modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum GuardMode {
-    /// Drop what no key protects.
+    /// Drop unprotected records.
     Required,
     /// Pass it to the library, as the library alone would see it (an ablation).
     Waived,
 }
 
-/// What a guard is made with.
+/// Settings of a guard.
 #[derive(Clone, Debug)]
 pub struct GuardSettings {
-    /// Whether unauthenticated records are dropped.
+    /// Treatment of unauthenticated records.
     pub mode: GuardMode,
     /// Number of the association, for the observations.
     pub association: u32,
     /// Shared by the guards of one socket.
     pub counters: Arc<GuardCounters>,
-    /// Where observations go, if anywhere.
+    /// Log of observations, if any.
     pub log: Option<ObservationLog>,
 }
 
@@ -71,7 +71,7 @@ pub struct GuardConn {
     last_flight: Mutex<Vec<u8>>,
 }
 
-/// What a guard in `mode` makes of one record, before or after its association is complete. The bound on early records
+/// Verdict of a guard in `mode` on one record, before or after its association is complete. The bound on early records
 /// is kept by the guard itself. The twin's link model decides with this very function.
 pub fn judge(raw: &RawRecord<'_>, mode: GuardMode, complete: bool) -> Verdict {
     if raw.epoch > 0 {
@@ -93,7 +93,7 @@ pub fn judge(raw: &RawRecord<'_>, mode: GuardMode, complete: bool) -> Verdict {
     if expected || waived { Verdict::Passed } else { Verdict::PlaintextBeforeCompletion }
 }
 
-/// What is to be done with a datagram.
+/// Outcome of a datagram.
 struct Admitted {
     kept: Vec<u8>,
     missed_last_flight: bool,

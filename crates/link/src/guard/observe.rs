@@ -1,4 +1,4 @@
-//! What a guard counts and what it reports: the target's half of a receipt.
+//! Counters and observations of a guard: the target's half of a receipt.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -10,7 +10,7 @@ use wire::id::PeerId;
 
 use crate::vet::Fault;
 
-/// What the guard did with a record.
+/// The guard's verdict on a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -18,9 +18,9 @@ pub enum Verdict {
     Passed,
     /// No record framing.
     Unframed,
-    /// A ClientHello whose lengths do not hold.
+    /// A ClientHello with wrong lengths.
     BadHello,
-    /// Epoch 0 after completion: nothing protects it.
+    /// Epoch 0 after completion: unprotected.
     PlaintextAfterCompletion,
     /// Epoch 0 before completion, and neither handshake nor change cipher spec.
     PlaintextBeforeCompletion,
@@ -28,11 +28,11 @@ pub enum Verdict {
     TooEarly,
     /// Refused: from a peer that has no association and opens none.
     Stranger,
-    /// A sound ClientHello whose handshake came to nothing; noted when that is known, beside its `Passed`.
+    /// A sound ClientHello with a failed handshake; noted when that is known, beside its `Passed`.
     Unfinished,
     /// A sound ClientHello for which there was no room.
     Shed,
-    /// Of a protected epoch, and nothing can have sealed it: shorter than nonce and tag, or a change of cipher.
+    /// Of a protected epoch, and impossible as a sealed record: shorter than nonce and tag, or a change of cipher.
     Unsealed,
     /// A sound ClientHello of one who has not shown that it receives: asked to, or with a cookie that is not ours.
     Unproven,
@@ -69,11 +69,11 @@ pub struct Observation {
     pub length: u32,
     /// [`digest`] of header and body.
     pub digest: [u8; 8],
-    /// What was done with it.
+    /// Verdict on it.
     pub verdict: Verdict,
-    /// Why a handshake or a session came to nothing, where its peer was refused.
+    /// Fault for which a handshake or a session failed, where its peer was refused.
     pub fault: Option<Fault>,
-    /// Whose certificate the handshake showed, in the observation that says that it is complete; that one is of no record.
+    /// Peer of the certificate, in the observation of a completed handshake; that observation is of no record.
     pub peer: Option<PeerId>,
 }
 
@@ -87,7 +87,7 @@ pub fn digest(record: &[u8]) -> [u8; 8] {
 pub const STRANGER: u32 = u32::MAX;
 
 impl Observation {
-    /// What the guard's log says of it, where its peers are refused at `interface`.
+    /// The guard's log events of it, where its peers are refused at `interface`.
     pub(crate) fn events(&self, interface: Interface) -> [Option<Event>; 2] {
         if let Some(peer) = self.peer {
             return [Some(Event::Associated { association: self.association, peer }), None];
@@ -107,7 +107,7 @@ impl Observation {
         [Some(saw), refused]
     }
 
-    /// What is known of an association without a record of it.
+    /// An observation of an association without a record.
     fn of_no_record(association: u32, verdict: Verdict) -> Self {
         Self {
             trace_us: crate::clock::trace_us(),
@@ -124,7 +124,7 @@ impl Observation {
     }
 }
 
-/// A bounded way out for observations; what does not fit is counted, not waited for.
+/// A bounded way out for observations; the excess is counted, not waited for.
 #[derive(Clone, Debug)]
 pub struct ObservationLog(mpsc::Sender<Observation>);
 
@@ -147,7 +147,7 @@ impl ObservationLog {
         self.push(word, counters);
     }
 
-    /// Reports what became of a datagram of a peer that has no association, and why, where it was refused.
+    /// Reports the outcome of a datagram of a peer that has no association, and the fault, where it was refused.
     pub(crate) fn unknown_peer(&self, bytes: &[u8], verdict: Verdict, fault: Option<Fault>, counters: &GuardCounters) {
         let field = |from: usize, to: usize| {
             bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b))
@@ -225,7 +225,7 @@ impl GuardStats {
 }
 
 impl GuardCounters {
-    /// What has been counted so far.
+    /// The counters so far.
     pub fn read(&self) -> GuardStats {
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         GuardStats {

@@ -25,7 +25,7 @@ pub struct RawRecord<'a> {
 }
 
 impl<'a> RawRecord<'a> {
-    /// What follows the header.
+    /// Bytes behind the header.
     pub fn body(&self) -> &'a [u8] {
         self.bytes.get(HEADER..).unwrap_or(&[])
     }
@@ -41,7 +41,7 @@ impl<'a> RawRecord<'a> {
 pub enum Split<'a> {
     /// A whole record.
     Record(RawRecord<'a>),
-    /// What is left when the framing does not hold; always the last piece.
+    /// The rest after a framing error; always the last piece.
     Remainder(&'a [u8]),
 }
 

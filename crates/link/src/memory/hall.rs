@@ -23,7 +23,7 @@ use crate::vet::list::Revocations;
 /// Observations that wait to be read, and answers to strangers that do.
 const TOLD: usize = 1 << 16;
 
-/// How long an honest record may take: the platform's freshness bound.
+/// Time limit of an honest record: the platform's freshness bound.
 const FRESH: Duration = Duration::from_millis(300);
 
 /// Time between two honest records of the standing guest.
@@ -35,27 +35,27 @@ const GUESTS: [u16; 2] = [1, 2];
 /// The first port of a stranger.
 const STRANGERS: u16 = 1000;
 
-/// What strangers do.
+/// Behaviour of unknown peers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Crowd {
-    /// They say nothing more, whatever they are answered.
+    /// They stay silent, whatever the answer.
     Silent,
-    /// They show that they receive when they are asked to, begin again, and say nothing more.
+    /// They answer the cookie request, begin again, and then stay silent.
     Proving,
 }
 
-/// What came of it.
+/// Result.
 #[derive(Debug)]
 pub struct Stormed {
-    /// What the listener counted.
+    /// The listener's counters.
     pub stats: SessionStats,
-    /// What it told of every record and stranger.
+    /// Its observations of every record and unknown peer.
     pub seen: Vec<Observation>,
     /// Strangers' datagrams as they were put in, the proofs among them.
     pub put: Vec<Vec<u8>>,
     /// Honest records sent meanwhile, and those that came out in time.
     pub honest: (u64, u64),
-    /// How long an honest newcomer took to open a session meanwhile; `None` when it did not.
+    /// Time in which an honest newcomer opened a session meanwhile; `None` if it did not.
     pub newcomer: Option<Duration>,
 }
 
@@ -192,7 +192,7 @@ impl Hall {
     }
 }
 
-/// The strangers; gives back what they put in.
+/// The unknown peers; returns the datagrams they sent.
 async fn rage(
     inlet: mpsc::Sender<(LoopbackAddr, Vec<u8>)>,
     strays: Strays,

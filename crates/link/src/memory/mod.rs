@@ -1,7 +1,7 @@
 //! The real stacks between two ends in memory: guard and DTLS library in paused time ([`Pair`]), TLS without a socket
-//! ([`tls`]). Nothing here waits for a clock, and whoever holds the network holds every datagram.
+//! ([`tls`]). No step waits for a clock, and the holder of the network holds every datagram.
 //!
-//! What is done to the datagrams, and what that shows, is left to the one who holds it.
+//! Manipulating the datagrams, and judging the result, is left to that holder.
 
 pub mod hall;
 pub mod rogue;
@@ -26,10 +26,10 @@ use crate::vet::list::Revocations;
 /// Datagrams that a network holds on one way.
 const ROOM: usize = 4096;
 
-/// Virtual time after which nothing more comes of a datagram.
+/// Virtual time after which a datagram has no further effect.
 pub const QUIET: Duration = Duration::from_millis(20);
 
-/// Decides what becomes of a datagram from a side: what is passed on to the other.
+/// Replaces a datagram from a side: returns the datagrams passed on to the other.
 pub type Tap = Box<dyn FnMut(Side, Vec<u8>) -> Vec<Vec<u8>> + Send>;
 
 /// A path with two ends; its holder may put datagrams in at either.
@@ -44,7 +44,7 @@ pub struct Network {
     pub to_server: mpsc::Sender<Vec<u8>>,
 }
 
-/// A network that does with datagrams what `tap` says. Must be called inside a tokio runtime.
+/// A network that applies `tap` to datagrams. Must be called inside a tokio runtime.
 pub fn network(mut tap: Tap) -> Network {
     let (to_client, client_in) = mpsc::channel(ROOM);
     let (to_server, server_in) = mpsc::channel(ROOM);
@@ -80,16 +80,16 @@ pub fn clear() -> Tap {
     Box::new(|_, datagram| vec![datagram])
 }
 
-/// What one end brings.
+/// Configuration of one end.
 #[derive(Clone, Debug)]
 pub struct Party {
     /// Its certificate, and the authority that it checks others against.
     pub credential: Credential,
     /// Its revocation list, when that is a newer one than the certificate came with.
     pub list: Option<Vec<u8>>,
-    /// Whether its guard drops what no key protects.
+    /// Mode of its guard.
     pub guard: GuardMode,
-    /// How it breaks the rules; `None` for an honest end.
+    /// Its rule violations; `None` for an honest end.
     pub manner: Option<Manner>,
 }
 
@@ -111,7 +111,7 @@ impl Party {
 /// Datagrams as they left their ends, each with the end that it left.
 type Sent = Arc<Mutex<Vec<(Side, Vec<u8>)>>>;
 
-/// Two ends, what passes between them, and what the guard of each saw.
+/// Two ends, the traffic between them, and the observations of each guard.
 pub struct Pair {
     runtime: Runtime,
     network: Network,
@@ -121,14 +121,14 @@ pub struct Pair {
     carrying: Arc<Mutex<bool>>,
 }
 
-/// What the guard of an end counts and tells.
+/// Counters and observations of an end's guard.
 struct Seen {
     counters: Arc<GuardCounters>,
     log: mpsc::Receiver<Observation>,
     revocations: Option<Revocations>,
 }
 
-/// What came of an end's handshake.
+/// Result of an end's handshake.
 enum End {
     Stands(Secure),
     Broken(DtlsError),
@@ -136,10 +136,11 @@ enum End {
 }
 
 impl Pair {
-    /// Two ends after their handshake, the dialling one first, whose datagrams went through `tap`; the dialler expects
-    /// `expected`. From here on nothing is carried: what an end sends waits in [`Pair::take`].
+    /// Two ends after their handshake through `tap`, the dialling one first; the dialler expects `expected`. From here
+    /// on no datagram is carried: an end's output waits in [`Pair::take`].
     ///
     /// # Errors
+    ///
     /// When there is no runtime to be had, or an honest end's credential is unusable.
     pub fn open(parties: [&Party; 2], expected: PeerId, mut tap: Tap) -> Result<Self, DtlsError> {
         crate::crypto::init();
@@ -169,10 +170,11 @@ impl Pair {
         Ok(Self { runtime, network, ends, seen: [of_dialling, of_listening], sent, carrying })
     }
 
-    /// Who an end takes the other for, or why it refused it. `None` of an end that breaks the rules and was not refused.
+    /// The peer as an end sees it, or the refusal. `None` of an end that breaks the rules and was not refused.
     ///
     /// # Errors
-    /// Why the end has no association.
+    ///
+    /// Reason for which the end has no association.
     pub fn peer(&self, at: Side) -> Result<Option<PeerId>, &DtlsError> {
         match &self.ends[at as usize] {
             End::Stands(secure) => Ok(Some(secure.peer())),
@@ -181,10 +183,11 @@ impl Pair {
         }
     }
 
-    /// Whether the certificate of the other end still passes at this one.
+    /// Verifies the certificate of the other end again at this one.
     ///
     /// # Errors
-    /// Why it does not.
+    ///
+    /// The refusal.
     pub fn vet(&self, at: Side) -> Result<PeerId, crate::vet::Refused> {
         match &self.ends[at as usize] {
             End::Stands(secure) => secure.vet(),
@@ -287,12 +290,12 @@ impl Pair {
         self.runtime.block_on(async { tokio::time::sleep(time).await });
     }
 
-    /// What the guard of an end has counted.
+    /// Counters of an end's guard.
     pub fn guard(&self, at: Side) -> GuardStats {
         self.seen[at as usize].counters.read()
     }
 
-    /// What the guard of an end has told since this was last asked.
+    /// New observations of an end's guard since the last call.
     pub fn observed(&mut self, at: Side) -> Vec<Observation> {
         let log = &mut self.seen[at as usize].log;
         std::iter::from_fn(|| log.try_recv().ok()).collect()

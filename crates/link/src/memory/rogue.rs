@@ -1,5 +1,5 @@
-//! An end that checks nobody and offers what ours never would, over a path in memory only: the adversary's side of a
-//! handshake. It takes no socket.
+//! A rogue end that verifies no peer and offers parameters that ours never would, over a path in memory only: the
+//! adversary's side of a handshake. It takes no socket.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::dtls::path::Path;
 use crate::dtls::{DtlsError, HANDSHAKE_LIMIT, config};
 use crate::pki::{Credential, dns_name};
 
-/// What such an end does otherwise than ours; where nothing is said it does as ours.
+/// Deviations of a rogue end; unmentioned behaviour is ours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Manner {
     /// Its certificate, whatever that is.
@@ -45,7 +45,7 @@ impl Rogue {
     }
 }
 
-/// Dials `expected`, or listens where that is nobody.
+/// Dials `expected`, or listens where that is `None`.
 pub(super) async fn open(
     path: Arc<Path>,
     credential: &Credential,

@@ -16,7 +16,7 @@ use crate::vet::{Fault, Refused, tls};
 /// Rounds after which two ends that still have something to say are cut off.
 const ROUNDS: usize = 64;
 
-/// How an end of the command plane behaves.
+/// Behaviour of an end of the command plane.
 #[derive(Clone, Debug)]
 pub enum Manner {
     /// As ours do.
@@ -36,24 +36,24 @@ pub struct Party {
     pub credential: Credential,
     /// Its revocation list, when that is a newer one than the certificate came with.
     pub list: Option<Vec<u8>>,
-    /// How it behaves.
+    /// Its behaviour.
     pub manner: Manner,
 }
 
-/// What came of it.
+/// Result.
 #[derive(Debug)]
 pub struct Shaken {
-    /// Who each end takes the other for, the dialling end first, or why it refused it. `None` of an end that does not ask.
+    /// The peer as each end sees it, the dialling end first, or the refusal. `None` of an end that does not ask.
     pub ends: [Result<Option<PeerId>, Refused>; 2],
-    /// What each end said, piece by piece, the dialling end's first.
+    /// Pieces sent by each end, the dialling end's first.
     pub said: [Vec<Vec<u8>>; 2],
-    /// What arrived at each end, piece by piece.
+    /// Pieces that arrived at each end.
     pub heard: [Vec<Vec<u8>>; 2],
-    /// What the dialling end's application said and the listening end's was given.
+    /// Data that the dialling end's application sent and the listening end's received.
     pub delivered: Vec<u8>,
 }
 
-/// Decides what becomes of a piece of a stream on its way from a side.
+/// Replaces a piece of a stream on its way from a side.
 pub type Tap<'a> = &'a mut dyn FnMut(Side, Vec<u8>) -> Vec<u8>;
 
 /// Shakes hands; once the dialling end thinks that it is done it says `greeting`.
@@ -94,7 +94,7 @@ pub fn shake(parties: [&Party; 2], expected: PeerId, greeting: &[u8], tap: Tap<'
     Ok(Shaken { ends: [dialled.peer(true), accepted.peer(asks(parties[1]))], said, heard, delivered })
 }
 
-/// One end's library, and what it ended with.
+/// One end's library, and its final error.
 struct End {
     tls: Connection,
     ended: Option<rustls::Error>,

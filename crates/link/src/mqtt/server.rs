@@ -1,8 +1,9 @@
 //! The command plane's other end, for a core that stands in the broker's place: MQTT 5 over mutual TLS 1.3.
 //!
-//! It accepts every certificate of the run, acknowledges what is published at QoS 1, hands it to the core, and sends
-//! what the core publishes to those who subscribed to exactly that subject. It keeps no rights, no order but arrival's,
-//! and nothing for those who are away: the honest broker is the `broker` crate, which shares no code with this.
+//! It accepts every certificate of the run, acknowledges publications at QoS 1, hands them to the core, and sends the
+//! core's publications to the clients that subscribed to exactly that subject. It keeps no rights, no order but
+//! arrival's, and no message for absent clients: the honest broker is the `broker` crate, which shares no code with
+//! this.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -32,9 +33,9 @@ use crate::stream::{Mouth, StreamLog};
 
 /// The most connections at once.
 const CONNECTIONS: usize = 32;
-/// The most publications that wait for one client; what comes beyond is lost.
+/// The most publications that wait for one client; further ones are lost.
 const OUTBOUND: usize = 64;
-/// How long a handshake may take.
+/// Time limit of a handshake.
 const HANDSHAKE: Duration = Duration::from_secs(3);
 /// The largest packet, bytes; above the largest payload.
 const MAX_PACKET: u32 = 16 * 1024;
@@ -55,10 +56,11 @@ pub struct MqttServer {
 }
 
 impl MqttServer {
-    /// Listens as `listen` says; what is published goes to `to`, what arrives on the streams is told to `log`. Must be
-    /// called inside a tokio runtime.
+    /// Listens as `listen` says; publications go to `to`, arrivals on the streams are noted in `log`. Must be called
+    /// inside a tokio runtime.
     ///
     /// # Errors
+    ///
     /// When the port cannot be had or the credential makes no TLS server.
     pub fn start(listen: &BrokerListen, log: StreamLog, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
         let acceptor = acceptor(&listen.credential).map_err(std::io::Error::other)?;
@@ -71,7 +73,7 @@ impl MqttServer {
         Ok(Self { local, clients, task })
     }
 
-    /// Where it listens.
+    /// Listening address.
     pub fn local(&self) -> LoopbackAddr {
         self.local
     }
@@ -168,7 +170,7 @@ struct Talk<'a> {
     inbox: BytesMut,
     /// Packet id of the last publication to the client.
     last: u16,
-    /// Whether the core knows that the session stands.
+    /// True if the core knows that the session stands.
     told: bool,
 }
 
@@ -282,8 +284,9 @@ mod tests {
     use crate::mqtt::Mqtt;
     use crate::pki::{Authority, Role};
 
+    /// A client's publication reaches the core, and the core's its subscriber.
     #[tokio::test]
-    async fn what_one_client_publishes_reaches_the_core_and_what_the_core_publishes_its_subscriber() {
+    async fn publications_pass_between_clients_and_core() {
         crate::crypto::init();
         let authority = Authority::new().unwrap();
         let credential = |peer| authority.issue(peer, Role::Both).unwrap();

@@ -64,7 +64,7 @@ impl Revocations {
 pub struct Watch(watch::Receiver<Held>);
 
 impl Watch {
-    /// Returns once the list has changed since this was made or last returned; never, when nobody holds the list.
+    /// Returns once the list has changed since this was made or last returned; never, if the list has no holder.
     pub async fn changed(&mut self) {
         if self.0.changed().await.is_err() {
             std::future::pending().await
@@ -93,7 +93,7 @@ mod tests {
     use wire::id::PeerId;
 
     #[test]
-    fn a_list_is_taken_when_it_is_newer_and_the_authoritys_own() {
+    fn only_a_newer_list_of_the_authority_counts() {
         let (authority, other) = (Authority::new().unwrap(), Authority::new().unwrap());
         let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
         let held = Revocations::of(&unit).unwrap();

@@ -1,7 +1,9 @@
-//! Whom a certificate proves, and why one does not: the one check of both links and both their ends.
+//! Certificate verification: the peer that a certificate proves, or the fault; the one check of both links and both
+//! their ends.
 //!
-//! DTLS and TLS ask here at every handshake, and again of a standing session when the revocation list changes. Each
-//! refusal is one [`Fault`] with what was expected and what came. What the proven name may do is left to the cores.
+//! DTLS and TLS call it at every handshake, and again for a standing session when the revocation list changes. Each
+//! refusal is one [`Fault`] with the expected and the received value. Permissions of the proven name are left to the
+//! cores.
 
 pub mod list;
 pub mod tls;
@@ -24,7 +26,7 @@ use x509_parser::prelude::{FromDer, X509Certificate};
 use self::list::Revocations;
 use crate::pki::{Credential, PkiError, dns_name, peer_of};
 
-/// Why a handshake was refused.
+/// Reason for which a handshake was refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, Serialize)]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
@@ -32,7 +34,7 @@ pub enum Fault {
     /// No certificate.
     #[n(0)]
     Missing,
-    /// Signed by nobody but itself.
+    /// Self-signed.
     #[n(1)]
     SelfSigned,
     /// Of another authority.
@@ -71,7 +73,7 @@ pub enum Fault {
     /// Without the extended master secret.
     #[n(13)]
     MasterSecret,
-    /// The handshake broke off, or what was said in it does not fit together.
+    /// The handshake broke off, or its messages are inconsistent.
     #[n(14)]
     Handshake,
 }
@@ -117,7 +119,7 @@ impl Fault {
         }
     }
 
-    /// What was expected instead, in words.
+    /// The expected value, in words.
     pub fn expected(self) -> &'static str {
         match self {
             Fault::Missing => "a certificate",
@@ -154,7 +156,7 @@ impl Fault {
         }
     }
 
-    /// What the TLS library says, by name.
+    /// The fault behind a TLS library's error.
     #[expect(clippy::wildcard_enum_match_arm, reason = "the library may say more some day; it is a broken handshake")]
     pub fn of_tls(error: &rustls::Error) -> Self {
         use rustls::Error as E;
@@ -196,17 +198,17 @@ impl Fault {
     }
 }
 
-/// Whether a certificate names its own subject as its issuer.
+/// True if a certificate names its own subject as its issuer.
 fn signs_itself(leaf: &[u8]) -> bool {
     X509Certificate::from_der(leaf).is_ok_and(|(_, leaf)| leaf.subject() == leaf.issuer())
 }
 
-/// A refused handshake: the fault, and what came.
+/// A refused handshake: the fault, and the received value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub struct Refused {
-    /// Why.
+    /// The fault.
     pub fault: Fault,
-    /// What came, in the library's words or ours.
+    /// The received value, in the library's words or ours.
     pub got: String,
 }
 
@@ -251,9 +253,10 @@ impl Vet {
         Ok(Self { roots: Arc::new(credential.roots()?), revocations: revocations.clone() })
     }
 
-    /// Who the presented chain (leaf first) proves its presenter to be.
+    /// The peer that the presented chain (leaf first) proves.
     ///
     /// # Errors
+    ///
     /// The one fault for which it is refused.
     pub fn check(&self, chain: &[CertificateDer<'_>], presenter: Presenter) -> Result<PeerId, Refused> {
         let (leaf, more) = chain.split_first().ok_or_else(Refused::missing)?;

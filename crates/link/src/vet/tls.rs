@@ -46,7 +46,7 @@ pub fn server(credential: &Credential, revocations: &Revocations) -> Result<Serv
 #[derive(Debug)]
 struct Verifier {
     vet: Vet,
-    /// Who is dialled; nobody at a listener.
+    /// The dialled peer; `None` at a listener.
     expected: Option<PeerId>,
 }
 

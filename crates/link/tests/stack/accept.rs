@@ -92,8 +92,9 @@ async fn malformed_datagrams_leave_the_listener_serving() {
     assert!(gateway.counters.read().strangers > 0);
 }
 
+/// A session dropped at one end is closed at the other, and opened again.
 #[tokio::test]
-async fn a_session_that_is_dropped_at_one_end_is_closed_at_the_other_and_opened_again() {
+async fn dropped_session_closes_and_reopens_at_both_ends() {
     let mut gateway = gateway();
     let (tx, mut unit) = mpsc::channel(64);
     let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(&gateway.unit), tx);
@@ -104,8 +105,9 @@ async fn a_session_that_is_dropped_at_one_end_is_closed_at_the_other_and_opened_
     assert!(gateway.counters.read().opened >= 1);
 }
 
+/// It ends at expiry, and at revocation at once.
 #[tokio::test]
-async fn a_session_ends_with_its_certificate_and_as_soon_as_that_is_revoked() {
+async fn session_ends_with_its_certificates_validity() {
     #[expect(clippy::disallowed_methods, reason = "certificates are valid by the wall clock")]
     let now = std::time::SystemTime::now();
     let authority = Authority::new().unwrap();
@@ -135,7 +137,7 @@ async fn a_session_ends_with_its_certificate_and_as_soon_as_that_is_revoked() {
 }
 
 #[tokio::test]
-async fn a_relay_carries_a_session_and_a_strangers_alert_does_not_end_it() {
+async fn foreign_alert_does_not_end_a_relayed_session() {
     let mut gateway = gateway();
     let (to_core, mut inputs) = mpsc::channel(64);
     let leg = RelayLeg { at: LoopbackAddr::ANY_PORT, upstream: gateway.listener.local() };

@@ -1,4 +1,4 @@
-//! One association and what a network without keys can do to it.
+//! One association against a network without keys.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, SystemTime};
@@ -37,8 +37,9 @@ async fn both_ends_learn_who_the_other_is() {
     assert_eq!(next(&client).await.unwrap(), b"down");
 }
 
+/// A record has a size limit, too.
 #[tokio::test(start_paused = true)]
-async fn an_authenticated_close_ends_the_other_end_and_a_record_has_a_limit() {
+async fn authenticated_close_ends_both_ends() {
     let (_network, client, server) = established(clear(), GuardMode::Required).await;
     client.send(&[7; MAX_RECORD]).await.unwrap();
     assert!(client.send(&[7; MAX_RECORD + 1]).await.is_err());
@@ -48,7 +49,7 @@ async fn an_authenticated_close_ends_the_other_end_and_a_record_has_a_limit() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_certificate_of_another_run_is_refused_at_either_end() {
+async fn certificate_of_another_run_is_refused() {
     let (unit, gateway) = credentials();
     let (rogue_unit, rogue_gateway) = credentials();
     for (unit, gateway) in [(&unit, &rogue_gateway), (&rogue_unit, &gateway)] {
@@ -60,7 +61,7 @@ async fn a_certificate_of_another_run_is_refused_at_either_end() {
 
 #[tokio::test(start_paused = true)]
 #[expect(clippy::disallowed_methods, reason = "certificates are dated by the wall clock")]
-async fn a_wrong_name_a_wrong_role_and_a_wrong_time_are_refused() {
+async fn wrong_name_role_or_time_is_refused() {
     let authority = Authority::new().unwrap();
     let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
     let gateway = authority.issue(PeerId::GATEWAY, Role::Listens).unwrap();
@@ -123,7 +124,7 @@ async fn one_forged_plaintext_alert_ends_an_unguarded_association() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_forged_alert_during_the_handshake_does_not_stop_it() {
+async fn forged_alert_does_not_stop_the_handshake() {
     let network = network(Box::new(|_, datagram| vec![FORGED_ALERT.to_vec(), datagram, FORGED_CLOSE.to_vec()]));
     let (unit, gateway) = credentials();
     let (client, server) = handshake(&network, &unit, &gateway, GuardMode::Required).await;
@@ -214,7 +215,7 @@ async fn withheld_records_are_delivered_when_released_late() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn tampered_records_are_discarded_and_the_association_goes_on() {
+async fn tampered_records_are_discarded_without_ending_it() {
     let mut flip = 0usize;
     let tap = move |side: Side, mut datagram: Vec<u8>| {
         if side == Side::Client && datagram[0] == APPLICATION_DATA {
@@ -235,7 +236,7 @@ async fn tampered_records_are_discarded_and_the_association_goes_on() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn handshakes_complete_on_a_network_that_loses_a_fifth() {
+async fn handshakes_complete_at_twenty_percent_loss() {
     let (unit, gateway) = credentials();
     for seed in 1..=20u64 {
         let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -282,7 +283,7 @@ async fn a_lost_last_flight_is_repeated() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_peer_that_never_answers_costs_the_limit_and_no_more() {
+async fn silent_peer_costs_at_most_the_limit() {
     let network = network(Box::new(|_, _| Vec::new()));
     let (unit, gateway) = credentials();
     let (client, server) = handshake(&network, &unit, &gateway, GuardMode::Required).await;

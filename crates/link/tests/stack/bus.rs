@@ -1,4 +1,4 @@
-//! Shared memory: what is published in a domain arrives there, in order, and nowhere else.
+//! Shared memory: messages published in a domain arrive there, in order, and nowhere else.
 
 use std::path::PathBuf;
 
@@ -39,7 +39,7 @@ fn bytes(input: Option<Input>) -> Vec<u8> {
 }
 
 #[test]
-fn messages_arrive_in_order_and_only_on_their_own_channel() {
+fn messages_stay_in_order_on_their_channel() {
     let scratch = Scratch::new("order");
     let other = Scratch::new("other");
     let (tx, mut inbox) = mpsc::channel(64);
@@ -76,7 +76,7 @@ fn a_rendered_frame_fits_and_more_is_refused() {
 }
 
 #[test]
-fn a_reader_hears_the_next_publisher_of_its_channel() {
+fn reader_hears_the_next_publisher_of_its_channel() {
     let scratch = Scratch::new("next");
     let (tx, mut inbox) = mpsc::channel(4);
     let _reader = scratch.domain.subscribe("control", Topic::Intents, tx).unwrap();
@@ -88,7 +88,7 @@ fn a_reader_hears_the_next_publisher_of_its_channel() {
 }
 
 #[test]
-fn a_publisher_does_not_wait_for_a_reader_that_is_behind() {
+fn publisher_does_not_wait_for_slow_readers() {
     let scratch = Scratch::new("slow");
     let (tx, mut inbox) = mpsc::channel(1);
     let publisher = scratch.domain.publisher("unit-a", Topic::Drive).unwrap();

@@ -17,8 +17,9 @@ const KIND: Kind<'static> = Kind {
 };
 const PICTURE: &[u8] = b"{\"version\":1}";
 
+/// It is told of the channels, and gets their messages until the end.
 #[test]
-fn an_app_is_told_of_the_channels_and_gets_what_it_subscribes_to_until_the_end() {
+fn app_gets_the_channels_it_subscribes_to() {
     let mut offered = Offered::open(0).unwrap();
     let address = offered.address();
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();

@@ -1,4 +1,4 @@
-//! ClientHellos nobody should send.
+//! Malformed ClientHellos.
 
 use std::panic::catch_unwind;
 
@@ -39,7 +39,7 @@ fn mutations(genuine: &[u8]) -> Vec<Vec<u8>> {
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_hello_that_is_let_through_never_panics_the_library() {
+async fn accepted_hello_never_panics_the_library() {
     let genuine = genuine_hello().await;
     assert!(opens_association(&genuine));
     let quiet = std::panic::take_hook();

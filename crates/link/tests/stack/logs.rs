@@ -6,7 +6,7 @@ use wire::event::wire_hash;
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
-/// Answers each bus message with its sum so far, and a timeout with nothing.
+/// Answers each bus message with its sum so far, and a timeout with no output.
 #[derive(Default)]
 struct Adder {
     sum: u8,
@@ -48,7 +48,7 @@ fn log() -> Vec<u8> {
 }
 
 #[test]
-fn a_log_replays_and_a_changed_core_is_found_out() {
+fn log_replays_and_exposes_a_changed_core() {
     let log = log();
     let reader = Reader::new(log.as_slice()).unwrap();
     assert_eq!(reader.header().started, Instant(5));
@@ -62,7 +62,7 @@ fn a_log_replays_and_a_changed_core_is_found_out() {
 }
 
 #[test]
-fn a_log_cut_at_any_byte_replays_as_far_as_it_goes() {
+fn truncated_log_replays_as_far_as_it_goes() {
     let log = log();
     let header = Header { node: NodeId::SIM, boot: Boot(1), started: Instant(5) };
     let head = MAGIC.len() + 4 + minicbor::to_vec(header).unwrap().len();
@@ -80,8 +80,9 @@ fn a_log_cut_at_any_byte_replays_as_far_as_it_goes() {
     }
 }
 
+/// Forged bytes, too.
 #[test]
-fn forged_lengths_and_bytes_are_named_and_cost_nothing() {
+fn forged_lengths_are_named_without_cost() {
     let log = log();
     let mut huge = log.clone();
     let at = MAGIC.len();
@@ -101,7 +102,7 @@ fn forged_lengths_and_bytes_are_named_and_cost_nothing() {
 }
 
 #[test]
-fn a_full_log_leaves_out_everything_after_the_first_loss() {
+fn full_log_ends_at_the_first_loss() {
     let mut bytes = Vec::new();
     let header = Header { node: NodeId::SIM, boot: Boot(1), started: Instant(0) };
     let mut writer = Writer::new(&mut bytes, header, 200).unwrap();
@@ -113,9 +114,9 @@ fn a_full_log_leaves_out_everything_after_the_first_loss() {
     assert_eq!(entries, [Entry::Input { now: Instant(1), input: Input::Timeout }]);
 }
 
+/// Of the sets of frames that the core was fed; the others leave their hash, and the log is not taken for a whole one.
 #[test]
-fn a_thinned_log_has_every_third_set_of_frames_that_was_fed_and_of_the_others_the_hash_and_is_not_taken_for_a_whole_one()
- {
+fn thinned_log_keeps_every_third_frame_set() {
     let header = Header { node: NodeId::PERCEPTION, boot: Boot(1), started: Instant(5) };
     let frames = |n: u8| vec![n; 1000];
     let mut whole = Vec::new();

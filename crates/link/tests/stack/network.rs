@@ -50,12 +50,12 @@ pub(crate) async fn established(tap: Tap, mode: GuardMode) -> (Network, Secure, 
     (network, client.unwrap(), server.unwrap())
 }
 
-/// The next record, or `None` when nothing comes for a (virtual) second.
+/// The next record, or `None` after a (virtual) second of silence.
 pub(crate) async fn next(end: &Secure) -> Option<Vec<u8>> {
     tokio::time::timeout(Duration::from_secs(1), end.recv()).await.ok().map(Result::unwrap)
 }
 
-/// Everything that comes until nothing comes for a (virtual) second.
+/// All records until a (virtual) second of silence.
 pub(crate) async fn all(end: &Secure) -> Vec<Vec<u8>> {
     let mut records = Vec::new();
     while let Some(record) = next(end).await {

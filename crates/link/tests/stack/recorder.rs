@@ -42,7 +42,7 @@ fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     spec
 }
 
-/// What it says on standard error goes to a file beside its recording, which may be on a full disk as well.
+/// Its standard error goes to a file beside its recording, which may be on a full disk as well.
 fn launch(spec: ServiceSpec) -> Running {
     let said = std::fs::File::create(spec.run_dir.join("said")).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-recorder"))
@@ -70,7 +70,7 @@ fn written(n: u64, event: Event) -> Vec<Frame> {
 }
 
 #[test]
-fn what_services_say_is_recorded_fed_and_accounted_for() {
+fn service_entries_are_recorded_fed_and_accounted_for() {
     let directory = tempfile::tempdir().unwrap();
     let mut running = start(directory.path());
     let mut instrument = Instrument::start(directory.path().join("audit")).unwrap();
@@ -115,8 +115,9 @@ fn limit(child: &Child, bytes: Option<u64>) {
     rustix::process::prlimit(pid, Resource::Fsize, Rlimit { current: bytes, maximum }).unwrap();
 }
 
+/// It lives while it may write no file, and loses no entry once it may again.
 #[test]
-fn a_recorder_that_may_write_nothing_lives_and_loses_nothing_once_it_may_again() {
+fn recorder_without_writes_recovers_without_loss() {
     let directory = tempfile::tempdir().unwrap();
     let mut spec = spec(directory.path(), Boot(1));
     let recorder = spec.recorder.as_mut().unwrap();
@@ -181,8 +182,9 @@ fn the_end_of_the_pipe_ends_the_process() {
     assert_eq!(running.child.wait().unwrap().code(), Some(ORPHANED));
 }
 
+/// It succeeds a killed recorder.
 #[test]
-fn the_successor_of_a_killed_recorder_is_heard_by_those_who_heard_it() {
+fn successor_recorder_is_heard_by_the_same_services() {
     let directory = tempfile::tempdir().unwrap();
     let (root, prefix) = (directory.path().join("bus"), format!("hs_t{}_killed_", std::process::id()));
     let (tx, mut inbox) = mpsc::channel(64);

@@ -1,4 +1,4 @@
-//! What a process reads from its launcher.
+//! A process's reading of its launcher's messages.
 
 use link::clock::HostClock;
 use link::loopback::LoopbackAddr;
@@ -33,8 +33,9 @@ fn written(spec: &ServiceSpec) -> Vec<u8> {
     bytes
 }
 
+/// The rest of the pipe is left unread.
 #[test]
-fn a_specification_arrives_as_it_was_written_and_the_rest_of_the_pipe_is_left() {
+fn specification_arrives_as_written() {
     let mut bytes = written(&spec());
     bytes.extend(b"quiesce\n");
     let mut pipe = bytes.as_slice();
@@ -61,8 +62,9 @@ fn a_specification_cut_at_any_byte_is_refused() {
     }
 }
 
+/// Lengths, fields, addresses and names.
 #[test]
-fn lengths_fields_addresses_and_names_outside_bounds_are_refused() {
+fn values_outside_bounds_are_refused() {
     let too_long = ((MAX_SPEC + 1) as u32).to_be_bytes();
     assert!(matches!(ServiceSpec::read(too_long.as_slice()), Err(SpecError::TooLong(_))));
     let good = serde_json::to_string(&spec()).unwrap();
@@ -84,8 +86,9 @@ fn lengths_fields_addresses_and_names_outside_bounds_are_refused() {
     }
 }
 
+/// Keys are not printed.
 #[test]
-fn controls_are_two_words_and_keys_are_not_printed() {
+fn controls_are_two_words_and_keys_hidden() {
     assert_eq!(Control::parse("quiesce\n"), Some(Control::Quiesce));
     assert_eq!(Control::parse("finish"), Some(Control::Finish));
     assert_eq!(Control::parse("FINISH\n"), None);

@@ -18,7 +18,7 @@ use wire::id::PeerId;
 
 use super::network::{credentials, genuine_hello, list};
 
-/// Where the sockets of the run under test are.
+/// Address of the sockets of the run under test.
 fn own() -> LoopbackAddr {
     LoopbackAddr::of_run(std::process::id())
 }
@@ -28,7 +28,7 @@ fn ours() -> UdpSocket {
     UdpSocket::bind(own().socket()).unwrap()
 }
 
-/// A socket of somebody else's on the same host.
+/// A socket of another program on the same host.
 fn outsider() -> UdpSocket {
     UdpSocket::bind("127.0.0.1:0").unwrap()
 }
@@ -58,7 +58,7 @@ async fn datagram(inputs: &mut mpsc::Receiver<Input>) -> Vec<u8> {
     bytes
 }
 
-/// What the relay sends downlink goes there.
+/// Checks that the relay's downlink reaches it.
 fn gets_the_downlink(client: &UdpSocket, relay: &DatagramRelay) {
     relay.emit(Side::Client, b"answer");
     let mut buf = [0; 16];
@@ -67,7 +67,7 @@ fn gets_the_downlink(client: &UdpSocket, relay: &DatagramRelay) {
 }
 
 #[tokio::test]
-async fn a_stray_datagram_does_not_take_the_downlink_of_a_relay_over() {
+async fn stray_datagram_does_not_take_the_downlink() {
     let hello = genuine_hello().await;
     let mut at = relay();
     let (client, outsider, beside) = (ours(), outsider(), ours());
@@ -84,8 +84,9 @@ async fn a_stray_datagram_does_not_take_the_downlink_of_a_relay_over() {
     assert_eq!((stats.outsiders, stats.stale, stats.received, stats.emitted), (2, 1, [2, 0], [1, 0]));
 }
 
+/// Even one that comes before the client's own.
 #[tokio::test]
-async fn a_stray_datagram_before_the_client_does_not_make_itself_the_client() {
+async fn stray_datagram_does_not_become_the_client() {
     let hello = genuine_hello().await;
     let mut at = relay();
     outsider().send_to(&hello, at.front).unwrap();
@@ -97,7 +98,7 @@ async fn a_stray_datagram_before_the_client_does_not_make_itself_the_client() {
 }
 
 #[tokio::test]
-async fn a_client_that_begins_again_from_another_port_is_let_in() {
+async fn client_from_another_port_is_let_in_again() {
     let hello = genuine_hello().await;
     let mut at = relay();
     let (before, after) = (ours(), ours());
@@ -114,7 +115,7 @@ async fn a_client_that_begins_again_from_another_port_is_let_in() {
 }
 
 #[tokio::test]
-async fn what_outsiders_send_to_gateway_and_unit_is_in_no_account_of_the_run() {
+async fn outsider_datagrams_enter_no_account_of_the_run() {
     let hello = genuine_hello().await;
     let (unit, gateway) = credentials();
     let (log, mut seen) = ObservationLog::new(1024);

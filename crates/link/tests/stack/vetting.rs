@@ -10,7 +10,7 @@ use link::vet::Fault;
 use wire::core::Side;
 use wire::id::PeerId;
 
-/// What `holder` may present, and what it must be called. The sound one has no name.
+/// Chains that `holder` may present, each with its expected fault. The sound one has none.
 fn presented(authority: &Authority, holder: PeerId, role: Role) -> Vec<(Credential, Option<Vec<u8>>, Option<Fault>)> {
     #[expect(clippy::disallowed_methods, reason = "certificates are valid by the wall clock")]
     let now = SystemTime::now();
@@ -45,8 +45,9 @@ fn fault(error: &DtlsError) -> Option<Fault> {
     error.fault()
 }
 
+/// At both ends of the link.
 #[test]
-fn each_certificate_that_is_no_good_is_refused_by_its_name_at_both_ends_of_the_telemetry_link() {
+fn telemetry_refuses_each_bad_certificate_by_name() {
     let authority = Authority::new().unwrap();
     let honest = |peer, role| Party::honest(authority.issue(peer, role).unwrap());
     let rogue = |credential| Party { manner: Some(Manner::Certificate), ..Party::honest(credential) };
@@ -70,8 +71,9 @@ fn each_certificate_that_is_no_good_is_refused_by_its_name_at_both_ends_of_the_t
     assert_eq!(pair.peer(Side::Client).map_err(fault), Err(Some(Fault::WrongName)));
 }
 
+/// No weaker parameters are agreed upon.
 #[test]
-fn a_dialler_that_offers_less_than_ours_is_refused_by_name_and_nothing_weaker_is_agreed_upon() {
+fn weaker_dialler_is_refused_by_name() {
     let authority = Authority::new().unwrap();
     let gateway = Party::honest(authority.issue(PeerId::GATEWAY, Role::Listens).unwrap());
     for (manner, expected) in [
@@ -89,7 +91,7 @@ fn a_dialler_that_offers_less_than_ours_is_refused_by_name_and_nothing_weaker_is
 }
 
 #[test]
-fn a_revoked_certificate_passes_no_longer_in_a_session_that_stands() {
+fn revoked_certificate_ends_a_standing_session() {
     let authority = Authority::new().unwrap();
     let unit = Party::honest(authority.issue(PeerId::UNIT_A, Role::Dials).unwrap());
     let gateway = Party::honest(authority.issue(PeerId::GATEWAY, Role::Listens).unwrap());
@@ -102,8 +104,9 @@ fn a_revoked_certificate_passes_no_longer_in_a_session_that_stands() {
     assert_eq!(pair.vet(Side::Client), Ok(PeerId::GATEWAY), "the list names the unit alone");
 }
 
+/// At both ends of the plane.
 #[test]
-fn each_certificate_that_is_no_good_is_refused_by_its_name_at_both_ends_of_the_command_plane() {
+fn command_plane_refuses_each_bad_certificate_by_name() {
     let authority = Authority::new().unwrap();
     let party = |credential, list, manner| tls::Party { credential, list, manner };
     let honest = |peer, role, list| party(authority.issue(peer, role).unwrap(), list, tls::Manner::Honest);

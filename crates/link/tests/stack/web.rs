@@ -1,4 +1,4 @@
-//! Pages for a browser: who gets them, and what comes of those who ask for something else.
+//! Pages for a browser: authorised readers, and answers to other requests.
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -13,7 +13,7 @@ fn served() -> Served {
     Served::open(0, vec![html, made]).expect("a port of loopback")
 }
 
-/// Host and path of what is served.
+/// Host and path of the pages.
 fn parts(served: &Served) -> (String, String) {
     let address = served.address();
     let (host, path) = address.strip_prefix("http://").unwrap().split_once('/').unwrap();
@@ -24,7 +24,7 @@ fn connect(served: &Served) -> TcpStream {
     TcpStream::connect(parts(served).0).unwrap()
 }
 
-/// What is answered to a request, after which the stream ends.
+/// The answer to a request, after which the stream ends.
 fn answer(served: &Served, request: &str) -> String {
     read(sent(served, request))
 }
@@ -47,7 +47,7 @@ fn get(served: &Served, host: &str, path: &str) -> String {
 }
 
 #[test]
-fn who_has_the_address_gets_the_pages_and_what_is_made_is_made_anew() {
+fn pages_need_the_address_and_are_made_anew() {
     let served = served();
     let (host, path) = parts(&served);
     let page = get(&served, &host, &path);
@@ -59,8 +59,9 @@ fn who_has_the_address_gets_the_pages_and_what_is_made_is_made_anew() {
     assert!(count().ends_with("\r\n\r\n0") && count().ends_with("\r\n\r\n1"));
 }
 
+/// Nor do requests under another name, or those that would change something.
 #[test]
-fn without_the_secret_under_another_name_or_to_change_something_there_is_nothing() {
+fn requests_without_secret_or_name_get_no_page() {
     let served = served();
     let (host, path) = parts(&served);
     let mut guess = path.clone();
@@ -78,8 +79,9 @@ fn without_the_secret_under_another_name_or_to_change_something_there_is_nothing
     assert!(answer(&served, &post).starts_with("HTTP/1.1 405"));
 }
 
+/// They are refused, and the next one is served.
 #[test]
-fn what_is_no_request_or_too_long_is_refused_and_the_next_one_is_served() {
+fn malformed_or_long_requests_do_not_block() {
     let served = served();
     let (host, path) = parts(&served);
     let long = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nX: {}\r\n\r\n", "x".repeat(64 * 1024));
@@ -94,8 +96,9 @@ fn what_is_no_request_or_too_long_is_refused_and_the_next_one_is_served() {
     assert!(get(&served, &host, &path).starts_with("HTTP/1.1 200"));
 }
 
+/// The end of the server ends them all.
 #[test]
-fn one_who_opens_many_connections_and_says_nothing_is_turned_away_and_the_end_ends_them_all() {
+fn many_silent_connections_are_turned_away() {
     let served = served();
     let (host, path) = parts(&served);
     let mut idle: Vec<TcpStream> = (0..40).map(|_| connect(&served)).collect();

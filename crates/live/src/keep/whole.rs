@@ -1,8 +1,8 @@
 //! Every file of a run directory as a whole: its length and the SHA-256 of all its bytes.
 //!
-//! Chains and signatures say who wrote an entry and in which order; this says that not one byte of the run is another, those that
-//! are in no entry included. It covers what is in the directory when the run is over, but for the file that holds the digests.
-//! What authenticates that one is its own digest, which the command that made the run prints.
+//! Chains and signatures prove writer and order of an entry; this proves that not one byte of the run has changed, bytes outside
+//! entries included. It covers the files in the directory when the run is over, but for the file that holds the digests. That one
+//! is authenticated by its own digest, which the command that made the run prints.
 
 use std::collections::BTreeMap;
 use std::io::{Error, Read, Result};
@@ -17,7 +17,7 @@ use super::HELD;
 
 /// Most files of a run.
 const MAX_FILES: usize = 4096;
-/// How deep they are.
+/// Their depth.
 const MAX_DEPTH: usize = 4;
 /// The longest that is covered, bytes: more than a mouth log takes.
 const MAX_BYTES: u64 = 2 << 30;
@@ -31,9 +31,10 @@ pub fn survey(directory: &Path) -> Result<BTreeMap<String, HeldFile>> {
     names.into_iter().map(|name| digest(directory, &name).map(|file| (name, file))).collect()
 }
 
-/// What differs between the files in `directory` and those that are `held`, each told with the file it is about, in order of paths.
+/// Differences between the files in `directory` and those that are `held`, each with its file, in order of paths.
 ///
 /// # Errors
+///
 /// When the directory cannot be listed, or has more files than a run leaves.
 pub fn differences(directory: &Path, held: &BTreeMap<String, HeldFile>) -> Result<Vec<String>> {
     let found = names(directory)?;
@@ -55,7 +56,7 @@ pub fn differences(directory: &Path, held: &BTreeMap<String, HeldFile>) -> Resul
     Ok(told)
 }
 
-/// How the file differs, where it does.
+/// Difference of the file, if any.
 fn is(directory: &Path, name: &str, was: &HeldFile) -> Result<Option<String>> {
     let length = files::open(&directory.join(name))?.metadata()?.len();
     if length != was.bytes {
@@ -114,7 +115,7 @@ mod tests {
     use std::fs;
 
     #[test]
-    fn what_differs_in_a_directory_is_told_file_by_file() {
+    fn directory_differences_are_listed_by_file() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("guard")).expect("a folder");

@@ -1,4 +1,4 @@
-//! Place and size of a detection: depth against LiDAR, and both against what its class can measure.
+//! Place and size of a detection: depth against LiDAR, and both against the size of its class.
 //!
 //! All places are in the body frame. Depth and LiDAR see an object's near surface; its middle lies behind by half its
 //! extent along the line of sight, which is estimated from the class and the apparent width.
@@ -14,7 +14,7 @@ pub struct Depth {
     pub metres: f64,
 }
 
-/// Where a detection is.
+/// Place of a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Middle of the object: metres forward, metres left.
@@ -23,7 +23,7 @@ pub struct Place {
     pub sigma: f64,
 }
 
-/// What depth and LiDAR say. A verdict is `None` when the stage gave no product for the frame.
+/// Verdicts of depth and LiDAR. One is `None` when the stage gave no product for the frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spatial {
     /// Depth places the object and its size is plausible there.
@@ -32,12 +32,13 @@ pub struct Spatial {
     pub lidar: Option<bool>,
     /// Depth or LiDAR contradict the detection or each other.
     pub vetoed: Modalities,
-    /// The place, if what there is agrees.
+    /// The place, if the available modalities agree.
     pub place: Option<Place>,
 }
 
 impl Spatial {
-    /// As if `unheard` modalities bore out what they contradict. Where they contradict each other there is no place still.
+    /// As if `unheard` modalities bore out the claims that they contradict. Where they contradict each other there is no
+    /// place still.
     pub(super) fn pass_over(&mut self, unheard: Modalities) {
         let heard = |m: &Modality| self.vetoed.has(*m) && !unheard.has(*m);
         let left = Modality::ALL.into_iter().filter(heard).fold(Modalities::default(), Modalities::with);
@@ -58,7 +59,7 @@ const EDGE_PX: u16 = 1;
 /// Nearer than this there is no room for an object in front of the unit, metres.
 const NEAREST_M: f64 = 0.8;
 
-/// What a class measures, metres.
+/// Size of a class, metres.
 struct Prior {
     /// Least and greatest apparent width.
     width: (f64, f64),
@@ -76,8 +77,8 @@ fn prior(class: Class) -> Prior {
     }
 }
 
-/// Judges place and size of `detection`. `depth` and `clusters` are absent when their stage gave no product; the
-/// inner `depth` is absent when the product says nothing about this detection.
+/// Judges place and size of `detection`. `depth` and `clusters` are absent when their stage gave no product; the inner
+/// `depth` is absent when the product holds no value for this detection.
 pub fn judge(
     camera: &Camera,
     limits: &Limits,
@@ -153,7 +154,7 @@ fn apart(at: [f64; 2], cluster: &Cluster) -> f64 {
     ((at[0] - x) * (at[0] - x) + (at[1] - y) * (at[1] - y)).sqrt()
 }
 
-/// Whether the cluster's middle is seen inside the box.
+/// True if the cluster's middle is seen inside the box.
 fn sees(camera: &Camera, bounds: &PixelBox, cluster: &Cluster) -> bool {
     let [x, y] = centroid(cluster);
     let along = x - f64::from(camera.forward_m);
@@ -167,12 +168,12 @@ fn sees(camera: &Camera, bounds: &PixelBox, cluster: &Cluster) -> bool {
     (low..=high).contains(&column)
 }
 
-/// Whether the image's edge may cut a span.
+/// True if the image's edge may cut a span.
 fn cut(low: u16, high: u16, most: u16) -> bool {
     low <= EDGE_PX || high + EDGE_PX >= most
 }
 
-/// Whether a box of this size at this distance can be the class. A box cut by the image's edge has no least size, and
+/// True if a box of this size at this distance can be the class. A box cut by the image's edge has no least size, and
 /// one object may hide part of another, so the least size is taken at half.
 fn plausible(camera: &Camera, detection: &Detection, metres: f64) -> bool {
     let (bounds, prior) = (&detection.bounds, prior(detection.class));

@@ -1,9 +1,9 @@
 //! Cross-modal corroboration: which colour detections the other modalities support, and which they contradict.
 //!
-//! A detection alone proves nothing. [`corroborate`] gives a [`Sighting`] only where at least two modalities besides
+//! A detection alone is no proof. [`corroborate`] gives a [`Sighting`] only where at least two modalities besides
 //! colour speak for the object: depth and LiDAR that agree on its place, or one of them with warmth when the other
 //! stage gave no product. A modality that contradicts is in `vetoed`, and a vetoed sighting earns no confidence.
-//! [`geometry`] judges place and size, [`thermal`] temperature; what follows from a sighting is the tracker's.
+//! [`geometry`] judges place and size, [`thermal`] temperature; consequences of a sighting are the tracker's.
 
 pub mod geometry;
 pub mod thermal;
@@ -32,14 +32,14 @@ impl Default for Limits {
     }
 }
 
-/// A detection that has a place in the world, with what the modalities said about it.
+/// A detection that has a place in the world, with the modalities' verdicts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {
     /// Class that the detector gave.
     pub class: Class,
     /// Its score, permille.
     pub score: u16,
-    /// Where its middle is: metres forward and metres left in the body frame.
+    /// Place of its middle: metres forward and metres left in the body frame.
     pub place: [f64; 2],
     /// One standard deviation of the place on each axis, metres.
     pub sigma: f64,
@@ -47,18 +47,18 @@ pub struct Sighting {
     pub supported: Modalities,
     /// Modalities that speak against it.
     pub vetoed: Modalities,
-    /// Whether everything that its class lets one expect was seen; false without a thermal product for a warm class.
+    /// True if everything that its class lets one expect was seen; false without a thermal product for a warm class.
     pub complete: bool,
 }
 
 impl Sighting {
-    /// Whether nothing contradicts it.
+    /// True if no modality contradicts it.
     pub fn stands(&self) -> bool {
         self.vetoed == Modalities::default()
     }
 }
 
-/// What the modalities make of one detection, placed or not.
+/// The modalities' verdicts on one detection, placed or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
     /// Which detection of the frame.
@@ -72,7 +72,7 @@ pub struct Judgement {
 }
 
 /// Judges every colour detection of a frame, in the order of the detections. Objections of `unheard` modalities are passed
-/// over: what they contradict counts as borne out.
+/// over: their contradictions count as support.
 pub fn corroborate(
     camera: &Camera,
     limits: &Limits,

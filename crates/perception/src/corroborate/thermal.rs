@@ -1,8 +1,8 @@
-//! Whether warmth fits a detection's class.
+//! Fit of warmth to a detection's class.
 //!
-//! The thermal stage says what is warm like a vehicle or like a person; that is believed within bounds of temperature alone: a
-//! vehicle shows a warm engine, a person skin and clothes. A decoy and an obstacle are no warmer than their surroundings, or not
-//! warm like either. Limits are on the peak as the camera reads it, contrast already faded by distance.
+//! The thermal stage reports regions warm like a vehicle or like a person; that is believed within bounds of temperature alone:
+//! a vehicle shows a warm engine, a person skin and clothes. A decoy and an obstacle are no warmer than their surroundings, or
+//! not warm like either. Limits are on the peak as the camera reads it, contrast already faded by distance.
 
 use wire::sensor::{Blob, Class, Detection};
 
@@ -13,7 +13,7 @@ const PERSON_CK: (u16, u16) = (29_700, 31_300);
 /// Shared over united area from which on something warm and a detection are of one object.
 const SAME: f32 = 0.3;
 
-/// What the thermal stage says about a detection.
+/// The thermal stage's verdict on a detection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Warmth {
     /// The stage gave no product.
@@ -26,7 +26,7 @@ pub enum Warmth {
     Contradicts,
 }
 
-/// Judges `detection` by what is warm in the frame.
+/// Judges `detection` by the warm regions of the frame.
 pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
     let Some(blobs) = blobs else { return Warmth::Unknown };
     let mut own = blobs.iter().filter(|blob| blob.bounds.shared(&detection.bounds) >= SAME);
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vehicle_is_borne_out_by_what_is_warm_like_one_where_it_is_and_by_nothing_else() {
+    fn vehicle_needs_vehicle_like_warmth_in_place() {
         let bounds = PixelBox { x0: 40, y0: 50, x1: 60, y1: 60 };
         let claim = |class, blob| judge(&Detection { class, score: 900, bounds }, Some(&[blob]));
         assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 42)), Warmth::Fits);

@@ -1,8 +1,8 @@
-//! A process that does nothing but [`load`](super::load) one detector and say whether that went well.
+//! A process that only [`load`](super::load)s one detector and reports the result.
 //!
 //! The runtime's backend ends its process where it fails on a graph that it did not expect, and no caller can catch
-//! that. So a file that somebody brings is tried here first, within the limits of CPU time and memory that the starter
-//! has set: what goes wrong ends this process and no other.
+//! that. So a custom model is tried here first, within the limits of CPU time and memory that the starter has set: a
+//! failure ends this process and no other.
 
 use std::io::Read;
 use std::process::ExitCode;
@@ -11,8 +11,8 @@ use crate::detector::Brought;
 
 /// Longest request, bytes.
 const MAX_REQUEST: u64 = 64 * 1024;
-/// Reads a [`Brought`] as JSON on standard input up to its end. It is fit where the exit status is 0; else a line
-/// `refused "why"` says what is wrong with it.
+/// Reads a [`Brought`] as JSON on standard input up to its end. Exit status 0 accepts it; else a line `refused "why"`
+/// names the fault.
 pub fn main() -> ExitCode {
     match vet() {
         Ok(()) => ExitCode::SUCCESS,

@@ -33,7 +33,7 @@ pub struct Tally {
     pub n: u64,
 }
 
-/// What trials say of a claim.
+/// Verdict of trials on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
@@ -115,7 +115,7 @@ impl Claim {
 }
 
 impl Tally {
-    /// What counts against a claim: hits, and what is no evidence.
+    /// Count against a claim: hits, and trials without evidence.
     fn against(self) -> u64 {
         self.hits + self.invalid
     }
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_takes_so_many_trials_without_a_hit() {
+    fn claim_takes_so_many_trials_without_hits() {
         for (text, trials) in
             [("unsafe<1%@95", 299), ("unsafe<0.1%@95", 2_995), ("unsafe<5%@95", 59), ("late<50%@95", 5)]
         {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn what_holds_for_one_variation_need_not_hold_for_many_together() {
+    fn single_claim_need_not_hold_jointly() {
         let (claim, clean) = (claim("unsafe<1%@95"), tally(0, 0, 299));
         assert_eq!((claim.judge(clean, 1).verdict, claim.judge(clean, 2).verdict), (Verdict::Shown, Verdict::Open));
         assert_eq!(
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_trial_helps_neither_to_show_nor_to_refute() {
+    fn invalid_trial_neither_shows_nor_refutes() {
         let claim = claim("unsafe<10%@95");
         assert_eq!(claim.judge(tally(0, 0, 60), 1).verdict, Verdict::Shown);
         assert_eq!(claim.judge(tally(0, 3, 60), 1).verdict, Verdict::Open);
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trial_counts_by_the_classes_that_the_claim_names() {
+    fn trial_counts_by_the_claims_classes() {
         let counted = |text: &str| {
             let mut sum = Tally::default();
             let outcomes = [Outcome::Unsafe, Outcome::Late, Outcome::Invalid, Outcome::HoldSafe];

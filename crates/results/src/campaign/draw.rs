@@ -1,6 +1,6 @@
-//! What a trial draws for itself: a distribution for one value of the scenario.
+//! A trial's own draw: a distribution for one value of the scenario.
 //!
-//! A draw depends on what it is keyed by and on nothing else, so trials may run anywhere and in any order.
+//! A draw depends on its key alone, so trials may run anywhere and in any order.
 
 use core::fmt;
 use core::str::FromStr;
@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 /// Most values of a choice.
 const MAX_CHOICES: usize = 64;
 
-/// How a value is drawn.
+/// Distribution of a value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum Distribution {
@@ -181,14 +181,14 @@ mod tests {
     }
 
     #[test]
-    fn a_draw_depends_on_its_key_and_on_where_its_parts_end() {
+    fn draw_depends_on_key_and_its_boundaries() {
         let draw = of("uniform:0:1");
         assert_eq!(draw.draw(&[b"ab", b"c"]), draw.draw(&[b"ab", b"c"]));
         assert_ne!(draw.draw(&[b"ab", b"c"]), draw.draw(&[b"a", b"bc"]));
     }
 
     #[test]
-    fn draws_fill_their_range_evenly_and_never_leave_it() {
+    fn draws_fill_their_range_evenly() {
         let numbers = |text: &str| many(text).iter().map(|v| v.as_f64().unwrap()).collect::<Vec<_>>();
         let share = |all: &[f64], below: f64| all.iter().filter(|v| **v < below).count() as f64 / all.len() as f64;
         let uniform = numbers("uniform:-2:6");
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn the_widest_range_of_whole_numbers_is_drawn_from() {
+    fn widest_integer_range_can_be_drawn() {
         let widest = of(&format!("integer:{}:{}", i64::MIN, i64::MAX));
         assert!(widest.draw(&[b"a"]).is_i64() && widest.draw(&[b"a"]) != widest.draw(&[b"b"]));
     }
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_read_as_in_a_file_and_bare_words_as_text() {
+    fn values_parse_as_in_files_else_as_text() {
         assert_eq!(list("1,2.5,true"), [Value::from(1), Value::from(2.5), Value::from(true)]);
         assert_eq!(list("up,down"), [Value::from("up"), Value::from("down")]);
         assert_eq!(list("[1, 2],[3, 4]").len(), 2);

@@ -1,4 +1,4 @@
-//! A plan with invented terms, for tests of what is made of plans.
+//! A plan with invented terms, for tests of plan consumers.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! One of n parts of a campaign, a pure function of trial numbers: who runs what.
+//! One of n parts of a campaign, a pure function of trial numbers: the assignment of trials.
 
 use core::str::FromStr;
 
@@ -15,12 +15,12 @@ impl Partition {
     /// The only part.
     pub const WHOLE: Partition = Partition { part: 0, of: 1 };
 
-    /// Whether the trial of this number belongs to it.
+    /// True if the trial of this number belongs to it.
     pub fn holds(self, number: u64) -> bool {
         number % self.of == self.part
     }
 
-    /// Whether it is all there is.
+    /// True if it is all there is.
     pub fn is_whole(self) -> bool {
         self.of == 1
     }
@@ -43,8 +43,9 @@ mod tests {
     use super::super::example::plan;
     use super::*;
 
+    /// Over the campaign and within each variation.
     #[test]
-    fn parts_hold_every_trial_once_and_are_even_over_the_campaign_and_within_each_variation() {
+    fn parts_partition_trials_evenly() {
         for (trials, of) in [(10, 7), (299, 7), (3, 7), (100, 2), (7, 1)] {
             let plan = plan(trials);
             let parts: Vec<Partition> = (1..=of).map(|i| format!("{i}/{of}").parse().unwrap()).collect();

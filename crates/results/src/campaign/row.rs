@@ -1,4 +1,4 @@
-//! What is kept of a trial in a campaign: what the oracle said, in numbers that are written and read without loss.
+//! A trial as a campaign keeps it: the oracle's verdict, in numbers that are written and read without loss.
 
 use evidence::trial::{Outcome, Trial};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub struct Row {
     pub trial: u64,
     /// The class that the oracle gave.
     pub outcome: Outcome,
-    /// Whether every injection was seen at its target.
+    /// True if every injection was seen at its target.
     pub receipt: bool,
     /// SHA-256 over the canonical events.
     pub log_hash: String,

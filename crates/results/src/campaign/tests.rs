@@ -1,4 +1,4 @@
-//! Plans, their parts and what they draw.
+//! Plans, their parts and their draws.
 
 use serde_json::Value;
 
@@ -6,7 +6,7 @@ use super::example::plan;
 use super::*;
 
 #[test]
-fn a_trial_draws_the_same_wherever_it_runs_and_another_variation_draws_otherwise() {
+fn draws_depend_on_trial_and_variation_only() {
     let (one, more) = (plan(10), plan(1_000));
     assert_eq!(one.drawn(0, 3), more.drawn(0, 3));
     assert_ne!(one.drawn(0, 3), one.drawn(1, 3));
@@ -23,7 +23,7 @@ fn a_trial_draws_the_same_wherever_it_runs_and_another_variation_draws_otherwise
 }
 
 #[test]
-fn plans_that_differ_say_in_what_with_expected_and_got() {
+fn differing_plans_name_expected_and_got() {
     let told = |change: &dyn Fn(&mut Plan)| {
         let mut other = plan(10);
         change(&mut other);
@@ -48,7 +48,7 @@ fn plans_that_differ_say_in_what_with_expected_and_got() {
 }
 
 #[test]
-fn the_digest_is_of_everything_but_the_program_and_survives_the_file() {
+fn digest_covers_all_but_the_program() {
     let digest = |change: &dyn Fn(&mut Plan)| {
         let mut plan = plan(10);
         change(&mut plan);
@@ -65,7 +65,7 @@ fn the_digest_is_of_everything_but_the_program_and_survives_the_file() {
 }
 
 #[test]
-fn a_sequential_variation_ends_at_the_look_that_decides_and_not_between_looks() {
+fn sequential_variation_ends_at_the_deciding_look() {
     let mut plan = plan(1_000);
     (plan.terms.claim, plan.terms.sequential) = ("unsafe<10%@95".parse().ok(), true);
     let clean = |_| Some(Outcome::HoldSafe);

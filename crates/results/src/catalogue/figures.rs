@@ -1,7 +1,7 @@
-//! docs/researcher/figures.md: the paper's figures, drawn from what runs here.
+//! docs/researcher/figures.md: the paper's figures, drawn from the code and its runs.
 //!
-//! The state machine is drawn from `Machine::step`, the architecture from the cast of a run, and what tests which threat from the
-//! catalogue and the scenarios. Mermaid text, which code hosts and editors show as drawings.
+//! The state machine is drawn from `Machine::step`, the architecture from the topology of a run, and the tests of each threat
+//! from the catalogue and the scenarios. Mermaid text, which code hosts and editors show as drawings.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -78,7 +78,8 @@ fn domains(cast: &Cast, platforms: &[Platform]) -> String {
     text
 }
 
-/// What a part of the pattern does, and its place on the way from the world to the operator. The world is a domain's own.
+/// Function of a part of the pattern, and its place on the way from the world to the operator. The world is a domain's
+/// own.
 fn part(role: &Role) -> Option<(u8, &'static str)> {
     Some(match role {
         Role::Sim(_) => return None,
@@ -136,7 +137,7 @@ fn architecture(cast: &Cast) -> String {
     text
 }
 
-/// Who is drawn: everybody but the recorder.
+/// True if it is drawn: every participant but the recorder.
 fn shown(member: &Member) -> bool {
     member.node() != NodeId::RECORDER
 }

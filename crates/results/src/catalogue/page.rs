@@ -1,4 +1,4 @@
-//! docs/reference/threats.md out of the catalogue and the scenarios: the threats, and what tests each of them.
+//! docs/reference/threats.md out of the catalogue and the scenarios: the threats, and the tests of each.
 
 use std::fmt::Write as _;
 
@@ -56,7 +56,7 @@ pub(super) fn page(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
     text
 }
 
-/// ICS, Enterprise and ATLAS apart, in this order; what fits only nearly is marked.
+/// ICS, Enterprise and ATLAS apart, in this order; approximate matches are marked.
 fn techniques(row: &Row) -> String {
     let group = |technique: &&TechniqueId| match technique.as_str() {
         id if id.starts_with("AML.") => 2,

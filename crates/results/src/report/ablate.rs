@@ -1,5 +1,5 @@
-//! The ablation table: per check what gets through without it, what it costs when nothing is attacked, and what stops
-//! the attack in its place. Counts and intervals; what a gain is was decided in `ablation`.
+//! The ablation table: per check the attacks that get through without it, its cost without an attack, and the check
+//! that stops the attack in its place. Counts and intervals; gains were decided in `ablation`.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use crate::report::new_table;
 pub struct Ablation {
     /// Version of this object.
     pub schema_version: u32,
-    /// What every run of it was.
+    /// Watermark of every run of it.
     pub watermark: String,
     /// The base seed; pair i has seed + i with and without.
     pub seed: u64,
@@ -37,11 +37,11 @@ pub struct Ablation {
     pub checks: Vec<CheckRow>,
     /// Pairs of checks without which an attack gets through that neither alone lets through.
     pub overlaps: Vec<Overlap>,
-    /// How many of the checks, each disabled, the campaign noticed: row N2.
+    /// Number of disabled checks that the campaign noticed: row N2.
     pub defects: Defects,
 }
 
-/// Whether a check by itself, or with another, keeps anything out.
+/// Benefit of a check, by itself or with another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Worth {
@@ -58,17 +58,17 @@ pub enum Worth {
 pub struct CheckRow {
     /// Its place in a policy file.
     pub check: String,
-    /// Whether it keeps anything out.
+    /// Its benefit.
     pub worth: Worth,
-    /// Whether the campaign notices that it is disabled.
+    /// True if the campaign notices that it is disabled.
     pub noticed: bool,
     /// Attacks in which anything differs without it.
     pub attacks: Vec<AttackRow>,
-    /// Attacks in which nothing was seen to.
+    /// Attacks without an observed effect.
     pub unchanged: usize,
     /// Exact upper 95 % bound on how often something does in the one of these that was run least; 1 where there is none.
     pub unchanged_upper_95: f64,
-    /// What it costs when nothing is attacked.
+    /// Its cost without an attack.
     pub quiet: Option<Quiet>,
 }
 
@@ -85,7 +85,7 @@ pub struct AttackRow {
     pub with: BTreeMap<Outcome, u64>,
     /// Outcomes without it.
     pub without: BTreeMap<Outcome, u64>,
-    /// What the attack gained.
+    /// The attack's gain.
     pub gain: Gain,
     /// The rate of getting through, without less with.
     pub paired: Paired,
@@ -102,7 +102,7 @@ pub struct Overlap {
     pub cell: Option<String>,
     /// Outcomes without both.
     pub without: BTreeMap<Outcome, u64>,
-    /// What the attack gained.
+    /// The attack's gain.
     pub gain: Gain,
 }
 
@@ -126,7 +126,7 @@ pub struct Defects {
     pub n: usize,
     /// Of these noticed: some trial left its expected classes only because of it.
     pub found: usize,
-    /// Those that nobody noticed.
+    /// The undetected ones.
     pub survivors: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ impl Quiet {
     }
 }
 
-/// What every check was compared with, and how often.
+/// Inputs of the comparison, and their counts.
 pub struct Compared {
     /// The base seed.
     pub seed: u64,
@@ -152,14 +152,14 @@ pub struct Compared {
     pub build: String,
     /// Attacks.
     pub attacks: usize,
-    /// Pairs where anything differs.
+    /// Trials of a pair with any difference.
     pub trials: u64,
-    /// Pairs where nothing does.
+    /// Trials of a pair without one.
     pub screened: u64,
 }
 
 impl Ablation {
-    /// Adjusts for the number of comparisons, says what each check is worth, and leaves out where nothing differs.
+    /// Adjusts for the number of comparisons, rates each check, and leaves out pairs without a difference.
     pub fn new(compared: Compared, mut checks: Vec<CheckRow>, overlaps: Vec<Overlap>) -> Self {
         let mut pairs: Vec<&mut Paired> =
             checks.iter_mut().flat_map(|check| check.attacks.iter_mut().map(|attack| &mut attack.paired)).collect();
@@ -197,7 +197,7 @@ impl Ablation {
 }
 
 impl CheckRow {
-    /// A check and every attack without it; [`Ablation::new`] says what it is worth.
+    /// A check and every attack without it; [`Ablation::new`] rates it.
     pub fn new(check: String, attacks: Vec<AttackRow>, quiet: Option<Quiet>) -> Self {
         Self { check, worth: Worth::None, noticed: false, attacks, unchanged: 0, unchanged_upper_95: 1.0, quiet }
     }
@@ -265,7 +265,7 @@ fn row(check: &CheckRow) -> Vec<String> {
     ]
 }
 
-/// Whether the attack gets further without the check.
+/// True if the attack gets further without the check.
 fn gained(attack: &&AttackRow) -> bool {
     attack.gain.any()
 }
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn a_check_is_worth_something_alone_in_a_pair_or_not_at_all() {
+    fn check_benefit_is_alone_paired_or_none() {
         let compared = Compared { seed: 1, build: String::new(), attacks: 1, trials: 20, screened: 3 };
         let row = |name: &str, through| CheckRow::new(name.to_owned(), vec![attack_row(through)], None);
         let overlap = Overlap {

@@ -1,9 +1,8 @@
-//! The object of `holdsafe campaign`: a row a variation, counts, exact bounds, latencies and what became of the
-//! claim.
+//! The object of `holdsafe campaign`: a row a variation, counts, exact bounds, latencies and the verdict on the claim.
 //!
 //! A bound or a claim is given of a complete campaign only. In a sequential one the bounds are those that hold at every look;
-//! intervals for a fixed number of trials would say too much there and are left out. Variations share their seeds, so
-//! they are not independent and n is never added over them.
+//! intervals for a fixed number of trials would be too narrow there and are left out. Variations share their seeds, so they
+//! are not independent and n is never added over them.
 
 mod table;
 
@@ -26,9 +25,9 @@ pub use table::campaign_table;
 pub struct CampaignObject {
     /// Version of this object.
     pub schema_version: u32,
-    /// SHA-256 over the plan and, by variation and seed, what each trial drew and came to.
+    /// SHA-256 over the plan and, by variation and seed, each trial's draws and outcome.
     pub hash: String,
-    /// Whether every trial that belongs to it is in it.
+    /// True if every trial that belongs to it is in it.
     pub complete: bool,
     /// Trials in it.
     pub trials: u64,
@@ -36,16 +35,16 @@ pub struct CampaignObject {
     pub planned: u64,
     /// SHA-256 over the plan.
     pub plan: String,
-    /// What all trials share.
+    /// Terms shared by all trials.
     pub terms: Terms,
-    /// Variations by what became of the claim; nothing without a claim or where trials are missing.
+    /// Variations by verdict on the claim; `None` without a claim or where trials are missing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claim: Option<Claims>,
     /// A row a variation.
     pub rows: Vec<CampaignRow>,
 }
 
-/// What became of a claim over all variations.
+/// Verdicts on a claim over all variations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Claims {
     /// Variations for which it is shown.
@@ -54,7 +53,7 @@ pub struct Claims {
     pub refuted: usize,
     /// For which neither can be said.
     pub open: usize,
-    /// Whether it is shown for all of them together (Bonferroni).
+    /// True if it is shown for all of them together (Bonferroni).
     pub shown_together: bool,
 }
 
@@ -67,15 +66,15 @@ pub struct CampaignRow {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
-    /// What the grid sets.
+    /// Settings of the grid.
     pub set: scenario::Settings,
     /// Policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
@@ -83,7 +82,7 @@ pub struct CampaignRow {
     pub n: u64,
     /// Trials that belong to it.
     pub planned: u64,
-    /// How often each class came out.
+    /// Count of each class.
     pub outcomes: BTreeMap<Outcome, u64>,
     /// Trials outside the expected classes.
     pub unexpected: u64,
@@ -93,7 +92,7 @@ pub struct CampaignRow {
     /// Bounds for a fixed number of trials.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds: Option<RateBounds>,
-    /// What became of the claim.
+    /// Verdict on the claim.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claim: Option<ClaimRow>,
     /// Latencies.
@@ -123,7 +122,7 @@ pub struct RateBounds {
     pub unsafe_upper_95_simultaneous: f64,
 }
 
-/// What became of the claim in one variation.
+/// Verdict on the claim in one variation.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ClaimRow {
     /// Trials of the classes that it names.
@@ -207,7 +206,7 @@ impl Fold {
 }
 
 impl CampaignObject {
-    /// Puts the rows together, and where nothing is missing says what they show.
+    /// Joins the rows, and for a complete campaign draws the conclusion.
     pub fn new(plan: &Plan, hash: String, rows: Vec<(CampaignRow, Tally)>) -> Self {
         let (trials, planned): (u64, u64) =
             (rows.iter().map(|(r, _)| r.n).sum(), rows.iter().map(|(r, _)| r.planned).sum());
@@ -295,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_claim_is_shown_alone_and_not_together_by_as_many_trials_as_it_takes_alone() {
+    fn single_claim_needs_fewer_trials_than_joint() {
         let object = campaign(&claiming("unsafe<1%@95", false), 299, |_| Outcome::HoldSafe);
         let claims = Claims { shown: 2, refuted: 0, open: 0, shown_together: false };
         assert_eq!((object.complete, object.claim), (true, Some(claims)));
@@ -305,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn with_a_trial_missing_nothing_is_bounded_and_nothing_claimed() {
+    fn incomplete_campaign_has_neither_bound_nor_claim() {
         let object = campaign(&claiming("unsafe<1%@95", false), 298, |_| Outcome::HoldSafe);
         assert_eq!((object.complete, object.claim, object.trials, object.planned), (false, None, 596, 598));
         assert!(object.rows.iter().all(|row| row.bounds.is_none() && row.claim.is_none()));
@@ -313,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_trial_is_counted_and_keeps_the_claim_from_being_shown() {
+    fn invalid_trial_is_counted_and_blocks_the_claim() {
         let outcome = |i| if i == 0 { Outcome::Invalid } else { Outcome::HoldSafe };
         let object = campaign(&claiming("unsafe<1%@95", false), 299, outcome);
         assert_eq!(object.claim.map(|claims| (claims.shown, claims.open)), Some((0, 2)));
@@ -323,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn bounds_for_a_fixed_number_are_left_out_where_the_number_depended_on_what_was_seen() {
+    fn fixed_bounds_are_omitted_for_adaptive_numbers() {
         let object = campaign(&claiming("unsafe<5%@95", true), 299, |_| Outcome::HoldSafe);
         assert!(object.rows[0].bounds.is_none());
         let claim = object.rows[0].claim.unwrap();
@@ -332,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn the_object_has_the_keys_that_docs_campaigns_names() {
+    fn campaign_object_has_the_documented_keys() {
         let object =
             campaign(
                 &claiming("unsafe<1%@95", false),

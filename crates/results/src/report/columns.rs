@@ -20,7 +20,7 @@ use crate::campaign::{Plan, PlanVariation};
 
 /// Rows of a row group.
 const GROUP: usize = 32_768;
-/// Who wrote it; without a version, so that the bytes depend on the trials alone.
+/// Name of the writer; without a version, so that the bytes depend on the trials alone.
 const CREATED_BY: &str = "holdsafe";
 
 /// The table cannot be written.
@@ -36,7 +36,7 @@ pub struct TrialTable<'p, W: Write + Send> {
     writer: SerializedFileWriter<W>,
 }
 
-/// One trial with what the plan says of it.
+/// One trial with its part of the plan.
 struct Record<'p> {
     number: usize,
     variation: &'p PlanVariation,
@@ -51,7 +51,7 @@ struct Column {
     read: Read,
 }
 
-/// How a column's value is read off a trial; nothing where it has none.
+/// Getter of a column's value from a trial; `None` where it has none.
 enum Read {
     Whole(fn(&Record<'_>) -> Option<u64>),
     Number(fn(&Record<'_>) -> Option<f64>),
@@ -64,10 +64,11 @@ enum Read {
 }
 
 impl<'p, W: Write + Send> TrialTable<'p, W> {
-    /// Into `to`.
+    /// Writes into `to`.
     ///
     /// # Errors
-    /// What the writer says.
+    ///
+    /// The writer's error.
     pub fn new(to: W, plan: &'p Plan) -> Result<Self, TableError> {
         let columns = columns(plan);
         let fields = columns.iter().map(|column| column.field().map(Arc::new)).collect::<Result<_, _>>()?;
@@ -83,7 +84,8 @@ impl<'p, W: Write + Send> TrialTable<'p, W> {
     /// Adds trial `i` of variation `v`; in order.
     ///
     /// # Errors
-    /// What the writer says.
+    ///
+    /// The writer's error.
     pub fn put(&mut self, v: usize, i: u64, row: Row) -> Result<(), TableError> {
         let Some(variation) = self.plan.variations.get(v) else { return Ok(()) };
         let drawn = self.plan.drawn(v, i);
@@ -93,10 +95,11 @@ impl<'p, W: Write + Send> TrialTable<'p, W> {
         if self.waiting.len() < GROUP { Ok(()) } else { self.flush() }
     }
 
-    /// Writes what waits, and the end.
+    /// Writes buffered rows, and the end.
     ///
     /// # Errors
-    /// What the writer says.
+    ///
+    /// The writer's error.
     pub fn finish(mut self) -> Result<(), TableError> {
         self.flush()?;
         self.writer.close()?;
@@ -253,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn every_trial_is_a_row_with_what_was_set_and_drawn() {
+    fn every_trial_is_a_row_with_its_settings() {
         let mut plan = plan(3);
         plan.terms.draws.insert("loss.0.direction".into(), Distribution::Choice(vec!["up".into(), 7.into()]));
         let bytes = written(&plan, 3);
@@ -273,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_trials_are_the_same_bytes_over_more_than_one_row_group() {
+    fn rows_repeat_bytewise_over_row_groups() {
         let plan = plan(GROUP as u64);
         let bytes = written(&plan, 20_000);
         assert_eq!(bytes, written(&plan, 20_000));

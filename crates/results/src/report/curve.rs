@@ -21,7 +21,7 @@ pub struct CurveObject {
     pub schema_version: u32,
     /// Name of the scenario.
     pub scenario: String,
-    /// What the curve shows.
+    /// Title.
     pub title: String,
     /// Path of the value in the scenario.
     pub set: String,
@@ -29,7 +29,7 @@ pub struct CurveObject {
     pub unit: String,
     /// The base seed; trial i of every point has seed + i.
     pub seed: u64,
-    /// Why a line is an ablation, where one is.
+    /// Reasons for which a line is an ablation, where one is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub watermarks: Vec<String>,
     /// The detector that took the shipped one's place, by its SHA-256.
@@ -49,7 +49,7 @@ pub struct CurveLine {
     pub policy: String,
     /// Its points, in order of their values.
     pub points: Vec<CurvePoint>,
-    /// What is read off it.
+    /// Values read off it.
     pub reading: Reading,
 }
 
@@ -66,7 +66,8 @@ pub struct CurvePoint {
     pub outcomes: BTreeMap<Outcome, Share>,
     /// Latencies from the first receipt.
     pub latency_ms: LatencySummary,
-    /// Of what an admitted teammate said in bad faith, what the gateway accepted; records of one trial hang together.
+    /// Share of an admitted teammate's false claims that the gateway accepted; records of one trial are not
+    /// independent.
     pub claims_accepted: Share,
     /// The most that such claims led from the truth before a reaction, in metres.
     pub believed_m: Sample,
@@ -80,7 +81,7 @@ pub struct CurvePoint {
     pub distinct_decisions: usize,
 }
 
-/// What is read off a line.
+/// Values read off a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Reading {
     /// The smallest value at which every trial was noticed and none was harmed.
@@ -171,7 +172,7 @@ impl Reading {
     }
 }
 
-/// The curve for a terminal: a table a line, and what is read off it.
+/// The curve for a terminal: a table a line, and the values read off it.
 pub fn curve_table(curve: &CurveObject) -> String {
     let mut text: String = curve.watermarks.iter().map(|mark| format!("{mark}\n")).collect();
     let (title, set, unit) = (&curve.title, &curve.set, &curve.unit);
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_value_detected_before_harm_is_read_off() {
+    fn smallest_value_detected_before_harm_is_found() {
         let points = vec![point(0.1, 0, 0), point(0.2, 7, 3), point(0.4, 10, 0), point(0.8, 9, 0), point(1.6, 10, 0)];
         let line = CurveLine::new(None, "default", points);
         let reading = line.reading;

@@ -11,10 +11,10 @@ use serde::Serialize;
 pub struct ExplainObject {
     schema_version: u32,
     run: String,
-    /// What does not hold of the log that they were made from, if anything.
+    /// Fault of the log that they were made from, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     flaw: Option<String>,
-    /// What is not told of the run and was taken to be so, if anything.
+    /// Assumption about the run where the recording lacks the value, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     assumed: Option<&'static str>,
     explanations: Vec<Explanation>,
@@ -86,7 +86,7 @@ pub fn diagram(explanation: &Explanation) -> String {
     text
 }
 
-/// What keeps it out of a mode.
+/// Conditions that keep it out of a mode.
 pub fn kept_out(why: &WhyNot) -> String {
     let (at, mode, since) = (ms(why.at_us), why.mode.name(), ms(why.since_us));
     let mut text = format!("at {at} ms it is {mode}, since {since} ms\n");
@@ -119,7 +119,7 @@ pub fn stage_name(stage: Stage) -> &'static str {
     }
 }
 
-/// Words that a diagram cannot take for its own: what was refused is quoted, and may come from outside.
+/// Words without diagram syntax: refused values are quoted, and may come from outside.
 fn plain(text: &str) -> String {
     text.chars().map(|c| if c.is_alphanumeric() || " ,.:;_-+/()".contains(c) { c } else { ' ' }).collect()
 }
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_quoted_refusal_cannot_end_a_label_of_the_diagram() {
+    fn quoted_refusal_cannot_end_a_diagram_label() {
         assert_eq!(plain("a\"] --> evil[\"<b>"), "a   --  evil   b ");
     }
 }

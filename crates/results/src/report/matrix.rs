@@ -30,9 +30,9 @@ pub struct Matrix {
     pub build: String,
     /// One row a threat, in the catalogue's order.
     pub rows: Vec<MatrixRow>,
-    /// How many bounds hold together.
+    /// Number of bounds that hold together.
     pub bounds: usize,
-    /// Whether every trial of every run lies within its expected classes.
+    /// True if every trial of every run lies within its expected classes.
     pub as_expected: bool,
 }
 
@@ -41,9 +41,9 @@ pub struct Matrix {
 pub struct MatrixRow {
     /// Its id.
     pub id: String,
-    /// What is done.
+    /// The threat.
     pub threat: String,
-    /// What it puts to the test.
+    /// The requirement under test.
     pub requirement: Requirement,
     /// The boundary that is attacked.
     pub interface: String,
@@ -51,13 +51,13 @@ pub struct MatrixRow {
     pub stride: String,
     /// ATT&CK and ATLAS.
     pub techniques: Vec<String>,
-    /// What must come of it.
+    /// Required containment.
     pub containment: String,
     /// Tests named after it.
     pub tests: Vec<String>,
     /// Commands of holdsafe that run it beside its scenarios.
     pub commands: Vec<String>,
-    /// What it lacks, and why.
+    /// The open gap, and its reason.
     pub open: Option<String>,
     /// Outcomes by kind of evidence.
     pub kinds: Vec<Kind>,
@@ -74,11 +74,11 @@ pub struct MatrixRun {
     pub cell: Option<String>,
     /// Policy.
     pub policy: String,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     pub watermark: Option<String>,
-    /// Where its evidence comes from.
+    /// Origin of its evidence.
     pub evidence: Evidence,
-    /// Whether the scenario's mechanism really runs there.
+    /// True if the scenario's mechanism really runs there.
     pub counts: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
@@ -90,14 +90,14 @@ pub struct MatrixRun {
     latencies: Vec<[Option<f64>; 3]>,
 }
 
-/// All runs of a row whose n may be added.
+/// All runs of a row with one kind of evidence: their n may be added.
 #[derive(Clone, Debug, Serialize)]
 pub struct Kind {
-    /// Where the evidence comes from.
+    /// Origin of the evidence.
     pub evidence: Evidence,
-    /// Whether the mechanism really runs there; where not, n is no evidence of it.
+    /// True if the mechanism really runs there; where not, n is no evidence of it.
     pub counts: bool,
-    /// Whether a policy waived something.
+    /// True if a policy waived something.
     pub ablation: bool,
     /// Trials.
     pub n: u64,
@@ -222,7 +222,7 @@ impl Matrix {
     }
 }
 
-/// How many trials of a run were unsafe, how many INVALID, and how many there were.
+/// Numbers of a run's unsafe and INVALID trials, and of all.
 fn each(summary: &Summary) -> [u64; 3] {
     let count = |class| summary.outcomes.get(&class).copied().unwrap_or(0);
     [count(Outcome::Unsafe), count(Outcome::Invalid), summary.outcomes.values().sum()]
@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn n_is_added_up_within_a_kind_and_never_across() {
+    fn counts_add_up_within_a_kind_only() {
         let runs = vec![
             run("replay", Mode::Twin, false, 59),
             run("replay", Mode::Twin, false, 40),
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_cell_is_not_averaged_away_by_good_ones() {
+    fn bad_cell_is_not_averaged_away() {
         let (good, mut bad) = (run("replay", Mode::Twin, false, 299), run("replay", Mode::Twin, false, 299));
         bad.summary.outcomes = [(Outcome::Rejected, 290), (Outcome::Unsafe, 9)].into();
         let alone = matrix(vec![bad.clone()]).rows[0].kinds[0].unsafe_upper_95;
@@ -335,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn n_in_the_model_is_no_evidence_of_a_row_that_asks_for_the_real_mechanism() {
+    fn model_trials_are_no_real_mechanism_evidence() {
         let catalogue = Catalogue::load().expect("the catalogue");
         let of = |id: &str| {
             let row = MatrixRow::new(catalogue.row(id).expect("a row"), vec![run("replay", Mode::Twin, false, 5)]);
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outcome_outside_the_expected_classes_is_counted_and_shown() {
+    fn unexpected_outcome_is_counted_and_shown() {
         let matrix = matrix(vec![run("loss", Mode::Twin, false, 3)]);
         assert!(!matrix.as_expected);
         let table = matrix_table(&matrix);
@@ -355,7 +355,7 @@ mod tests {
     }
 
     #[test]
-    fn the_object_has_a_row_for_each_threat_with_its_id() {
+    fn object_has_a_row_for_each_threat() {
         let object = serde_json::to_value(matrix(Vec::new())).expect("an object");
         assert_eq!((&object["schema_version"], &object["rows"][0]["id"]), (&1.into(), &"A01".into()));
         assert!(object["rows"][0]["kinds"].as_array().is_some_and(Vec::is_empty));

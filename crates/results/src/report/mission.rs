@@ -1,4 +1,4 @@
-//! How far the missions of a run came, folded over its trials and in words.
+//! Progress of the missions of a run, folded over its trials and in words.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +46,7 @@ impl MissionSummary {
         }
     }
 
-    /// In lines below a table; nothing of a run without a platform.
+    /// As lines below a table; none for a run without a platform.
     pub(super) fn lines(&self) -> String {
         if self.n == 0 {
             return String::new();
@@ -82,7 +82,7 @@ mod tests {
     use evidence::trial::Outcome;
 
     #[test]
-    fn a_step_that_was_never_carried_out_is_told_once_with_its_count() {
+    fn missed_step_is_reported_once_with_count() {
         let arm = |why: &str| Carried { verb: Verb::Arm, due_ms: 2500.0, done_ms: None, why: Some(why.to_owned()) };
         let of = |seed, why| Trial {
             mission: Some(Mission { steps: vec![arm(why)], driven_m: 4.0, ..Mission::default() }),

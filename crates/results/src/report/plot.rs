@@ -66,7 +66,7 @@ impl Frame {
     }
 }
 
-/// Where rising values stand between the first and the last.
+/// Position of rising values between the first and the last.
 fn along(values: &[f64]) -> Vec<f64> {
     let (Some(first), Some(last)) = (values.first(), values.last()) else { return Vec::new() };
     let step = values.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
@@ -157,14 +157,14 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_range_is_drawn_in_equal_steps_and_a_narrow_one_to_scale() {
+    fn wide_range_has_equal_steps() {
         assert_eq!(along(&[0.0, 1.0, 4.0]), [0.0, 0.25, 1.0]);
         assert_eq!(along(&[0.1, 1.0, 100.0]), [0.0, 0.5, 1.0]);
         assert_eq!((along(&[3.0]), along(&[])), (vec![0.0], vec![]));
     }
 
     #[test]
-    fn every_line_has_a_panel_with_every_point_inside_it() {
+    fn every_line_has_a_panel_containing_its_points() {
         let line = |cell: &str| CurveLine::new(Some(cell.to_owned()), "default", vec![point(0.1, 0), point(10.0, 10)]);
         let curve = CurveObject {
             schema_version: 1,

@@ -1,4 +1,4 @@
-//! What a rare event was estimated at, as an object and as a table; and what plain Monte Carlo would have taken for it.
+//! Estimate of a rare event, as an object and as a table; and the cost of plain Monte Carlo for it.
 
 use evidence::SCHEMA_VERSION;
 use scenario::Settings;
@@ -12,12 +12,12 @@ use crate::report::new_table;
 /// The normal deviate of a two-sided 95 % interval.
 const Z: f64 = 1.959_964;
 
-/// What was asked, as the user put it.
+/// The question, as the user put it.
 #[derive(Clone, Debug)]
 pub struct Asked<'a> {
     /// The question.
     pub question: &'a Question,
-    /// What was set in its scenario.
+    /// Settings of its scenario.
     pub set: Settings,
     /// The levels as they were given.
     pub levels: &'a [f64],
@@ -28,15 +28,15 @@ pub struct Asked<'a> {
 pub struct RareObject {
     /// Version of this object.
     pub schema_version: u32,
-    /// What ran.
+    /// The scenario.
     pub scenario: String,
-    /// What was set in it.
+    /// Its settings.
     pub set: Settings,
     /// Under which policy.
     pub policy: String,
-    /// What every artefact of an ablation says.
+    /// Watermark of every artefact of an ablation.
     pub watermark: Option<String>,
-    /// What was asked for.
+    /// The event.
     pub event: Event,
     /// Levels, as they were given.
     pub levels: Vec<f64>,
@@ -52,12 +52,12 @@ pub struct RareObject {
     pub estimates: Vec<f64>,
     /// Their mean: the probability that a run comes to the event.
     pub estimate: f64,
-    /// Two-sided 95 % interval; exact (Clopper-Pearson) where there is one stage, else by `stats::mean`. Nothing where no
-    /// repetition came to the event.
+    /// Two-sided 95 % interval; exact (Clopper-Pearson) where there is one stage, else by `stats::mean`. `None` if no
+    /// repetition reached the event.
     pub interval_95: Option<[f64; 2]>,
     /// Length of a trial, simulated seconds.
     pub duration_s: f64,
-    /// What was simulated, seconds.
+    /// Simulated time, seconds.
     pub sim_seconds: f64,
     /// CPU time of it, seconds.
     pub cpu_seconds: f64,
@@ -68,17 +68,17 @@ pub struct RareObject {
 /// One stage in all repetitions.
 #[derive(Clone, Debug, Serialize)]
 pub struct StageRow {
-    /// The level it was to reach; nothing where that is the event without a number.
+    /// Target level; `None` where that is the event without a number.
     pub to: Option<f64>,
     /// Trials.
     pub tried: u64,
     /// Those that got there.
     pub reached: u64,
-    /// What was simulated, seconds.
+    /// Simulated time, seconds.
     pub sim_seconds: f64,
 }
 
-/// What plain Monte Carlo would take for an interval as wide.
+/// Cost of plain Monte Carlo for an interval as wide.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Plain {
     /// Trials.
@@ -90,7 +90,7 @@ pub struct Plain {
 }
 
 impl RareObject {
-    /// Of what came of `plan`.
+    /// The result of `plan`.
     pub fn new(asked: Asked<'_>, plan: &Plan, repetitions: &[Repetition]) -> Self {
         let Question { scenario, setup, event } = asked.question;
         let rows: Vec<(Option<f64>, Stage)> = (0..plan.levels.len())
@@ -131,7 +131,7 @@ impl RareObject {
         }
     }
 
-    /// Whether any trial came to the event.
+    /// True if any trial came to the event.
     pub fn seen(&self) -> bool {
         self.estimate > 0.0
     }

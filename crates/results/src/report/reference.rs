@@ -9,18 +9,18 @@ use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 use super::run::{LatencySummary, RunObject, Summary};
 use crate::mode::Mode;
 
-/// What the paper reports, five runs a row, on other hardware and another topology.
+/// The paper's figures, five runs a row, on other hardware and another topology.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PaperRow {
     /// Our scenario.
     pub scenario: &'static str,
-    /// What was lost.
+    /// The lost part.
     pub loss: &'static str,
     /// Runs.
     pub n: u32,
     /// Mean time to degraded.
     pub mean_ms: f64,
-    /// What is said of the 95th percentile.
+    /// Stated bound of the 95th percentile.
     pub p95_below_ms: f64,
 }
 
@@ -41,7 +41,7 @@ pub struct Reference {
     pub rows: Vec<ReferenceRow>,
     /// Live latencies beside the paper's.
     pub live_latency_ms: Vec<LiveLatency>,
-    /// Whether every trial of every row lies within its expected classes.
+    /// True if every trial of every row lies within its expected classes.
     pub as_expected: bool,
 }
 
@@ -52,9 +52,9 @@ pub struct ReferenceRow {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
-    /// Where the evidence of this row comes from.
+    /// Origin of this row's evidence.
     pub evidence: Evidence,
-    /// Whether that is where the scenario's mechanism runs; where not, its n is no evidence of the mechanism.
+    /// True if that is where the scenario's mechanism runs; where not, its n is no evidence of the mechanism.
     pub counts: bool,
     /// Twin or live.
     pub mode: Mode,

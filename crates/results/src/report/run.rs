@@ -21,18 +21,18 @@ pub struct RunObject {
     pub mode: Mode,
     /// The base seed; trial i has seed + i.
     pub seed: u64,
-    /// Why this is an ablation, where it is one.
+    /// Reason for which this is an ablation, where it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub watermark: Option<String>,
     /// SHA-256 of the detector in place of the shipped one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detector: Option<String>,
-    /// The classes that were expected; nothing where the cells have their own.
+    /// The expected classes; empty where the cells have their own.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub expected: Vec<Outcome>,
     /// Every trial, in order of cell and seed.
     pub trials: Vec<Trial>,
-    /// How far their missions came.
+    /// Progress of their missions.
     pub mission: MissionSummary,
     /// All trials together.
     pub summary: Summary,
@@ -46,7 +46,7 @@ pub struct RunObject {
 pub struct Summary {
     /// Trials.
     pub n: usize,
-    /// How often each class came out; classes that did not are left out.
+    /// Count of each class; classes without trials are left out.
     pub outcomes: BTreeMap<Outcome, u64>,
     /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
     pub unsafe_upper_95: f64,
@@ -74,14 +74,14 @@ pub struct Summary {
 /// Attempts that are no trials: the host overslept, which alone made them INVALID, and they were repeated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HostSpoilt {
-    /// How many.
+    /// Count.
     pub n: u64,
     /// Of which trials, by seed and in order.
     pub seeds: Vec<u64>,
 }
 
 impl HostSpoilt {
-    /// Of `trials`; `None` where nothing was repeated.
+    /// Of `trials`; `None` without repetitions.
     fn of(trials: &[&Trial]) -> Option<Self> {
         let spoilt: Vec<&&Trial> = trials.iter().filter(|trial| !trial.host_spoilt_ms.is_empty()).collect();
         let n = spoilt.iter().map(|trial| trial.host_spoilt_ms.len() as u64).sum();
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn an_attempt_that_the_host_spoilt_is_counted_and_never_silent() {
+    fn spoilt_attempt_is_counted_and_reported() {
         let mut repeated = Trial::example(7, Outcome::HoldSafe);
         repeated.host_spoilt_ms = vec![312.0, 140.0];
         let trials = vec![Trial::example(6, Outcome::HoldSafe), repeated];
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn datagrams_of_outsiders_are_told_with_the_place_they_came_to() {
+    fn outsider_datagrams_are_reported_with_their_place() {
         let mut met = Trial::example(7, Outcome::Nominal);
         met.outsiders = BTreeMap::from([("relay-telemetry".to_owned(), 12)]);
         let text = super::super::run_table(&RunObject::new("nominal", Mode::Live, 7, vec![met], &[]));

@@ -1,4 +1,4 @@
-//! What a search found, as an object and as a table. A finding was judged by the oracle; nothing here judges.
+//! Findings of a search, as an object and as a table. The oracle judged each finding; no code here judges.
 
 use std::collections::BTreeMap;
 
@@ -15,13 +15,13 @@ use crate::report::new_table;
 pub struct SearchObject {
     /// Version of this object.
     pub schema_version: u32,
-    /// What went on meanwhile.
+    /// The scenario.
     pub scenario: String,
     /// Under which policy.
     pub policy: String,
-    /// What every artefact of an ablation says.
+    /// Watermark of every artefact of an ablation.
     pub watermark: Option<String>,
-    /// What could be done.
+    /// The attack space.
     pub alphabet: String,
     /// Seed of each trial.
     pub seed: u64,
@@ -69,13 +69,13 @@ pub struct FindingRow {
 /// A finding run live, away from its edge.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Confirmed {
-    /// What was run; nothing where what is found is too thin to be away from its edge.
+    /// The attack sequence; `None` where the region of the finding is too thin to be away from its edge.
     pub word: Option<String>,
-    /// Runs whose evidence holds.
+    /// Runs with sound evidence.
     pub valid: u64,
     /// Runs that ended in a class that was looked for.
     pub found: u64,
-    /// How often which class.
+    /// Count of each class.
     pub outcomes: BTreeMap<&'static str, u64>,
 }
 
@@ -179,7 +179,7 @@ pub fn search_table(object: &SearchObject) -> String {
     text + "Edges are the twin's: live they lie within its jitter of these.\n"
 }
 
-/// How near words came that broke nothing: what somebody who found nothing wants to know next.
+/// Nearest approaches of sequences that broke no property: the next question after a search without findings.
 fn nearest_told(hunt: &HuntRow) -> String {
     let mut table = new_table(&["limit", "came to", "with the word"]);
     for row in &hunt.nearest {

@@ -1,4 +1,4 @@
-//! Tables for a person at a terminal. Numbers only: what is good or bad was decided by the oracle.
+//! Tables for a person at a terminal. Numbers only: the oracle judged them.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use stats::Sample;
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
 
-/// What the columns of a table of trials mean.
+/// Legend of the columns of a table of trials.
 const LEGEND: &str = "\
 ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59), from the injection's receipt.
 unsafe below: exact one-sided 95 % bound. refused: records, by reason.";
@@ -104,7 +104,7 @@ pub(super) fn host_line<'a>(of: impl IntoIterator<Item = (&'a str, &'a Summary)>
     format!("repeated because the host overslept: {n} {attempts} ({})\n", whose.join("; "))
 }
 
-/// What became of the planned injections, where of one it was not that it was noticed.
+/// Fate of the planned injections, where one was not noticed.
 fn fates(run: &RunObject) -> String {
     let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
     for injection in run.trials.iter().flat_map(|t| &t.injections) {
@@ -118,7 +118,7 @@ fn fates(run: &RunObject) -> String {
     format!("injections: {}\n", told.join(", "))
 }
 
-/// What kept an injection from arriving, without the marks of JSON.
+/// Obstacle of an injection, without the marks of JSON.
 fn plain(by: &serde_json::Value) -> String {
     by.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
 }
@@ -153,7 +153,7 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
     )
 }
 
-/// Columns of text that a table takes at most: what a page, a mail and half a screen have room for.
+/// Columns of text that a table takes at most: the room of a page, a mail and half a screen.
 pub(crate) const WIDTH: u16 = 100;
 
 /// An empty table as all of them look.
@@ -200,7 +200,7 @@ mod tests {
     use crate::mode::Mode;
 
     #[test]
-    fn a_table_fits_its_width_and_says_what_its_columns_mean() {
+    fn table_fits_its_width_and_has_a_legend() {
         let mut trials: Vec<_> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
             trials[0].dropped.insert(reason.to_owned(), 100_000);

@@ -1,11 +1,11 @@
-//! Multilevel splitting with fixed effort, over anything that can be copied and goes on from the copy by other chances.
+//! Multilevel splitting with fixed effort, over any process that can be copied and continues from the copy by other random
+//! draws.
 //!
-//! To come to the last level a run has to pass the others. Each stage tries as many times as every other to get from one
-//! level to the next, from states in which the level was first reached, drawn evenly; the product of the shares that got there
-//! is the estimate. It is unbiased for any fixed levels and any effort (the argument is that of Amrein and Künsch 2011; fixed
-//! effort is Garvels 2000), so the mean of independent repetitions is, too. Levels that are placed by what was seen on the way
-//! (Cérou and Guyader 2007) are not offered: where the level jumps, as a lease's age does with each loss, they mislead
-//! (Walter 2015).
+//! To come to the last level a run has to pass the others. Each stage tries as many times as every other to get from one level
+//! to the next, from states in which the level was first reached, drawn evenly; the product of the shares that got there is the
+//! estimate. It is unbiased for any fixed levels and any effort (the argument is that of Amrein and Künsch 2011; fixed effort is
+//! Garvels 2000), so the mean of independent repetitions is, too. Levels placed adaptively (Cérou and Guyader 2007) are not
+//! offered: where the level jumps, as a lease's age does with each loss, they mislead (Walter 2015).
 //!
 //! - M. J. J. Garvels, The splitting method in rare event simulation, thesis, University of Twente, 2000.
 //! - F. Cérou, A. Guyader, Adaptive multilevel splitting for rare event analysis, Stochastic Analysis and Applications 25, 2007.
@@ -13,7 +13,7 @@
 //!   Transactions on Modeling and Computer Simulation 21, 2011.
 //! - C. Walter, Rare event simulation and splitting for discontinuous random variables, arXiv:1507.00919, 2015.
 //!
-//! All chance comes from (seed, repetition, stage, number of the trial), so threads change nothing.
+//! All chance comes from (seed, repetition, stage, number of the trial), so threads have no effect.
 
 use link::clock::thread_cpu_us;
 use rand_chacha::ChaCha8Rng;
@@ -21,13 +21,13 @@ use rand_core::{RngCore, SeedableRng};
 
 /// Most stages.
 pub const MAX_LEVELS: usize = 64;
-/// States kept of a stage for the next to begin from, at most. They are those of the first trials that got there: which those
-/// are has nothing to do with the states, so the estimate stays unbiased, and memory is bounded.
+/// States kept of a stage for the next to begin from, at most. They are those of the first trials that got there: their
+/// selection is independent of the states, so the estimate stays unbiased, and memory is bounded.
 const KEPT: usize = 256;
-/// Trials whose results are waited for together.
+/// Trials with results that are waited for together.
 const ROUND: usize = 128;
 
-/// Something that runs, and whose future depends on its state and on chance alone.
+/// A process with a future that depends on its state and on chance alone.
 pub trait Process: Send + Sync {
     /// Goes on until it is at `level` or beyond, which it may be already; false when it ended before.
     fn reach(&mut self, level: f64) -> bool;
@@ -36,11 +36,11 @@ pub trait Process: Send + Sync {
     #[must_use]
     fn branch(&self, seed: u64) -> Self;
 
-    /// How much it went on since it began or was branched off, in a unit of its own.
+    /// Progress since it began or was branched off, in a unit of its own.
     fn spent(&self) -> u64;
 }
 
-/// What is tried, how often.
+/// Levels, and number of trials.
 #[derive(Clone, Debug)]
 pub struct Plan {
     /// The level that each stage is to reach, rising; the last is the event.
@@ -53,20 +53,20 @@ pub struct Plan {
     pub seed: u64,
 }
 
-/// What came of one stage.
+/// Result of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stage {
     /// Trials.
     pub tried: u64,
     /// Those that got to the stage's level.
     pub reached: u64,
-    /// What they spent together.
+    /// Their total cost.
     pub spent: u64,
     /// CPU time, microseconds.
     pub cpu_us: u64,
 }
 
-/// All stages once; those behind one that nobody passed were not tried.
+/// All stages once; those behind one that no trial passed were not tried.
 #[derive(Clone, Debug)]
 pub struct Repetition {
     /// The stages that were tried.
@@ -80,10 +80,11 @@ impl Repetition {
     }
 }
 
-/// Carries out `plan` on what `begin` makes of seeds; `tried` is told of each trial.
+/// Carries out `plan` on the processes that `begin` makes of seeds; `tried` receives each trial.
 ///
 /// # Errors
-/// The first that `begin` or `tried` gives.
+///
+/// The first error of `begin` or `tried`.
 pub fn split<P: Process, E: Send>(
     plan: &Plan,
     threads: usize,
@@ -112,7 +113,7 @@ struct Climb<'a, P> {
     /// Repetition and stage.
     place: (u64, u64),
     level: f64,
-    /// Where its trials begin; empty in the first stage.
+    /// Start states of its trials; empty in the first stage.
     from: &'a [P],
 }
 
@@ -143,7 +144,7 @@ impl<P: Process> Climb<'_, P> {
         Ok((row, there))
     }
 
-    /// One trial: what it spent, its CPU time, and its state where it got there.
+    /// One trial: its cost, its CPU time, and its state where it reached the level.
     fn one<E>(&self, number: u64, begin: &impl Fn(u64) -> Result<P, E>) -> Result<(u64, u64, Option<P>), E> {
         let before = thread_cpu_us();
         let mut draw = self.draw(number);
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn the_exact_answer_is_what_can_be_counted_by_hand() {
+    fn exact_answer_matches_hand_counting() {
         // Two in a row among three: llx, xll, and lll is one of the first.
         assert!((exactly(0.5, 3, 2) - 3.0 / 8.0).abs() < 1e-15);
         assert!((exactly(0.1, 4, 4) - 1e-4).abs() < 1e-15);
@@ -246,7 +247,7 @@ mod tests {
 
     /// Seeds were fixed before the first run. 400 intervals of 10 repetitions of 100 trials a stage.
     #[test]
-    fn the_interval_covers_an_exactly_known_probability_as_often_as_it_says() {
+    fn interval_covers_a_known_probability_as_stated() {
         let levels: Vec<f64> = (1..=ROW).map(|row| row as f64).collect();
         let (exact, seeds) = (exactly(RATE, MESSAGES, ROW), 400);
         let means = means(&levels, 100, 0..seeds);
@@ -260,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_that_are_passed_in_one_leap_cost_nothing_and_bias_nothing() {
+    fn leaping_over_levels_is_free_and_unbiased() {
         let exact = exactly(RATE, MESSAGES, 3);
         let means = means(&[0.5, 0.9, 1.0, 1.5, 3.0], 100, 1_000..1_050);
         let all = Mean::of(&means.iter().map(|mean| mean.mean).collect::<Vec<_>>());
@@ -268,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_result_does_not_depend_on_threads_and_differs_by_seed() {
+    fn result_is_thread_independent_and_differs_by_seed() {
         let levels = [1.0, 3.0, 5.0];
         let rows = |seed, threads| -> Vec<(u64, u64, u64)> {
             let all = estimates(&plan(&levels, 300, seed), threads);
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn a_level_that_nobody_reaches_ends_the_repetition_with_an_estimate_of_zero() {
+    fn unreached_level_gives_an_estimate_of_zero() {
         let all = estimates(&plan(&[1.0, f64::INFINITY, f64::INFINITY], 20, 1), 1);
         assert!(all.iter().all(|one| one.stages.len() == 2 && one.estimate() == 0.0), "{all:?}");
     }

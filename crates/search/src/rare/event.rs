@@ -1,13 +1,13 @@
-//! What can be asked for, and how far a twin is on the way to it.
+//! Events that can be estimated, and a twin's progress to them.
 //!
-//! A level is looked at after each thing that happens in the twin. It only steers: any choice of levels gives the same
-//! probability, a bad one with more work or a wider interval.
+//! A level is read after each event in the twin. It only steers: any choice of levels gives the same probability, a bad
+//! one with more work or a wider interval.
 
 use serde::Serialize;
 use twin::Twin;
 use wire::mode::Mode;
 
-/// What a run may come to.
+/// An event that a run may reach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Event {
@@ -20,7 +20,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// What the levels count.
+    /// Quantity of the levels.
     pub fn counts(self) -> &'static str {
         match self {
             Event::HoldSafe | Event::Lease => "age of the lease, ms",
@@ -28,7 +28,7 @@ impl Event {
         }
     }
 
-    /// How far `twin` is.
+    /// Level of `twin`.
     pub fn level(self, twin: &Twin) -> f64 {
         match self {
             Event::HoldSafe => match twin.unit().map(|(unit, _)| unit.mode()) {
@@ -46,10 +46,11 @@ impl Event {
         }
     }
 
-    /// The levels of the stages, rising, the last of which is the event itself; from the numbers that the user gave.
+    /// The levels of the stages, rising, the last of which is the event itself; from the user's numbers.
     ///
     /// # Errors
-    /// What is wrong with the numbers.
+    ///
+    /// Fault of the numbers.
     pub fn ladder(self, given: &[f64]) -> Result<Vec<f64>, String> {
         let (levels, order): (Vec<f64>, _) = match self {
             Event::HoldSafe => (given.iter().copied().chain([f64::INFINITY]).collect(), "rise"),

@@ -1,11 +1,11 @@
-//! How likely a run is to come to what almost never happens: multilevel splitting over the twin.
+//! Probability of a rare event in a run: multilevel splitting over the twin.
 //!
-//! Terms: a *level* is how far a run is on its way to the event, a number that rises towards it; a *stage* tries to get from
-//! one level to the next, from snapshots taken where the one before first got there; a *repetition* is all stages once, and
-//! independent of every other. `event` is what can be asked for and how far a twin is from it, `estimate` the splitting over
-//! anything that can be copied, `stats::mean` what repetitions together say. Whether the event is bad is nobody's business here.
+//! Terms: a *level* is the progress of a run to the event, a number that rises towards it; a *stage* tries to get from one level
+//! to the next, from snapshots taken where the one before first got there; a *repetition* is all stages once, and independent of
+//! every other. `event` is the list of events and a twin's distance from each, `estimate` the splitting over any process that
+//! can be copied, `stats::mean` the joint result of repetitions. Judging the event is not this crate's business.
 //!
-//! Branches are what this rests on: `twin::Twin::branch`.
+//! The method rests on branches: `twin::Twin::branch`.
 
 mod estimate;
 mod event;
@@ -19,12 +19,12 @@ use twin::Twin;
 use twin::queue::Micros;
 use twin::trial::start;
 
-/// With what probability a run of this comes to that.
+/// The question: the probability that a run of this scenario reaches that event.
 #[derive(Clone, Debug)]
 pub struct Question {
     /// The scenario.
     pub scenario: Scenario,
-    /// With what it runs.
+    /// Its setup.
     pub setup: Setup,
     /// The event.
     pub event: Event,
@@ -59,7 +59,7 @@ struct Flight<'a> {
     asked: &'a Question,
     twin: Twin,
     end: Micros,
-    /// When it began or was branched off.
+    /// Its start, or the time it was branched off.
     since: Micros,
 }
 

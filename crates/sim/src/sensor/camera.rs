@@ -13,12 +13,12 @@ use crate::world::{Hit, View};
 /// Greatest depth along the optical axis, metres.
 pub const REACH: f32 = 80.0;
 
-/// What one pixel shows.
+/// Content of one pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Pixel {
     /// The surface, or `None` for sky.
     pub hit: Option<Hit>,
-    /// Where the ray ended, world frame; meaningless for sky.
+    /// End of the ray, world frame; meaningless for sky.
     pub point: Vector,
 }
 
@@ -82,7 +82,7 @@ pub fn project(camera: &Camera, state: &State, world: Vector) -> Option<([f32; 2
     Some(([column, row], body.x))
 }
 
-/// A box of image points cut to the image; `None` if nothing of it is left.
+/// A box of image points cut to the image; `None` if it lies outside.
 pub fn clip(camera: &Camera, low: [f32; 2], high: [f32; 2]) -> Option<PixelBox> {
     let cut = |v: f32, most: u16| v.clamp(0.0, f32::from(most)) as u16;
     let (x0, y0) = (cut(low[0], camera.width), cut(low[1], camera.height));

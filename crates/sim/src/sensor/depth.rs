@@ -8,7 +8,7 @@ use crate::weather::Weather;
 
 /// Greatest depth that gives a return, metres.
 pub const REACH: f32 = 60.0;
-/// Depth of what covers an occluded lens, millimetres.
+/// Depth of the cover of an occluded lens, millimetres.
 pub const COVER_MM: u16 = 150;
 /// Half width of the noise at 1 m, millimetres; the stereo term is this times the square of the metres, over 10.
 const NOISE_MM: f32 = 5.0;

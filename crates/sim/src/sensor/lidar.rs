@@ -14,7 +14,7 @@ use crate::world::View;
 
 /// Greatest range, metres.
 pub const REACH: f32 = 60.0;
-/// Range of what covers an occluded LiDAR, millimetres.
+/// Range of the cover of an occluded LiDAR, millimetres.
 pub const COVER_MM: u16 = 150;
 /// Half width of the noise, millimetres.
 const NOISE_MM: f32 = 30.0;
@@ -42,7 +42,7 @@ impl Lidar {
         Lidar { geometry, directions }
     }
 
-    /// How many beams there are.
+    /// Number of beams.
     pub fn beams(&self) -> usize {
         self.directions.len()
     }
@@ -75,7 +75,7 @@ impl Lidar {
     }
 }
 
-/// How far away the drop is that a beam returns from, metres.
+/// Distance of the drop that a beam returns from, metres.
 fn drop(weather: &Weather, noise: &mut Noise) -> Option<f32> {
     let chance = weather.drops();
     (chance > 0.0 && noise.chance(chance)).then(|| DROP_M.0 + (DROP_M.1 - DROP_M.0) * noise.uniform())

@@ -1,8 +1,8 @@
 //! Localisation and wheel odometry: two readings of the plant's motion with noise of their own.
 //!
 //! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time that
-//! does not is the harder lie. A dropped source gives nothing. Localisation states its usual deviation whatever a fault
-//! does to it, as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
+//! does not is the harder lie. A dropped source gives no reading. Localisation states its usual deviation under any fault,
+//! as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
 
 use wire::event::Sensor;
 use wire::sensor::{Fix, Odometry, Pose, ReceiverTime};

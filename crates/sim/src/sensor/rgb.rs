@@ -96,7 +96,7 @@ fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
     lit(paint, &hit, &world.scene().weather)
 }
 
-/// What is printed over a coat can be no brighter than white and no darker than black.
+/// A printed coat can be no brighter than white and no darker than black.
 fn printed(paint: [f32; 3], shift: [f32; 3]) -> [f32; 3] {
     core::array::from_fn(|c| (paint[c] + shift[c]).clamp(0.0, 255.0))
 }
@@ -112,8 +112,8 @@ fn lit(paint: [f32; 3], hit: &Hit, weather: &Weather) -> [f32; 3] {
     core::array::from_fn(|c| (paint[c] * light * through + SKY[c] * (1.0 - through)) * weather.brightness())
 }
 
-/// The field of its object's print that a pixel shows, and how much of a shift and of the heat of that field reach the cameras: none
-/// of what bears no print. Between black and white, where a print is not cut off, this is all that it does.
+/// The field of its object's print at a pixel, and the share of a shift and of the heat of that field that reaches the cameras: none
+/// of an unprinted surface. Between black and white, where a print is not cut off, this is its whole effect.
 pub(crate) fn skin(pixel: &Pixel, world: &World) -> Option<Skin> {
     let hit = pixel.hit?;
     let Surface::Object(object) = hit.surface else { return None };
@@ -131,7 +131,7 @@ fn shown(id: ObjectId, point: Vector, world: &World) -> (&Object, [f32; 3]) {
     (object, on_object(object, place, point))
 }
 
-/// Where on an object a point lies: along its length, width and height, each in about −1..1.
+/// Coordinates of a point on an object: along its length, width and height, each in about −1..1.
 pub(crate) fn on_object(object: &Object, place: &Placement, point: Vector) -> [f32; 3] {
     let (d, [cos, sin]) = (point - place.centre, place.facing);
     let [length, width, height] = object.size;

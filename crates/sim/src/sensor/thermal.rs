@@ -1,4 +1,4 @@
-//! The thermal camera: temperature of what a pixel shows, its contrast fading with distance.
+//! The thermal camera: temperature at a pixel, its contrast fading with distance.
 //!
 //! A vehicle is hottest at its engine (the front), a person at head and trunk; ground and air share one temperature.
 
@@ -15,7 +15,7 @@ use crate::terrain::smooth;
 use crate::weather::Weather;
 use crate::world::{Surface, World};
 
-/// How much colder than the ground the sky is, kelvin.
+/// Temperature of the sky below the ground's, kelvin.
 const SKY_BELOW: f32 = 30.0;
 /// Distance at which half of the contrast is left, metres.
 const HALF_CONTRAST: f32 = 120.0;
@@ -40,7 +40,7 @@ pub(crate) fn centikelvin(kelvin: f32) -> u16 {
     (kelvin * 100.0).clamp(0.0, 65_535.0) as u16
 }
 
-/// What is left of a temperature contrast after so many metres.
+/// Share of a temperature contrast left after so many metres.
 pub(crate) fn contrast(metres: f32) -> f32 {
     HALF_CONTRAST / (HALF_CONTRAST + metres)
 }

@@ -1,4 +1,4 @@
-//! What has to add up, and that a trial is the same however it is run.
+//! Accounts that have to add up; and a trial is the same in every way of running it.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! What the display shows of the unit under test, against what the unit was.
+//! The display of the unit under test, against the unit's true state.
 
 use wire::id::{Boot, NodeId, RecordId, Sequence};
 

@@ -1,15 +1,16 @@
-//! What those who hold credentials, or a place on the host, may not bring about, and what has to be noticed.
+//! Effects that holders of credentials, or of a place on the host, may not bring about, and attacks that have to be
+//! noticed.
 
 use wire::id::{Boot, NodeId, PeerId, RecordId, Sequence};
 
 use super::super::reference::{Change, drives, mode_at};
 use super::{Assertion, Facts, holding, none, same_modes, trial};
 
-/// What a teammate says that the boundary refuses: another's words, what is broken or no live product.
+/// A teammate's messages that the boundary refuses: another's records, broken ones, or no live product.
 const NOT_ITS_TO_SAY: [&str; 6] = ["forward", "relabel", "break", "flood", "synthetic", "played-back"];
-/// Of these what leaves its own reports as they are.
+/// Those of them that leave its own reports as they are.
 const BESIDE_ITS_OWN: [&str; 3] = ["forward", "break", "flood"];
-/// What perception's keys do not write, or what says of itself that it is no live product.
+/// Messages outside perception's keys, or marked as no live product.
 const NOT_PERCEPTIONS: [&str; 4] = ["echo-navigation", "elsewhere", "synthetic", "played-back"];
 /// The time in which the judge of teammates forgets a disagreement, seconds (*tau* in `docs/reference/bounds.md`).
 const FORGETS_S: f64 = 8.0;
@@ -66,8 +67,8 @@ pub(super) const ALL: &[Assertion] = &[
 ];
 
 /// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack by the
-/// time of a report: from then on the unit may not drive within *Th*. Only where nothing else is said that could hide it, and
-/// the unit was driving.
+/// time of a report: from then on the unit may not drive within *Th*. Only where no other claim could hide it, and the unit
+/// was driving.
 fn undisputed(facts: &Facts) -> Option<String> {
     let others = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
     let [lie] = others.collect::<Vec<_>>()[..] else { return None };

@@ -1,10 +1,10 @@
-//! What the loss of a part of the platform does, whatever speaks in its place.
+//! Effect of losing a part of the platform, whatever speaks in its place.
 
 use super::super::reference::mode_at;
 use super::supervision::goes_on;
 use super::{Assertion, Facts, change, holding, none, trial};
 
-/// Below this a unit stands, mm/s: what wheels and slope leave of it.
+/// Speed below which a unit stands, mm/s: the residue of wheels and slope.
 const STANDING: i32 = 50;
 
 pub(super) const ALL: &[Assertion] = &[
@@ -49,7 +49,7 @@ pub(super) const ALL: &[Assertion] = &[
     },
 ];
 
-/// Whether the unit is still in one of these modes so long after a process ended for good.
+/// Checks that the unit is still in one of these modes so long after a process ended for good.
 fn ended(facts: &Facts, end: &str, within_ms: f64, modes: &[&str]) -> Result<(), String> {
     let dead = facts.deeds.any(&["autonomy-ends", "autonomy-hangs"]);
     let Some(end) = facts.deeds.each(&[end]).next().filter(|_| !dead) else { return Ok(()) };

@@ -1,9 +1,9 @@
-//! What must hold of every trial, whatever was done in it.
+//! Properties of every trial, under any attack.
 //!
-//! `properties` are the oracle's; the others compare a trial with `reference`: `supervision` what silence brings about,
-//! `losses` what the loss of a part does, `insiders` what those with credentials may not bring about, `orders` whose orders are
-//! carried out, `display` what is shown, `accounts` what adds up. Each comes with a trial that it holds of and one that breaks
-//! it. Where a check of the policy carries one by itself, that is waived and the assertion seen to break.
+//! `properties` are the oracle's; the others compare a trial with `reference`: `supervision` the effect of silence, `losses`
+//! that of losing a part, `insiders` the limits of credential holders, `orders` the authority behind orders, `display` the
+//! display, `accounts` the sums. Each comes with a trial that satisfies it and one that breaks it. Where a check of the policy
+//! carries one by itself, that is waived and the assertion seen to break.
 
 mod accounts;
 mod display;
@@ -17,7 +17,7 @@ use super::deeds::{Deed, Deeds};
 use super::reference::{Change, Limits};
 use super::witness::Witness;
 
-/// What an assertion looks at.
+/// Input of an assertion.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Facts {
     /// The oracle's findings.
@@ -27,7 +27,7 @@ pub(super) struct Facts {
     /// The unit's changes of mode, in the trial and in the mission.
     pub(super) changes: Vec<Change>,
     pub(super) mission: Vec<Change>,
-    /// The same in a trial in which every silence lasts longer, where there is nothing but silence.
+    /// The same in a trial in which every silence lasts longer, where the attack is silence alone.
     pub(super) longer: Option<Vec<Change>>,
     pub(super) deeds: Deeds,
     pub(super) witness: Witness,

@@ -1,4 +1,4 @@
-//! Whose orders the unit carries out, and that nobody keeps the operator's from it who is not in their way.
+//! Authority behind the unit's orders; and no attacker outside the path keeps the operator's from it.
 
 use wire::command::CommandKind;
 use wire::id::{Boot, CommandId, NodeId, Sequence};
@@ -84,7 +84,7 @@ fn is_operator(key: NodeId) -> bool {
     [NodeId::OPERATOR, NodeId::OPERATOR_2].contains(&key)
 }
 
-/// Whether just this was given before, in the name of the operator whose key it is signed with.
+/// True if exactly this was given before, in the name of the operator whose key it is signed with.
 fn signed(facts: &Facts, taken: &Taken) -> bool {
     facts.witness.given.iter().any(|given| {
         let same = (given.id, given.kind) == (taken.id, taken.kind) && given.at_ms <= taken.at_ms;
@@ -92,7 +92,7 @@ fn signed(facts: &Facts, taken: &Taken) -> bool {
     })
 }
 
-/// Whether nobody does anything between the operator and the unit.
+/// True if no attack acts between the operator and the unit.
 fn out_of_the_way(deeds: &Deeds) -> bool {
     deeds.over(&ELSEWHERE) && !deeds.any(&IN_THE_PATH)
 }

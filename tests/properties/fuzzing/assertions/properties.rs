@@ -1,5 +1,5 @@
-//! P1 to P11, by the oracle's word; but P10, by which it says also that there was nothing to judge by: of a broker that ended,
-//! that no HOLD was given after. P6 says that the accounts are whole, and no word may bring it about that they are not.
+//! P1 to P11, by the oracle's verdict; but P10's finding that there was no evidence: of a broker that ended, that no HOLD was
+//! given after. P6 finds the accounts whole, and no attack sequence may break that.
 
 use super::{Assertion, Facts, none, trial};
 

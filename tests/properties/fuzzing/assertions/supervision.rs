@@ -1,4 +1,4 @@
-//! What silence on the links, and the end of the gateway, bring about.
+//! Effect of silence on the links, and of the end of the gateway.
 
 use super::super::reference::{Change, drives, mode_at};
 use super::{Assertion, Facts, holding, names, none, same_modes, trial};
@@ -73,12 +73,12 @@ pub(super) const ALL: &[Assertion] = &[
     },
 ];
 
-/// When the unit first holds.
+/// Time at which the unit first holds.
 fn holds(changes: &[Change]) -> Option<f64> {
     changes.iter().find(|change| change.to == "HOLD_SAFE").map(|change| change.at_ms)
 }
 
-/// A unit that would have driven when something ended, and does so after that as well. One that had stopped before owes nothing.
+/// A unit that would have driven when a process ended, and still drives after that. One that had stopped before owes no motion.
 pub(super) fn goes_on(facts: &Facts, ended_ms: f64, within_ms: f64) -> Option<String> {
     let by = ended_ms + within_ms;
     let owed = drives(mode_at(&facts.mission, ended_ms)) && by <= facts.duration_ms;

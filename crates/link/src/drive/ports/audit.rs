@@ -9,7 +9,7 @@ use crate::instrument::{self, Frame, Instrument, InstrumentStats};
 use crate::recorder::{Recording, RecordingStats};
 use crate::spec::ServiceSpec;
 
-/// Where this process's entries go.
+/// Destination of this process's entries.
 enum Way {
     Nowhere,
     /// To the recorder.
@@ -18,11 +18,11 @@ enum Way {
     Recording(Box<Recording>),
 }
 
-/// The way of entries, and the last: what this process itself says of how far its chain went.
+/// The way of entries, and the last of them: this process's own statement of its chain's head.
 pub(in crate::drive) struct Audit {
     node: NodeId,
     way: Way,
-    /// Whether the launcher is told of entries that are waited for.
+    /// True if the launcher is told of entries that are waited for.
     tell: bool,
     last: Vec<u8>,
 }
@@ -71,7 +71,7 @@ impl Audit {
         }
     }
 
-    /// Ends the way of entries; what became of them, in the recording and at the recorder.
+    /// Ends the way of entries; returns their outcome, in the recording and at the recorder.
     pub(super) fn finish(&mut self) -> (Option<RecordingStats>, Option<InstrumentStats>) {
         match &mut self.way {
             Way::Recording(recording) => (Some(recording.finish()), None),

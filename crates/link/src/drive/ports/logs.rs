@@ -1,4 +1,4 @@
-//! The logs that a process keeps of itself: what passed the core's mouth, and what the guards at its links saw.
+//! Logs that a process keeps of itself: the core's input journal, and the observations of the guards at its links.
 
 use std::fs::File;
 use std::io::{BufWriter, Result};
@@ -23,7 +23,7 @@ pub(in crate::drive) struct Logs {
     /// None, too, once it could not be written.
     mouth: Option<Mouth>,
     witness: Option<WitnessLog>,
-    /// Whether they could not be handed over the last time.
+    /// True if they could not be handed over the last time.
     unflushed: bool,
 }
 
@@ -33,7 +33,7 @@ impl Logs {
         Ok(Self { mouth, witness: WitnessLog::create(spec).opened("guard's log")?, unflushed: false })
     }
 
-    /// Where the mouths of byte streams note what they see.
+    /// Log for the witnesses of byte streams.
     pub(super) fn streams(&self) -> StreamLog {
         StreamLog::of(self.witness.as_ref())
     }

@@ -1,4 +1,4 @@
-//! The telemetry part: DTLS sessions, and what accepts or dials them.
+//! The telemetry part: DTLS sessions, with their listener or dialler.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -58,7 +58,7 @@ impl Telemetry {
         Ok(this)
     }
 
-    /// Where sessions are accepted.
+    /// Address at which sessions are accepted.
     pub(super) fn local(&self) -> Option<LoopbackAddr> {
         self.ends.iter().find_map(|end| match end {
             End::Listener(listener) => Some(listener.local()),
@@ -66,7 +66,7 @@ impl Telemetry {
         })
     }
 
-    /// Takes a session's event; gives what the core hears of it.
+    /// Takes a session's event; returns the core's input.
     pub(in crate::drive) fn heard(&mut self, event: SessionEvent) -> Input {
         match event {
             SessionEvent::Opened(handle) => {
@@ -91,7 +91,7 @@ impl Telemetry {
         self.sessions.remove(&session);
     }
 
-    /// Stops dialling, so that the closing account is the last word on what was sent.
+    /// Stops dialling, so that the closing account covers everything sent.
     pub(in crate::drive) async fn hang_up(&mut self) {
         for end in &mut self.ends {
             if let End::Dialler(dialler) = end {
@@ -100,7 +100,7 @@ impl Telemetry {
         }
     }
 
-    /// What was counted, and the datagrams that the kernel dropped at the sockets; none without an end.
+    /// The counters, and the datagrams that the kernel dropped at the sockets; `None` without an end.
     pub(super) fn account(&self) -> Option<(SessionStats, u64)> {
         let drops = |end: &End| match end {
             End::Listener(listener) => kernel_drops(listener.local()).unwrap_or(0),

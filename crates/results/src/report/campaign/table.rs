@@ -1,4 +1,4 @@
-//! A campaign for a terminal: the first variations, what became of the claim, the hash.
+//! A campaign for a terminal: the first variations, the verdict on the claim, the hash.
 
 use super::super::table::{outcomes, percent, sample};
 use super::{CampaignObject, CampaignRow, ClaimRow, Claims};
