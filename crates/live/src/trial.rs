@@ -96,7 +96,7 @@ fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>) -> Optio
 pub(super) fn custody(recorded: &[Logged], held: &Held) -> Verification {
     let mut log_verifier = LogVerifier::new(held);
     for logged in recorded {
-        // What does not continue its chain is in the log_verifier's own list.
+        // What does not continue its chain is in the verifier's own list.
         let _noted = log_verifier.take(logged.at, logged.node, &logged.bytes);
     }
     log_verifier.close()

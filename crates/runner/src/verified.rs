@@ -59,7 +59,7 @@ pub fn verify(run: &Path) -> Result<Verified, EngineError> {
     };
     let mut log_verifier = LogVerifier::new(&held);
     for Logged { at, node, bytes } in &log {
-        // What does not continue its chain is in the log_verifier's own list.
+        // What does not continue its chain is in the verifier's own list.
         let _noted = log_verifier.take(*at, *node, bytes);
     }
     let custody = log_verifier.close();
