@@ -1,10 +1,13 @@
-//! What only the authors of the platform measure, and the tables of it: what lengths and times tell an observer (`leak`), how long each
-//! stage takes (`stages`), detectors of silence (`liveness`), and all that `holdsafe bench` measures besides (`bench`, a measurement a file, with its objects in `report` and the trials that it runs in `measured`).
-//! No verdict rests on it.
+//! The `lab` program: measurements that only the authors of the platform run. No verdict rests on it.
+//!
+//! `command` is the command line; `bench` measures, a measurement a file, with its objects in `report` and the trials that it runs in `measured`.
+//! `results` is the page of what was measured. `leak` is the information in lengths and times, `stages` the time of each stage, `liveness` detectors of silence.
 
 pub mod bench;
+pub mod command;
 pub mod leak;
 pub mod liveness;
 pub mod measured;
 pub mod report;
+pub mod results;
 pub mod stages;

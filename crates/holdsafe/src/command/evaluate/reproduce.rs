@@ -1,4 +1,4 @@
-//! `holdsafe reproduce`: do runs in the twin come to what they came to when their references were committed?
+//! `holdsafe evaluate --reproduce`: do all simulated runs still give the committed results?
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -17,13 +17,13 @@ const FOLDER: &str = "references";
 /// Decisions of a second that are printed.
 const PRINTED: usize = 8;
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub(super) struct Args {
-    /// Only these scenarios; else every shipped one that runs in the twin.
-    #[arg(value_name = "SCENARIO", conflicts_with = "renew")]
+    /// With --reproduce: only these scenarios; else every shipped one that is simulated.
+    #[arg(value_name = "SCENARIO", requires = "reproduce", conflicts_with = "renew")]
     scenarios: Vec<String>,
-    /// Write the references of this architecture anew, from what runs come to now.
-    #[arg(long)]
+    /// With --reproduce: write the references of this architecture anew, from the runs of now.
+    #[arg(long, requires = "reproduce")]
     renew: bool,
 }
 
