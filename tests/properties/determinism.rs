@@ -105,7 +105,7 @@ fn every_model_that_a_scenario_says_is_off_reaches_the_world_and_changes_what_ha
     }
 }
 
-/// One reference in so many is run again; `holdsafe reproduce` runs them all.
+/// One reference in so many is run again; `holdsafe evaluate --reproduce` runs them all.
 const ONE_IN: usize = 4;
 
 #[test]
@@ -128,4 +128,4 @@ fn runs_come_to_what_they_came_to_when_their_references_were_committed() {
 }
 
 /// What to do when that is wanted.
-const RENEW: &str = "if it is meant to be otherwise now, `holdsafe reproduce --renew` writes references anew, and their change is reviewed";
+const RENEW: &str = "if it is meant to be otherwise now, `holdsafe evaluate --reproduce --renew` writes references anew, and their change is reviewed";

@@ -134,7 +134,7 @@ fn only_the_twin_and_who_judges_one_recording_over_and_over_share_verified_signa
         .filter(|(file, text)| code(text).contains("Verified::default") && !file.ends_with("twin/src/verified.rs"))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(sharers, ["crates/holdsafe/src/command/tamper.rs", "crates/twin/src/assemble.rs"]);
+    assert_eq!(sharers, ["crates/lab/src/bench/tamper.rs", "crates/twin/src/assemble.rs"]);
     let implementers: Vec<String> = sources("crates")
         .into_iter()
         .filter(|(_, text)| code(text).contains("impl Verifier for"))

@@ -7,7 +7,7 @@
 //!
 //! `log` is what is read, `origin` finds where a loss comes from (with `link` for a lapsed lease and `sensing` for products),
 //! `after` what followed, `why_not` what keeps a mode from being entered. Whether an explanation is right is measured by
-//! taking the named cause away (`holdsafe bench explain`).
+//! taking the named cause away (`lab explain`).
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 

@@ -2,7 +2,7 @@
 //!
 //! [`Viewer`] is told of a run event by event, and of what passed between the services where that is known; it writes transforms,
 //! scene, images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: nothing in it is
-//! chained or signed, and `holdsafe verify` never reads it. The same run gives the same bytes. Where the run comes from is the
+//! chained or signed, and `holdsafe inspect verify` never reads it. The same run gives the same bytes. Where the run comes from is the
 //! caller's business.
 //!
 //! Times are those of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its

@@ -12,7 +12,7 @@ pub(super) struct Args {
     #[arg(long)]
     reproduce: bool,
     #[command(flatten)]
-    of: reproduce::Args,
+    of: reproduce::Reproduce,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {

@@ -2,7 +2,7 @@
 //!
 //! The arguments are rewritten before they are parsed, so that every option is defined once. On a terminal the new spelling is printed once.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::os::unix::process::CommandExt;
 use std::process;
@@ -53,24 +53,20 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
 
 /// Place of the first word from `from` on that is neither an option of every command nor the value of one.
 fn verb_at(command: &Command, arguments: &[OsString], from: usize) -> Option<usize> {
-    let takes_value = |word: &OsStr| {
-        let long = |of: &clap::Arg| of.get_long().is_some_and(|long| word == OsStr::new(&format!("--{long}")));
-        command.get_arguments().any(|of| long(of) && of.get_action().takes_values())
-    };
-    let is_common = |word: &OsStr| {
-        let text = word.to_string_lossy();
-        let name = text.split('=').next().unwrap_or_default();
-        let long = |of: &clap::Arg| of.get_long().is_some_and(|long| name == format!("--{long}"));
-        let short = |c: char| command.get_arguments().any(|of| of.get_short() == Some(c));
-        command.get_arguments().any(long)
-            || text.strip_prefix('-').is_some_and(|rest| !rest.is_empty() && rest.chars().all(short))
-    };
+    let is_flag = |c: char| command.get_arguments().any(|of| of.get_short() == Some(c));
     let mut at = from;
     while let Some(word) = arguments.get(at) {
-        if !is_common(word) {
-            return Some(at);
-        }
-        at += if takes_value(word) { 2 } else { 1 };
+        let word = word.to_string_lossy();
+        let (name, value) = word.split_once('=').map_or((&*word, None), |(name, value)| (name, Some(value)));
+        let mut options = command.get_arguments().filter(|of| of.get_long().is_some());
+        let option = options.find(|of| name.strip_prefix("--") == of.get_long());
+        let flags = word.strip_prefix('-').is_some_and(|flags| !flags.is_empty() && flags.chars().all(is_flag));
+        at += match option {
+            Some(option) if value.is_none() && option.get_action().takes_values() => 2,
+            Some(_) => 1,
+            None if flags => 1,
+            None => return Some(at),
+        };
     }
     None
 }
@@ -85,7 +81,8 @@ fn names_no_part(command: &Command, arguments: &[OsString], campaign: usize) -> 
 
 /// Prints the new spelling on a terminal. A program that reads stderr or an object gets the output that it always got.
 fn hint(arguments: &[OsString], old: &str, new: &str) {
-    if std::io::stderr().is_terminal() && !asks_for_json(arguments) {
+    let quiet = arguments.iter().any(|word| word == "-q" || word == "--quiet");
+    if std::io::stderr().is_terminal() && !quiet && !asks_for_json(arguments) {
         link::note!("`holdsafe {old}` is `{new}` now");
     }
 }
@@ -100,7 +97,9 @@ fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
     let program = std::env::current_exe().map(|own| own.with_file_name("lab"));
     // Nothing comes back from a program that was started.
     let why = program.map_or_else(|why| why, |lab| process::Command::new(lab).args(&words[1..]).exec());
-    let message = format!("`{old}` is a command of `lab` now ({why}): `cargo run --release -p {spelt}`");
+    let message = format!(
+        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); `cargo build --release -p lab` builds it"
+    );
     Failure::new(Exit::Usage, message).tell(json)
 }
 

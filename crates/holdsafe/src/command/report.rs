@@ -36,9 +36,9 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE", required_if_eq("format", "mcap"))]
     out: Option<PathBuf>,
     #[command(flatten)]
-    page: page::Options,
+    page: page::PageOptions,
     #[command(flatten)]
-    mcap: mcap::Options,
+    mcap: mcap::McapOptions,
     #[command(flatten)]
     unverified: Unverified,
 }

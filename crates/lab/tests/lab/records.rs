@@ -14,7 +14,7 @@ fn repository() -> tempfile::TempDir {
     }
     let rows = "[[row]]\nrecord = \"window\"\nwhat = \"records\"\nfigure = \"{/records}\"\nn = \"seed {/seed}\"\n";
     fs::write(dir.path().join("docs/results/rows.toml"), rows).unwrap();
-    fs::write(dir.path().join("docs/results/by-hand.md"), "").unwrap();
+    fs::write(dir.path().join("docs/results/by-hand.txt"), "").unwrap();
     let git = |arguments: &[&str]| {
         let own = ["-c", "user.name=t", "-c", "user.email=t@example.org"];
         let done = std::process::Command::new("git").arg("-C").arg(dir.path()).args(own).args(arguments).output();

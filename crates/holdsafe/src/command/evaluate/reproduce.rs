@@ -18,7 +18,7 @@ const FOLDER: &str = "references";
 const PRINTED: usize = 8;
 
 #[derive(Debug, Default, clap::Args)]
-pub(super) struct Args {
+pub(super) struct Reproduce {
     /// With --reproduce: only these scenarios; else every shipped one that is simulated.
     #[arg(value_name = "SCENARIO", requires = "reproduce", conflicts_with = "renew")]
     scenarios: Vec<String>,
@@ -55,7 +55,7 @@ struct Reproduced {
     gone: Vec<String>,
 }
 
-pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+pub(super) fn run(context: &Context, args: &Reproduce) -> Result<Exit, Failure> {
     let root = context.root()?;
     let file = root.join(FOLDER).join(format!("{}.jsonl", architecture()));
     let planned = planned(context, args, &root)?;
@@ -103,7 +103,7 @@ fn architecture() -> String {
 }
 
 /// Every variation that runs in the twin.
-fn planned(context: &Context, args: &Args, root: &Path) -> Result<Vec<Planned>, Failure> {
+fn planned(context: &Context, args: &Reproduce, root: &Path) -> Result<Vec<Planned>, Failure> {
     let files: Vec<PathBuf> = match args.scenarios.is_empty() {
         true => scenario::shipped(root)?,
         false => args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
@@ -171,7 +171,7 @@ fn renew(context: &Context, planned: &[Planned], file: &Path) -> Result<Exit, Fa
 }
 
 /// References to nothing that is shipped; none where only some scenarios were asked for.
-fn gone<T>(references: &References, made: &[(Reference, T)], args: &Args) -> Vec<String> {
+fn gone<T>(references: &References, made: &[(Reference, T)], args: &Reproduce) -> Vec<String> {
     let stands = |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
     let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !stands(then));
     all.map(|then| label(&then.scenario, then.cell.as_deref())).collect()

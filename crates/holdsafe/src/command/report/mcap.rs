@@ -23,7 +23,7 @@ use super::Args;
 /// Options of an MCAP file.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "With --format mcap")]
-pub(super) struct Options {
+pub(super) struct McapOptions {
     /// Of a scenario: only this cell; else the first.
     #[arg(long)]
     cell: Option<String>,
@@ -37,7 +37,7 @@ pub(super) struct Options {
     bring: Bring,
 }
 
-impl Options {
+impl McapOptions {
     /// Whether any of them is given.
     pub(super) fn given(&self) -> bool {
         self.cell.is_some() || self.policy.is_some() || self.rendered || self.bring.files().iter().any(Option::is_some)
@@ -48,7 +48,7 @@ impl Options {
 struct Asked<'a> {
     run: &'a str,
     out: &'a Path,
-    options: &'a Options,
+    options: &'a McapOptions,
 }
 
 #[derive(Serialize)]

@@ -32,7 +32,7 @@ const MAX_STORIES: usize = 32;
 /// Options of the page, and files that are written beside it.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "With --format html")]
-pub(super) struct Options {
+pub(super) struct PageOptions {
     /// Title of the page [default: Does trust decay safely?].
     #[arg(long)]
     title: Option<String>,
@@ -56,7 +56,7 @@ pub(super) struct Options {
     sbom: Option<PathBuf>,
 }
 
-impl Options {
+impl PageOptions {
     /// Whether any of them is given.
     pub(super) fn given(&self) -> bool {
         let files = [&self.figures, &self.junit, &self.sarif, &self.navigator, &self.evaluation, &self.sbom];
