@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// What a trial in the twin or on the stacks is made of, below the workspace.
-const MADE_OF: [&str; 28] = [
+const MADE_OF: [&str; 27] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
@@ -35,7 +35,6 @@ const MADE_OF: [&str; 28] = [
     "crates/search/src",
     "crates/results/src",
     "crates/runner/src",
-    "crates/lab/src",
     "crates/holdsafe/src",
 ];
 

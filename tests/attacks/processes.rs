@@ -14,7 +14,7 @@ use wire::trust::RevocationList;
 
 use crate::SEEDS;
 
-/// The null attack with one process killed, as `holdsafe bench kill` runs it.
+/// The null attack with one process killed, as `lab kill` runs it.
 fn killing(process: Process, expected: Outcome) -> Ready {
     let nominal = shipped("nominal");
     Ready { scenario: nominal.scenario.killing(process, &[expected]), ..nominal }

@@ -105,7 +105,7 @@ fn every_model_error_reaches_the_world() {
     }
 }
 
-/// One reference in so many is run again; `holdsafe reproduce` runs them all.
+/// One reference in so many is run again; `holdsafe evaluate --reproduce` runs them all.
 const ONE_IN: usize = 4;
 
 #[test]
@@ -128,4 +128,4 @@ fn runs_reproduce_their_committed_references() {
 }
 
 /// Remedy for an intended change.
-const RENEW: &str = "if it is meant to be otherwise now, `holdsafe reproduce --renew` writes references anew, and their change is reviewed";
+const RENEW: &str = "if it is meant to be otherwise now, `holdsafe evaluate --reproduce --renew` writes references anew, and their change is reviewed";

@@ -36,7 +36,7 @@ fn the_papers_figures_are_those_that_the_code_gives() {
     let platforms = scenario::platforms(&root()).expect("platforms/ loads");
     assert!(
         read("docs/researcher/figures.md") == catalogue().figures(&scenarios(), "teammate", &cast, &platforms),
-        "docs/researcher/figures.md is not what the code gives: run `target/debug/holdsafe catalogue --figures > docs/researcher/figures.md`"
+        "docs/researcher/figures.md is not what the code gives: run `target/debug/lab catalogue --figures > docs/researcher/figures.md`"
     );
 }
 
@@ -45,7 +45,7 @@ fn the_page_of_threats_is_the_one_that_the_catalogue_gives() {
     assert!(
         read("docs/reference/threats.md") == catalogue().page(&scenarios()),
         "docs/reference/threats.md is not what docs/reference/catalogue.toml and scenarios/ give: \
-         run `target/debug/holdsafe catalogue > docs/reference/threats.md`"
+         run `target/debug/lab catalogue > docs/reference/threats.md`"
     );
 }
 

@@ -136,7 +136,6 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
             "search",
             "results",
             "runner",
-            "lab",
         ],
     ),
 ];
@@ -155,7 +154,7 @@ const LARGE: [(&str, usize, &str); 2] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 4] = ["dataset", "dossier", "trainer", "viewer"];
+const OUTSIDE_TRIALS: [&str; 5] = ["dataset", "dossier", "lab", "trainer", "viewer"];
 
 /// The names of all crates.
 fn crates() -> Vec<String> {

@@ -1,6 +1,6 @@
 """A referee for the attack on the colour detector's pixels: the same model, the same frames, another program's attack.
 
-    holdsafe dataset frames --split held-out --frames 60 --seed 10000 --cell clear --cell dusk --cell haze --cell rain --cell shake --cell crossover
+    lab dataset frames --split held-out --frames 60 --seed 10000 --cell clear --cell dusk --cell haze --cell rain --cell shake --cell crossover
     python3 tools/referee/attack.py frames crates/perception/models/detector.onnx
 
 Needs numpy, pillow, onnxruntime and adversarial-robustness-toolbox (PyPI). The Adversarial Robustness Toolbox has decoys called vehicles

@@ -1,6 +1,6 @@
 """A referee for the detector's figures: the same model in another runtime, and average precision by another program.
 
-    holdsafe dataset frames --cell clear --split held-out --frames 200 --seed 0 --detect
+    lab dataset frames --cell clear --split held-out --frames 200 --seed 0 --detect
     python3 tools/referee/detector.py frames crates/perception/models/detector.onnx
 
 Needs numpy, pillow, onnxruntime and pycocotools (PyPI). It decodes the network's output by the model card's description, sets

@@ -1,10 +1,10 @@
-"""Reads MCAP files with the libraries of others: what `holdsafe export` wrote, or a run's recording.
+"""Reads MCAP files with the libraries of others: what `holdsafe report --format mcap` wrote, or a run's recording.
 
     python3 tools/referee/mcap_reader.py run.mcap [exported.json]
     python3 tools/referee/mcap_reader.py RUN/recording/*.mcap
 
 Needs `mcap`, `mcap-protobuf-support`, `foxglove-sdk` and `numpy` from PyPI. Every message is decoded by its schema, chunk by chunk with their
-checksums; messages are counted by topic and held against what `holdsafe export --json` printed, where that is given. Names and numbers of
+checksums; messages are counted by topic and held against what `holdsafe report --format mcap --json` printed, where that is given. Names and numbers of
 the fields of each Foxglove schema are compared with those that Foxglove's own package knows, as far as it has that message. Where there are
 clouds, their points go through the transforms and the camera's calibration into the depth image, as a viewer would draw them.
 """

@@ -35,7 +35,7 @@ async function address(watch) {
   const scenario = path.join(out, "scenarios", "thermal_loss.toml");
   const longer = fs.readFileSync(scenario, "utf8").replace("duration_s = 9.0", "duration_s = 70.0").replace("at_s = 4.0\nduration_s = 5.0", "at_s = 8.0\nduration_s = 62.0");
   fs.writeFileSync(scenario, longer);
-  const live = spawn(program, ["live", scenario, "--out", run], { stdio: "ignore" });
+  const live = spawn(program, ["run", scenario, "--live", "--watch", "--out", run], { stdio: "ignore" });
   const ended = new Promise((done) => live.on("exit", done));
   const mouth = path.join(run, "mouth", "console.cbor");
   while (!fs.existsSync(mouth) || fs.statSync(mouth).size < 64) await wait(20);

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::objects::{Outcome, Outcomes, Run, Sample};
 
-/// `holdsafe bench live`.
+/// `lab live`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct BenchLive {
     /// Live runs of each loss.
@@ -53,7 +53,7 @@ pub struct Paper {
     pub mean_ms: f64,
 }
 
-/// `holdsafe curve`.
+/// `holdsafe campaign curve`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Curve {
     /// Scenario.
@@ -187,7 +187,7 @@ pub struct Defects {
     pub found: u64,
 }
 
-/// `holdsafe bench twin`.
+/// `lab twin`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct TwinCost {
     /// The scenario.

@@ -7,7 +7,7 @@
 //!
 //! `log` is the input, `origin` finds the source of a loss (with `link` for a lapsed lease and `sensing` for products),
 //! `after` its consequences, `why_not` the obstacles to a mode. The correctness of an explanation is measured by
-//! taking the named cause away (`holdsafe bench explain`).
+//! taking the named cause away (`lab explain`).
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 

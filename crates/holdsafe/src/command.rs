@@ -1,47 +1,28 @@
-//! The `holdsafe` command: its arguments, its exit codes, one verb a file.
+//! The `holdsafe` command: its twelve verbs, one a file or a folder, and its exit codes.
 //!
-//! Results go to stdout, progress, logs and failures to stderr. What verbs share is in `runner`.
+//! Results go to stdout, progress, logs and failures to stderr. What verbs share is in `runner`; `renamed` knows the verbs of before, `help`
+//! groups the verbs by who uses them.
 
 mod ablate;
-mod beside;
 mod campaign;
-mod catalogue;
-mod cite;
-mod console;
-mod curve;
-mod dataset;
-mod diff;
 mod doctor;
-mod explain;
-mod export;
-mod follow;
-mod frame;
-mod interrupt;
-mod live;
+mod estimate;
+mod evaluate;
+mod help;
+mod inspect;
 mod matrix;
-mod merge;
-mod onlook;
-mod rare;
-mod reference;
-mod replay;
+mod renamed;
 mod report;
-mod reproduce;
 mod run;
 mod scenario;
-mod scheduling;
 mod search;
-mod sensors;
-mod verify;
 mod watch;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
 
-use clap::{ArgAction, Parser, Subcommand};
-use lab::bench;
-use parallel::progress::Talk;
-use runner::Context;
-use runner::failure::{Exit, Failure, colour};
+use clap::{CommandFactory, Parser, Subcommand};
+use runner::failure::Exit;
+use runner::start::{self, Common};
 
 /// SHA-256 over the sources that this program was built from, whatever the build.
 const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
@@ -55,11 +36,11 @@ const EXIT_CODES: &str = "Exit codes:
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 
-/// Does trust decay safely? Without a command: the reference evaluation, every scenario in the twin and live.
+/// Tests how a small autonomous platform loses trust: does it fall back to a safe mode in time? Without a command: `evaluate`.
 #[derive(Debug, Parser)]
 #[command(name = "holdsafe", version, after_help = EXIT_CODES, max_term_width = 110)]
 pub struct Cli {
-    /// What to do.
+    /// Command; `evaluate` where there is none.
     #[command(subcommand)]
     verb: Option<Verb>,
     /// Options of every command.
@@ -67,161 +48,69 @@ pub struct Cli {
     common: Common,
 }
 
-/// Options of every command.
-#[derive(Clone, Debug, clap::Args)]
-pub struct Common {
-    /// Print one JSON object on stdout.
-    #[arg(long, global = true)]
-    json: bool,
-    /// Base seed; trial i has seed + i.
-    #[arg(long, global = true, default_value_t = 1)]
-    seed: u64,
-    /// Say more on stderr; twice for per-packet detail.
-    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
-    verbose: u8,
-    /// Say nothing on stderr but failures.
-    #[arg(short, long, global = true)]
-    quiet: bool,
-    /// Directory with scenarios/, platforms/ and policies/; found from here upwards when not given.
-    #[arg(long, global = true, value_name = "DIR")]
-    root: Option<PathBuf>,
-}
-
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Run scenarios, in the twin or live, and judge them.
+    /// Run every shipped scenario and judge it; or check that the committed results still come out.
+    Evaluate(evaluate::Args),
+    /// Run scenarios, simulated or live, and judge them.
     Run(run::Args),
-    /// Run many trials over grids and distributions, and say what they show of a claim.
-    Campaign(campaign::Args),
-    /// Put the parts of a campaign together.
-    Merge(merge::Args),
-    /// Take one value of a scenario through its range: shares, latencies, the smallest value noticed before harm.
-    Curve(curve::Args),
-    /// Run one scenario live and show what the operator sees.
-    Live(live::Args),
-    /// Print what the console of a live run shows, from another terminal.
-    Watch(watch::Args),
-    /// Show what the sensors of a live run's unit give, in a window beside the operator's.
-    Sensors(sensors::Args),
-    /// Open a recorded run in the console's window: to look at, not to act in.
-    Console(console::Args),
-    /// Measure.
+    /// Test a claim with many trials over grids and random draws, or take one value through its range.
     #[command(subcommand)]
-    Bench(bench::Bench),
-    /// Feed the cores of a run what they were fed: every byte has to come out again, or what would another policy have changed?
-    Replay(replay::Args),
-    /// Set two runs side by side: where did each service first decide otherwise?
-    Diff(diff::Args),
-    /// Say why the platform changed its mode, by what its services logged.
-    Explain(explain::Args),
-    /// Write a run as an MCAP file that Foxglove and other viewers open: scene, images, detections, tracks, modes and log.
-    Export(export::Args),
-    /// Make one HTML page of results and recorded runs, for a reviewer, and its figures as files.
-    Report(report::Args),
-    /// Run the shipped scenarios in the twin again, and say whether they come to what they came to when they were committed.
-    Reproduce(reproduce::Args),
-    /// Say how to cite the results of a run: program, seed and digests, as BibTeX.
-    Cite(cite::Args),
-    /// Check the evidence of a run: chains and seals.
-    Verify(verify::Args),
-    /// Scenario files.
-    #[command(subcommand)]
-    Scenario(scenario::Verb),
+    Campaign(campaign::Verb),
     /// Run every row of the threat catalogue and print the threat matrix.
     Matrix(matrix::Args),
-    /// Run every attack with each check waived in turn: what each is worth, and what it costs.
+    /// Measure each check: every attack again with that check waived.
     Ablate(ablate::Args),
-    /// Search for attacks that break something, and shrink each to the smallest that does.
+    /// Search for attack sequences that break something, and shrink each to the smallest.
     Search(search::Args),
-    /// Estimate how likely a run is to come to what almost never happens, by multilevel splitting.
-    Rare(rare::Args),
-    /// Write labelled frames of random scenes, for a detector to learn from or be judged on; or draw a contact sheet.
-    Dataset(dataset::Args),
-    /// Print the threat catalogue: docs/reference/threats.md, or its rows with --json.
-    Catalogue(catalogue::Args),
-    /// Say whether everything that a run needs is here.
+    /// Estimate the probability of a rare event by multilevel splitting.
+    Estimate(estimate::Args),
+    /// Watch a run as its operator sees it: as text, in a browser, in Foxglove or in a window.
+    Watch(watch::Args),
+    /// Explain, compare, verify or replay a recorded run.
+    #[command(subcommand)]
+    Inspect(inspect::Verb),
+    /// Write results as an HTML page, a citation or an MCAP file.
+    Report(report::Args),
+    /// Check scenario files, print their schema, or start a new one.
+    #[command(subcommand)]
+    Scenario(scenario::Verb),
+    /// Check that this host has everything a run needs.
     Doctor,
 }
 
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let cli = match Cli::try_parse_from(&arguments) {
+    let command = help::grouped(Cli::command());
+    let typed: Vec<OsString> = arguments.into_iter().collect();
+    let arguments = match renamed::current(&command, typed) {
+        Ok(arguments) => arguments,
+        Err(exit) => return exit,
+    };
+    let cli: Cli = match start::parse(command, &arguments) {
         Ok(cli) => cli,
-        Err(error) if error.use_stderr() => {
-            // `--json` is read by hand: arguments that cannot be parsed give no `Cli`.
-            let json = arguments.iter().take_while(|word| *word != "--").any(|word| word == "--json");
-            return usage(&error, json);
-        }
-        Err(help) => {
-            // A closed stdout needs no help.
-            let _unread = help.print();
-            return Exit::Fine;
-        }
+        Err(exit) => return exit,
     };
-    start_log(&cli.common);
-    let context = Context {
-        json: cli.common.json,
-        seed: cli.common.seed,
-        talk: if cli.common.quiet { Talk::Quiet } else { Talk::Normal },
-        root: cli.common.root,
-        stop: interrupt::watch(),
-        program: PROGRAM,
-    };
-    let result = match cli.verb {
-        None => reference::run(&context),
-        Some(Verb::Run(args)) => run::run(&context, &args),
-        Some(Verb::Campaign(args)) => campaign::run(&context, &args),
-        Some(Verb::Merge(args)) => merge::run(&context, &args),
-        Some(Verb::Curve(args)) => curve::run(&context, &args),
-        Some(Verb::Live(args)) => live::run(&context, &args),
-        Some(Verb::Watch(args)) => watch::run(&context, &args),
-        Some(Verb::Sensors(args)) => sensors::run(&context, &args),
-        Some(Verb::Console(args)) => console::run(&context, &args),
-        Some(Verb::Bench(bench)) => bench::run(&context, &bench),
-        Some(Verb::Replay(args)) => replay::run(&context, &args),
-        Some(Verb::Diff(args)) => diff::run(&context, &args),
-        Some(Verb::Explain(args)) => explain::run(&context, &args),
-        Some(Verb::Export(args)) => export::run(&context, &args),
-        Some(Verb::Reproduce(args)) => reproduce::run(&context, &args),
-        Some(Verb::Cite(args)) => cite::run(&context, &args),
-        Some(Verb::Report(args)) => report::run(&context, &args),
-        Some(Verb::Verify(args)) => verify::run(&context, &args),
-        Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
-        Some(Verb::Matrix(args)) => matrix::run(&context, &args),
-        Some(Verb::Ablate(args)) => ablate::run(&context, &args),
-        Some(Verb::Search(args)) => search::run(&context, &args),
-        Some(Verb::Rare(args)) => rare::run(&context, &args),
-        Some(Verb::Dataset(args)) => dataset::run(&context, &args),
-        Some(Verb::Catalogue(args)) => catalogue::run(&context, &args),
-        Some(Verb::Doctor) => doctor::run(&context),
+    let context = cli.common.context(PROGRAM);
+    let result = match cli.verb.unwrap_or_default() {
+        Verb::Evaluate(args) => evaluate::run(&context, &args),
+        Verb::Run(args) => run::run(&context, &args),
+        Verb::Campaign(verb) => campaign::run(&context, &verb),
+        Verb::Matrix(args) => matrix::run(&context, &args),
+        Verb::Ablate(args) => ablate::run(&context, &args),
+        Verb::Search(args) => search::run(&context, &args),
+        Verb::Estimate(args) => estimate::run(&context, &args),
+        Verb::Watch(args) => watch::run(&context, &args),
+        Verb::Inspect(verb) => inspect::run(&context, &verb),
+        Verb::Report(args) => report::run(&context, &args),
+        Verb::Scenario(verb) => scenario::run(&context, &verb),
+        Verb::Doctor => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))
 }
 
-/// Reports arguments that cannot be parsed: on stderr in colours where it is a terminal, with `json` as an object on stdout.
-fn usage(error: &clap::Error, json: bool) -> Exit {
-    if !json {
-        let _unread = error.print();
-        return Exit::Usage;
-    }
-    let text = error.render().to_string();
-    Failure::new(Exit::Usage, text.trim_start_matches("error: ")).tell(true)
-}
-
-fn start_log(common: &Common) {
-    let level = match (common.quiet, common.verbose) {
-        (true, _) => "error",
-        // The DTLS library warns of every extension that it does not know, for each hello of a storm.
-        (false, 0) => "warn,dtls=error",
-        (false, 1) => "debug",
-        (false, _) => "trace",
-    };
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env();
-    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
-    let started =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colour()).try_init();
-    if started.is_err() {
-        tracing::debug!("a log writer was there already");
+impl Default for Verb {
+    fn default() -> Self {
+        Verb::Evaluate(evaluate::Args::default())
     }
 }

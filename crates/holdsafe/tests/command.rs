@@ -26,8 +26,8 @@ mod manners;
 mod rare;
 #[path = "command/readers.rs"]
 mod readers;
-#[path = "command/searches.rs"]
-mod searches;
+#[path = "command/verbs.rs"]
+mod verbs;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! `holdsafe bench live`: latencies of the paper's losses over many live runs, and what the protection costs in quiet.
+//! The measurements, one a file: here `lab live`, latencies of the paper's losses over many live runs and the cost of protection in quiet.
 //!
 //! It measures and prints; no test asserts its numbers.
 
@@ -155,13 +155,13 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let mut quiet = None;
     if args.minutes > 0 {
         let long = nominal.soak(args.minutes as f64 * 60.0, 0.0);
-        let again = format!("holdsafe bench live --runs 0 --hours 0 --minutes {}", args.minutes);
+        let again = format!("lab live --runs 0 --hours 0 --minutes {}", args.minutes);
         quiet = Some(bench.measure(Mode::Live, &soaked(context, &long, &wanted, &again)?, 1)?);
     }
     let mut soak = None;
     if args.hours > 0 {
         let long = nominal.soak(SOAK_TRIAL_S, SOAK_LOSS);
-        let again = "holdsafe bench live --runs 0 --minutes 0 --hours 1";
+        let again = "lab live --runs 0 --minutes 0 --hours 1";
         let planned = soaked(context, &long, &Wanted::default(), again)?;
         soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
     }

@@ -1,11 +1,13 @@
-//! Measurements for the authors of the platform: `bench` has one a file. No verdict rests on them.
+//! The `lab` program: measurements for the authors of the platform. No verdict rests on them.
 //!
-//! `leak` shows the links' lengths and times as an observer sees them, `stages` the delay of each stage, `liveness` detectors of silence. `measured` runs the
-//! trials of `bench`, `report` has its objects and tables.
+//! `command` is the command line; `bench` measures, a measurement a file, with its objects in `report` and the trials that it runs in `measured`.
+//! `results` is the page of figures. `leak` is the information in lengths and times, `stages` the time of each stage, `liveness` detectors of silence.
 
 pub mod bench;
+pub mod command;
 pub mod leak;
 pub mod liveness;
 pub mod measured;
 pub mod report;
+pub mod results;
 pub mod stages;

@@ -1,4 +1,4 @@
-//! The objects and tables of what only the authors measure: `holdsafe bench`.
+//! The objects and tables of what only the authors measure: the measurements of `lab`.
 
 mod agreement;
 mod cost;

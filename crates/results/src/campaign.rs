@@ -172,7 +172,7 @@ impl Plan {
     /// The line that runs trial `i` of variation `v` by itself, but for its seed.
     pub fn command(&self, v: usize, i: u64) -> String {
         let Some(variation) = self.variations.get(v) else { return String::new() };
-        let mut line = format!("holdsafe campaign {}", variation.scenario);
+        let mut line = format!("holdsafe campaign run {}", variation.scenario);
         if let Some(cell) = &variation.cell {
             line.push_str(&format!(" --cell {cell}"));
         }

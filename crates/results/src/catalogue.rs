@@ -53,7 +53,7 @@ pub struct Row {
     pub containment: String,
     /// Tests named after it, `file::name`.
     pub tests: Vec<String>,
-    /// Arguments of holdsafe that run it beside its scenarios.
+    /// Commands that run it beside its scenarios.
     #[serde(default)]
     pub commands: Vec<String>,
     /// The open gap and its reason; `None` if the row is complete.

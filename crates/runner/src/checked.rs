@@ -57,7 +57,7 @@ pub struct Custody {
     /// Reason for which it is INVALID.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// It verifies: `holdsafe verify` says that the evidence holds.
+    /// It verifies: `holdsafe inspect verify` says that the evidence holds.
     pub holds: bool,
     /// The class in which its trial ended, as it was told then.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -134,7 +134,7 @@ fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
     let first = first.or((!sealed).then_some("TRUNCATED: no closing seal"))?;
     let more = match findings.len() {
         0 | 1 => String::new(),
-        n => format!("; {} more: `holdsafe verify {}`", n - 1, path.display()),
+        n => format!("; {} more: `holdsafe inspect verify {}`", n - 1, path.display()),
     };
     Some(format!("the recording does not verify: {first}{more}"))
 }

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use parallel::progress::{Stop, Talk};
+use results::catalogue::Catalogue;
+use scenario::Scenario;
 
 use crate::failure::{Exit, Failure};
 
@@ -39,6 +41,16 @@ impl Context {
                 "no scenarios/ and platforms/ here or above; name their directory with --root DIR",
             )
         })
+    }
+
+    /// The threat catalogue, and every shipped scenario.
+    ///
+    /// # Errors
+    /// A file of them cannot be used.
+    pub fn catalogue(&self) -> Result<(Catalogue, Vec<Scenario>), Failure> {
+        let files = scenario::shipped(&self.root()?)?;
+        let scenarios = files.iter().map(|file| scenario::load(file)).collect::<Result<_, _>>()?;
+        Ok((Catalogue::load()?, scenarios))
     }
 }
 

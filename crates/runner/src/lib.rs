@@ -2,7 +2,8 @@
 //!
 //! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario, `bring` loads a detector from a
 //! file, `ground` prepares a search. `engine` runs one trial in any mode, `batch` many, with `retry`, and `kept` and `lines` for resuming; `out` writes the
-//! run directory. `runs` finds recorded runs, `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events.
+//! run directory. `runs` finds recorded runs, `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
+//! begins a program of verbs, `interrupt` watches for Ctrl-C.
 
 pub mod batch;
 pub mod bring;
@@ -12,6 +13,7 @@ pub mod engine;
 pub mod error;
 pub mod failure;
 pub mod ground;
+mod interrupt;
 pub mod kept;
 pub mod lines;
 pub mod out;
@@ -19,6 +21,7 @@ pub mod plan;
 pub mod recorded;
 pub mod retry;
 pub mod runs;
+pub mod start;
 pub mod verified;
 
 pub use context::{Context, own_line};

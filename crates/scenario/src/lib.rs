@@ -320,7 +320,7 @@ pub struct Scenario {
     /// Expected classes under another policy than the scenario's own.
     #[serde(default)]
     pub under: List<Under, 16>,
-    /// A value that `holdsafe curve` takes through a range.
+    /// A value that `holdsafe campaign curve` takes through a range.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
 }

@@ -7,7 +7,7 @@ use super::tried::{Cause, Ground, Test};
 use super::word::{Letter, Word, move_of};
 
 /// Deviation of live times from the twin's, milliseconds: from the mean to the 95th percentile of the time from a loss to
-/// DEGRADED over 59 live runs (`holdsafe bench live --runs 59`: 194 and 197 ms, and 194 and 196), rounded up.
+/// DEGRADED over 59 live runs (`lab live --runs 59`: 194 and 197 ms, and 194 and 196), rounded up.
 const LIVE_JITTER_MS: f64 = 5.0;
 
 /// Multiple of it by which a sequence stays away from its edge.

@@ -1,6 +1,6 @@
 //! Delays in the twin: stages, hops over shared memory and over loopback.
 //!
-//! Uniform over ranges that were fitted by hand to the 5th percentile and the median of live runs (`holdsafe bench stages
+//! Uniform over ranges that were fitted by hand to the 5th percentile and the median of live runs (`lab stages
 //! --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the gap that is left. Left out are the
 //! live tails: a reader that waits for a core which the renderer has. A stage's delay is drawn once for each input that
 //! makes it speak.

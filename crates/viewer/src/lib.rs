@@ -2,7 +2,7 @@
 //!
 //! [`Viewer`] receives a run event by event, and the messages between the services where they are known; it writes transforms, scene,
 //! images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: no part of it is chained or
-//! signed, and `holdsafe verify` never reads it. The same run gives the same bytes. The source of the run is the caller's business.
+//! signed, and `holdsafe inspect verify` never reads it. The same run gives the same bytes. The source of the run is the caller's business.
 //!
 //! Times are those of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
 //! `camera` (optical: x right, y down, z ahead) and its `lidar`.

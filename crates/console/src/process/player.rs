@@ -33,7 +33,7 @@ pub const TRUTH: &str = "truth.json";
 #[derive(Debug, thiserror::Error)]
 pub enum PlayerError {
     /// The file needed to view it is missing.
-    #[error("{0}; is this the folder that `live --out` was given?")]
+    #[error("{0}; is this the folder that `run --live --out` was given?")]
     Reading(String),
     /// Its console's mouth log cannot be read.
     #[error("the console's mouth log: {0}")]

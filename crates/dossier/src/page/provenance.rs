@@ -18,7 +18,7 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
         @if !rows.rows.is_empty() { (table(&rows, "Files")) }
         @if !dossier.recordings.is_empty() { (table(&recordings(dossier), "Recordings")) }
         p { "The page holds nothing that is not in these files and, for runs over time, in the recordings above. A recording's digest is over its files "
-            code { "recording/*.mcap" } ", one behind the other; each was checked when the page was made, and is again with " code { "holdsafe verify DIR" } "." }
+            code { "recording/*.mcap" } ", one behind the other; each was checked when the page was made, and is again with " code { "holdsafe inspect verify DIR" } "." }
     }
 }
 

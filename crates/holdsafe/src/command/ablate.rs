@@ -8,7 +8,6 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::catalogue;
 use evidence::ablation::{Gain, Switch};
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::Progress;
@@ -117,7 +116,7 @@ fn switches(args: &Args) -> Result<Vec<Switch>, Failure> {
 
 fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<Attack>, Failure> {
     let scenarios: Vec<Scenario> = if args.scenarios.is_empty() {
-        catalogue::load(context)?.1
+        context.catalogue()?.1
     } else {
         let load = |name: &String| Ok(scenario::load(&plan::file_of(context, name)?)?);
         args.scenarios.iter().map(load).collect::<Result<_, Failure>>()?

@@ -1,207 +1,28 @@
-//! `holdsafe campaign SCENARIO…`: many trials over scenarios, cells, grids and draws, in the twin or on the stacks in memory.
-//!
-//! Each finished trial is in the folder's journal before the next of its thread begins, so a campaign that is ended in any way
-//! goes on where it was. Threads and partitions decide who runs a trial and nothing else.
+//! `holdsafe campaign run|merge|curve`: many trials, to claim something of them.
 
-pub(super) mod journal;
-pub(super) mod space;
+mod curve;
+mod journal;
+mod merge;
+mod run;
+mod space;
 
-use std::fs::{self, File};
-use std::path::{Path, PathBuf};
-
-use evidence::log::hex;
-use evidence::trial::Outcome;
-use parallel::progress::Progress;
-use results::campaign::Plan;
-use results::campaign::claim::Claim;
-use results::campaign::partition::Partition;
-use results::campaign::row::Row;
-use results::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
-use runner::bring::Bring;
+use runner::Context;
 use runner::failure::{Exit, Failure};
-use runner::plan::Planned;
-use runner::{Context, batch, out, plan};
-use scenario::Variation;
-use sha2::{Digest, Sha256};
 
-use journal::Journal;
-use space::{Draw, Grid};
-
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Scenarios, by name or by file.
-    #[arg(required = true, value_name = "SCENARIO")]
-    scenarios: Vec<String>,
-    /// Trials of each variation, or at most so many if --sequential [default: what the claim takes, else 59].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=results::campaign::MAX_TRIALS))]
-    trials: Option<u64>,
-    /// What is claimed of each variation, such as unsafe<0.1%@95 or unsafe+late<1%@99.
-    #[arg(long, value_name = "CLAIM")]
-    claim: Option<Claim>,
-    /// End a variation at the first look, one each 50 trials, at which its claim is shown or refuted.
-    #[arg(long, requires = "claim", conflicts_with = "partition")]
-    sequential: bool,
-    /// Values by their path in the scenario, as in a cell's `set`; several grids are crossed.
-    #[arg(long, value_name = "PATH=V1,V2,…", value_parser = space::grid)]
-    grid: Vec<Grid>,
-    /// A value that each trial draws: uniform:LOW:HIGH, loguniform:LOW:HIGH, integer:LOW:HIGH or choice:A|B.
-    #[arg(long, value_name = "PATH=HOW", value_parser = space::drawn)]
-    draw: Vec<Draw>,
-    /// Only this cell.
-    #[arg(long)]
-    cell: Option<String>,
-    /// A policy file in place of the scenarios' own.
-    #[arg(long, value_name = "FILE")]
-    policy: Option<PathBuf>,
-    /// Render the sensors and run the detector.
-    #[arg(long)]
-    rendered: bool,
-    #[command(flatten)]
-    bring: Bring,
-    /// Trials at a time [default: as many as there are cores].
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
-    jobs: Option<u16>,
-    /// Only part i of N; `holdsafe merge` puts the parts together.
-    #[arg(long, value_name = "i/N")]
-    partition: Option<Partition>,
-    /// Keep finished trials and the result here, and go on from what is there [default: runs/campaign-PLAN-PROGRAM].
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Verb {
+    /// Run enough trials to test a claim; supports grids, random draws and partitions, and resumes after an interruption.
+    Run(run::Args),
+    /// Merge the partitions of a campaign.
+    Merge(merge::Args),
+    /// Take one value of a scenario through its range: outcomes and latencies of each point.
+    Curve(curve::Args),
 }
 
-pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (plan, planned) = space::lay_out(context, args)?;
-    let partition = args.partition.unwrap_or(Partition::WHOLE);
-    let label = format!("campaign-{}-{}", &plan.digest()[..12], &context.program[..12]);
-    let default = context.root()?.join("runs").join(&label);
-    let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
-    let journal = Journal::open(&dir, &plan)?;
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
-    let jobs = args.jobs.map_or_else(parallel::cores, usize::from);
-    all(context, &plan, &planned, partition, jobs, &journal).map_err(|failure| match failure.exit() {
-        Exit::Interrupted => stopped(&dir, &plan, &journal),
-        Exit::Fine | Exit::Internal | Exit::Usage | Exit::Unexpected | Exit::NoEvidence | Exit::Environment => failure,
-    })?;
-    let campaign = conclude(&dir, &plan, &journal)?;
-    tell(context, &dir, &campaign)?;
-    Ok(exit(&campaign, partition.is_whole()))
-}
-
-/// Runs every trial of the partition that is not finished: all at once, in a sequential campaign look by look.
-fn all(
-    context: &Context,
-    plan: &Plan,
-    planned: &[Planned],
-    partition: Partition,
-    jobs: usize,
-    journal: &Journal,
-) -> Result<(), Failure> {
-    let finished = |number: &u64| journal.outcome(*number).is_some();
-    let most = (0..plan.total()).filter(|number| partition.holds(*number) && !finished(number)).count();
-    let progress = Progress::new("campaign", most, context.talk);
-    loop {
-        let variations = 0..plan.variations.len();
-        let wanted = variations.flat_map(|v| {
-            let wanted = plan.wanted(v, |number| journal.outcome(number));
-            (0..wanted).map(move |i| plan.number(v, i))
-        });
-        let missing: Vec<u64> = wanted.filter(|n| partition.holds(*n) && !finished(n)).collect();
-        if missing.is_empty() {
-            progress.finish();
-            return Ok(());
-        }
-        batch::each(jobs, missing.len(), &context.stop, |k| {
-            let row = one(context, plan, planned, missing[k])?;
-            journal.add(plan, &row)?;
-            progress.step();
-            Ok(())
-        })?;
-    }
-}
-
-fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Result<Row, Failure> {
-    let (v, i) = plan.place(number);
-    let planned = planned.get(v).ok_or_else(|| Failure::internal("a trial without a variation"))?;
-    let drawn = plan.drawn(v, i);
-    let scenario = planned.variation.with(&drawn).map_err(|why| plan::unfit(&planned.variation, why))?;
-    let variation = Variation { cell: planned.variation.cell.clone(), scenario };
-    let planned = Planned { variation, command: Some(plan.command(v, i)), ..planned.clone() };
-    let trial = batch::trial(planned.mode(), &planned, &planned.setup, plan.seed(i), &context.stop)?;
-    Ok(Row::of(number, &trial))
-}
-
-/// What the user reads after Ctrl-C.
-fn stopped(dir: &Path, plan: &Plan, journal: &Journal) -> Failure {
-    let (n, total, dir) = (journal.len(), plan.total(), dir.display());
-    let message = format!("stopped; {n} of {total} trials are finished and kept in {dir}, and none of them runs again");
-    let resume = format!("to go on, the same command again: {}", runner::own_line());
-    Failure::new(Exit::Interrupted, format!("{message}\n{resume}"))
-}
-
-/// Folds what the journal has into the folder's `campaign.json` and `trials.parquet`.
-pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<CampaignObject, Failure> {
-    let broken = |e: TableError| Failure::new(Exit::Environment, e.to_string());
-    let mut table = TrialTable::new(File::create(dir.join("trials.parquet.new"))?, plan).map_err(broken)?;
-    let mut digest = Sha256::new_with_prefix("holdsafe campaign\n");
-    digest.update(plan.digest());
-    let mut rows = Vec::new();
-    for (v, variation) in plan.variations.iter().enumerate() {
-        let wanted = plan.wanted(v, |number| journal.outcome(number));
-        let mut fold = Fold::default();
-        for i in 0..wanted {
-            let Some(row) = journal.row(plan.number(v, i))? else { continue };
-            digest.update(line(plan, v, i, &row)?);
-            table.put(v, i, row.clone()).map_err(broken)?;
-            fold.take(plan, variation, i, row);
-        }
-        rows.push(fold.row(plan, v, variation, wanted));
-    }
-    table.finish().map_err(broken)?;
-    fs::rename(dir.join("trials.parquet.new"), dir.join("trials.parquet"))?;
-    let campaign = CampaignObject::new(plan, hex(&digest.finalize()), rows);
-    out::write_result(dir, "campaign.json", "campaign", &campaign)?;
-    Ok(campaign)
-}
-
-/// A trial in the campaign's hash: a line of JSON.
-fn line(plan: &Plan, v: usize, i: u64, row: &Row) -> Result<String, Failure> {
-    let parts = (v, plan.seed(i), plan.drawn(v, i), row.outcome, &row.log_hash);
-    let text = serde_json::to_string(&parts).map_err(Failure::internal)?;
-    Ok(format!("\n{text}"))
-}
-
-/// Prints the result.
-pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> Result<(), Failure> {
-    if context.json {
-        return out::print_json("campaign", campaign);
-    }
-    out::say(format_args!("{}{}", campaign_table(campaign), dir.display()));
-    Ok(())
-}
-
-/// Where something is claimed the claim decides; else the expected classes do. A campaign that lacks trials is no evidence,
-/// unless no more than a part of it was asked for.
-pub(super) fn exit(campaign: &CampaignObject, whole: bool) -> Exit {
-    if let Some(claims) = campaign.claim {
-        return match (claims.refuted, claims.open) {
-            (0, 0) => Exit::Fine,
-            (0, _) => Exit::NoEvidence,
-            _ => Exit::Unexpected,
-        };
-    }
-    if whole && !campaign.complete {
-        return Exit::NoEvidence;
-    }
-    if campaign.terms.claim.is_some() {
-        return Exit::Fine;
-    }
-    let unexpected = campaign.rows.iter().filter(|row| row.unexpected > 0);
-    let invalid =
-        |row: &results::report::CampaignRow| row.outcomes.get(&Outcome::Invalid).is_some_and(|n| *n == row.unexpected);
-    let only_invalid = unexpected.clone().all(invalid);
-    match (unexpected.count(), only_invalid) {
-        (0, _) => Exit::Fine,
-        (_, true) => Exit::NoEvidence,
-        (_, false) => Exit::Unexpected,
+pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
+    match verb {
+        Verb::Run(args) => run::run(context, args),
+        Verb::Merge(args) => merge::run(context, args),
+        Verb::Curve(args) => curve::run(context, args),
     }
 }

@@ -1,6 +1,8 @@
 //! `holdsafe doctor`: whether everything that a run needs is here, one line a need, each with its remedy, and how late the
 //! host lets a program run.
 
+mod scheduling;
+
 use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
@@ -13,7 +15,7 @@ use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
 
-use super::scheduling::{self, Scheduling};
+use scheduling::Scheduling;
 
 /// Shared memory that a live run takes at most, bytes.
 const SHARED_MEMORY: u64 = 64 * 1024 * 1024;
@@ -93,11 +95,11 @@ fn leftovers() -> Need {
     Need { need: "leftovers of killed runs", met, found, remedy }
 }
 
-/// Only `live --console` needs one, so that its absence is told and is no fault.
+/// Only `run --live --console` needs one, so that its absence is told and is no fault.
 fn window() -> Need {
     let found =
         link::display::Environment::own().probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
-    Need { need: "window (live --console)", met: true, found, remedy: "" }
+    Need { need: "window (run --console)", met: true, found, remedy: "" }
 }
 
 fn loopback() -> Need {

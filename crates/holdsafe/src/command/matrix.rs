@@ -6,7 +6,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::catalogue;
 use evidence::trial::Trial;
 use parallel::progress::Progress;
 use results::catalogue::{Catalogue, Row};
@@ -50,7 +49,7 @@ struct Part {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (catalogue, scenarios) = catalogue::load(context)?;
+    let (catalogue, scenarios) = context.catalogue()?;
     let wanted = wanted(&catalogue, args)?;
     let named = |s: &Scenario| wanted.iter().any(|row| s.threats.iter().any(|id| id.as_str() == row.id.as_str()));
     let parts = parts(context, args, scenarios.into_iter().filter(named).collect())?;
@@ -82,7 +81,7 @@ fn wanted<'a>(catalogue: &'a Catalogue, args: &Args) -> Result<Vec<&'a Row>, Fai
         return Ok(catalogue.row.iter().collect());
     }
     let row = |id: &String| {
-        let none = || Failure::new(Exit::Usage, format!("no row `{id}`; `holdsafe catalogue` prints them"));
+        let none = || Failure::new(Exit::Usage, format!("no row `{id}`; docs/reference/threats.md lists them"));
         catalogue.row(id).ok_or_else(none)
     };
     args.rows.iter().map(row).collect()

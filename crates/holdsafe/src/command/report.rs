@@ -1,201 +1,81 @@
-//! `holdsafe report`: what a reviewer is handed, as one HTML file, made of results and of recorded runs.
+//! `holdsafe report --format html|cite|mcap`: results and runs for those who do not run this program.
 
-use std::collections::BTreeSet;
-use std::fs::{self, File};
-use std::io::Read;
+mod cite;
+mod mcap;
+mod page;
+
 use std::path::{Path, PathBuf};
 
-use dossier::Dossier;
-use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
-use dossier::story::Recording;
-use evidence::SCHEMA_VERSION;
-use results::story;
-use runner::checked::{Checked, Unverified};
+use clap::ValueEnum;
+use runner::Context;
+use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
-use runner::recorded::Recorded;
-use runner::{Context, checked, out, runs};
-use serde::Serialize;
 
-/// The file in a folder of a command's results that holds the result.
-const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
-/// The file beside a result that names what it was made with.
-const MANIFEST: &str = "manifest.json";
-/// The most runs that are told one by one.
-const MAX_STORIES: usize = 32;
+/// What is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// One HTML page of results and recorded runs, for a reviewer.
+    #[default]
+    Html,
+    /// A BibTeX entry on stdout: program, seed and digests of the results of a run.
+    Cite,
+    /// A run as an MCAP file for Foxglove and other viewers: scene, images, detections, tracks, modes and log.
+    Mcap,
+}
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Results (what `--json` printed, or a folder that a command wrote) and folders of recorded runs.
+    /// html: results (printed by --json, or the folder of a command) and folders of recorded runs. cite: the folder of one run. mcap: one
+    /// recorded run, or a scenario to simulate under --seed.
     #[arg(value_name = "RESULT", required = true)]
     given: Vec<PathBuf>,
-    /// The page.
-    #[arg(long, value_name = "FILE", default_value = "report.html")]
-    out: PathBuf,
-    /// What it is about, in a line.
-    #[arg(long, default_value = "Does trust decay safely?")]
-    title: String,
-    /// Every figure as SVG, its numbers as CSV and LaTeX, and its caption, into this folder.
-    #[arg(long, value_name = "DIR")]
-    figures: Option<PathBuf>,
-    /// The results as JUnit XML, for build servers.
-    #[arg(long, value_name = "FILE")]
-    junit: Option<PathBuf>,
-    /// What was not expected and what was found, as SARIF, for code scanners.
-    #[arg(long, value_name = "FILE")]
-    sarif: Option<PathBuf>,
-    /// Layers for the ATT&CK Navigator, scored by outcome, into this folder.
-    #[arg(long, value_name = "DIR")]
-    navigator: Option<PathBuf>,
-    /// The paper's claims one by one, as Markdown.
-    #[arg(long, value_name = "FILE")]
-    evaluation: Option<PathBuf>,
-    /// A CycloneDX bill of materials, with the inputs of the runs that `manifest.json` beside the first result names.
-    #[arg(long, value_name = "FILE")]
-    sbom: Option<PathBuf>,
+    /// Format.
+    #[arg(long, value_enum, default_value = "html")]
+    format: Format,
+    /// The file to write: with html report.html where none is named.
+    #[arg(long, value_name = "FILE", required_if_eq("format", "mcap"))]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    page: page::PageOptions,
+    #[command(flatten)]
+    mcap: mcap::McapOptions,
     #[command(flatten)]
     unverified: Unverified,
 }
 
-/// What was written.
-#[derive(Serialize)]
-struct Written {
-    schema_version: u32,
-    files: Vec<String>,
-}
-
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (dossier, checked) = gather(args)?;
-    let read: Vec<&Checked> = checked.iter().collect();
-    checked::say(context, &read);
-    let mut files = vec![(args.out.clone(), dossier::page::page(&dossier).into_bytes())];
-    if let Some(dir) = &args.figures {
-        let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
-        files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.bytes)));
+    fits(args)?;
+    match args.format {
+        Format::Html => page::run(context, args),
+        Format::Cite => cite::run(context, args.one()?, args.unverified),
+        Format::Mcap => mcap::run(context, args),
     }
-    files.extend(args.junit.clone().map(|file| (file, dossier::junit(&dossier.results).into_bytes())));
-    files.extend(args.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results).into_bytes())));
-    if let Some(dir) = &args.navigator {
-        let layers = dossier::layers(&dossier.results);
-        if layers.is_empty() {
-            link::note!(
-                "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
-            );
-        }
-        files.extend(layers.into_iter().map(|(name, text)| (dir.join(name), text.into_bytes())));
-    }
-    files.extend(args.evaluation.clone().map(|file| (file, dossier::evaluation(&dossier.results).into_bytes())));
-    if let Some(file) = &args.sbom {
-        files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
-    }
-    let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
-    for (path, bytes) in &files {
-        write(path, bytes)?;
-        written.files.push(path.display().to_string());
-    }
-    if context.json {
-        checked::print_json("report", &written, &read)?;
-    } else {
-        written.files.iter().for_each(|file| out::say(format_args!("{file}")));
-    }
-    Ok(args.unverified.exit(&read, Exit::Fine))
 }
 
-/// The manifest beside the first result that has one.
-fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
-    let beside = |path: &PathBuf| if path.is_dir() { path.join(MANIFEST) } else { path.with_file_name(MANIFEST) };
-    let Some(file) = args.given.iter().map(beside).find(|file| file.is_file()) else { return Ok(None) };
-    let read = Manifest::read(&file.display().to_string(), &bounded(&file)?);
-    read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
-    parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
-}
-
-/// What the page is made of, and every recording that was checked for it.
-fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
-    let (mut results, mut stories, mut checked) = (Results::default(), Vec::new(), Vec::new());
-    let mut seen = BTreeSet::new();
-    for path in &args.given {
-        let (told, runs) = match found(path)? {
-            Given::Result(file, runs) => {
-                let bytes = bounded(&file)?;
-                let read = results.read(&file.display().to_string(), &bytes);
-                read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
-                (false, runs)
-            }
-            Given::Runs(runs) => (true, runs),
-        };
-        for run in runs {
-            let of = checked::run(&run)?;
-            if told && stories.len() == MAX_STORIES {
-                return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
-            }
-            if told {
-                stories.push(tell(&of)?);
-            }
-            // The folder of a result may hold a run that is given by itself, too.
-            if seen.insert(fs::canonicalize(of.path())?) {
-                checked.push(of);
+impl Args {
+    /// The one run that is given.
+    fn one(&self) -> Result<&Path, Failure> {
+        match self.given.as_slice() {
+            [one] => Ok(one),
+            several => {
+                Err(Failure::new(Exit::Usage, format!("{} runs are named; this format takes one", several.len())))
             }
         }
     }
-    let version = env!("CARGO_PKG_VERSION").to_owned();
-    let recordings = checked.iter().map(recording).collect();
-    Ok((Dossier { title: args.title.clone(), version, results, stories, recordings }, checked))
 }
 
-/// What a path stands for.
-enum Given {
-    /// A result, and the runs that were recorded for it.
-    Result(PathBuf, Vec<PathBuf>),
-    /// Recorded runs, each to be told.
-    Runs(Vec<PathBuf>),
-}
-
-fn found(path: &Path) -> Result<Given, Failure> {
-    if !path.is_dir() {
-        return Ok(Given::Result(path.to_owned(), Vec::new()));
+/// Refuses options of another format.
+fn fits(args: &Args) -> Result<(), Failure> {
+    let of = |format: Format, given: bool| (given && args.format != format).then_some(format);
+    let foreign = of(Format::Html, args.page.given()).or(of(Format::Mcap, args.mcap.given()));
+    let foreign = foreign.and_then(|format| format.to_possible_value());
+    let to_no_file = args.out.is_some() && args.format == Format::Cite;
+    match foreign {
+        Some(format) => {
+            let message = format!("an option of `--format {}` is given with another format", format.get_name());
+            Err(Failure::new(Exit::Usage, message))
+        }
+        None if to_no_file => Err(Failure::new(Exit::Usage, "a citation goes to stdout; leave --out out")),
+        None => Ok(()),
     }
-    let (inside, runs) = (RESULTS.iter().map(|name| path.join(name)).find(|file| file.is_file()), runs::below(path)?);
-    if let Some(file) = inside {
-        return Ok(Given::Result(file, runs));
-    }
-    if runs.is_empty() {
-        let of = RESULTS.join(", ");
-        let message = format!("{}: neither a recorded run (`recording/`) nor a result ({of})", path.display());
-        return Err(Failure::new(Exit::Usage, message));
-    }
-    Ok(Given::Runs(runs))
-}
-
-fn tell(run: &Checked) -> Result<dossier::story::Story, Failure> {
-    let (name, recorded) = (run.path().display().to_string(), Recorded::read(run)?);
-    recorded.warn(&name);
-    Ok(story::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
-}
-
-fn recording(of: &Checked) -> Recording {
-    let custody = of.custody();
-    Recording {
-        name: custody.run.clone(),
-        sha256: custody.sha256.clone(),
-        holds: custody.holds,
-        outcome: custody.outcome.map(|class| class.name().to_owned()),
-        invalid: custody.reason.clone(),
-    }
-}
-
-/// A file's bytes, one more than is read at most: what is too long is refused, not cut.
-fn bounded(file: &Path) -> Result<Vec<u8>, Failure> {
-    let unreadable = |e: std::io::Error| Failure::new(Exit::Usage, format!("{}: {e}", file.display()));
-    let mut bytes = Vec::new();
-    let most = MAX_FILE_BYTES as u64 + 1;
-    File::open(file).map_err(unreadable)?.take(most).read_to_end(&mut bytes).map_err(unreadable)?;
-    Ok(bytes)
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
-    Failure::new(Exit::Environment, format!("{}: {error}", path.display()))
 }

@@ -1,5 +1,7 @@
 //! `holdsafe run SCENARIO…`: trials of scenarios, in the twin or live, judged against their expected classes.
 
+mod live;
+
 use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
@@ -16,8 +18,6 @@ use scenario::FRAMES;
 use serde::Serialize;
 use wire::person::Role;
 
-use super::live;
-
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
 /// Recordings whose digests are told on one screen; `result.json` has all.
@@ -28,11 +28,14 @@ const LIVE_TRIALS: u64 = 1;
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// Scenarios, by name or by file.
-    #[arg(required = true, value_name = "SCENARIO")]
+    #[arg(required_unless_present = "watch", value_name = "SCENARIO")]
     scenarios: Vec<String>,
     /// Run live: processes, sockets, real clocks.
     #[arg(long)]
     live: bool,
+    /// Print the operator's view while one live trial runs: of the first cell, of `nominal` where no scenario is named.
+    #[arg(long, requires = "live", conflicts_with_all = ["trials", "jobs"])]
+    watch: bool,
     /// Trials of each scenario, or of each of its cells [default: 59 in the twin, 1 live].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     trials: Option<u64>,
@@ -80,6 +83,9 @@ struct Several {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    if args.watch {
+        return live::run(context, args);
+    }
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);

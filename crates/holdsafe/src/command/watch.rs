@@ -1,9 +1,16 @@
 //! `holdsafe watch RUN`: what the console of a run shows, as text, from another terminal: over ssh, or in a script; with
-//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer.
+//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer. `sensors` and `window` are windows.
 //!
 //! It reads the console's mouth log while it grows, and prints the words that the console itself gave: no second model, no
 //! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
 //! if it did. Of a run that goes on nothing is verified yet; one that is over is checked first.
+
+mod beside;
+mod follow;
+mod frame;
+mod onlook;
+mod sensors;
+mod window;
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
@@ -14,6 +21,7 @@ use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::mouth::{Entry, MouthError};
 use live::keep;
+use runner::bring::Bring;
 use runner::checked::{Checked, Unverified};
 use runner::failure::{Exit, Failure};
 use runner::{Context, checked, out, runs};
@@ -22,28 +30,38 @@ use serde_json::json;
 use wire::core::{Input, Output};
 use wire::id::NodeId;
 
-use super::follow::Follow;
-use super::onlook::{Page, Viewer};
+use follow::Follow;
+use onlook::{Page, Viewer};
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The run's directory, as given to `live --out`.
+    /// Directory of the run, as given to `run --live --out`.
     #[arg(value_name = "RUN")]
     run: PathBuf,
-    /// Print what was shown last, and end.
-    #[arg(long)]
+    /// The operator's view as text; the default.
+    #[arg(long, group = "place")]
+    text: bool,
+    /// Print the last view, and end.
+    #[arg(long, conflicts_with_all = ["web", "foxglove", "sensors", "window"])]
     once: bool,
     /// Show it to a browser on this host instead, at this port or a free one, and print the address.
-    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0")]
-    #[arg(conflicts_with = "once")]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0", group = "place")]
     web: Option<u16>,
     /// Offer it to Foxglove's app on this host instead, at this port or the app's usual one; takes a build with `--features foxglove`.
-    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8765")]
-    #[arg(conflicts_with_all = ["once", "web"])]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8765", group = "place")]
     foxglove: Option<u16>,
+    /// Show the sensors of a run that goes on, in a window beside the operator's.
+    #[arg(long, group = "place")]
+    sensors: bool,
+    /// Open a run that is over in the operator's window: to look at, not to act in.
+    #[arg(long, group = "place")]
+    window: bool,
+    /// With --sensors or --window.
+    #[command(flatten)]
+    bring: Bring,
     #[command(flatten)]
     unverified: Unverified,
 }
@@ -110,12 +128,26 @@ impl Place {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    if args.sensors {
+        return sensors::run(context, args);
+    }
+    if args.window {
+        return window::run(context, args);
+    }
+    if args.bring.files().iter().any(Option::is_some) {
+        return Err(Failure::new(Exit::Usage, "--detector is for --sensors or --window, which show images"));
+    }
+    print(context, args)
+}
+
+/// Shows the operator's view until the run ends, a person asks, or, of a run that is over, once.
+fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
     let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
     let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
     let unopened = |why: MouthError| {
         let says = format!(
-            "{}: {why}; is this the folder that `live --out` was given, and has the run begun?",
+            "{}: {why}; is this the folder that `run --live --out` was given, and has the run begun?",
             path.display()
         );
         Failure::new(Exit::NoEvidence, says)
@@ -129,7 +161,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let run = run.display();
         return Err(Failure::new(
             Exit::NoEvidence,
-            format!("{run} is over: `holdsafe console {run}` shows its recording"),
+            format!("{run} is over: `holdsafe watch --window {run}` shows its recording"),
         ));
     }
     if news.newest.is_none() && args.once {

@@ -1,4 +1,4 @@
-//! `holdsafe bench agreement`: how far live runs agree with the twin, over words that were drawn before any of them was run live.
+//! `lab agreement`: how far live runs agree with the twin, over words that were drawn before any of them was run live.
 //!
 //! Each word is a file (`drawn`), run once in the twin, rendered as a live run is, and once live, under the same seed. Finished runs
 //! are kept (`kept`), so a bench that was ended goes on where it was. It measures and prints; no test asserts its numbers.

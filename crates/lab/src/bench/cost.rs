@@ -1,4 +1,4 @@
-//! `holdsafe bench twin`: what the twin of the null attack costs by stage, beside bare rapier on the same course in the
+//! `lab twin`: what the twin of the null attack costs by stage, beside bare rapier on the same course in the
 //! same process; and what the first trial costs again where it is known. It measures and prints; no test asserts its
 //! numbers.
 //!

@@ -1,4 +1,4 @@
-//! `holdsafe bench detector`: what the detector and the stages beside it are worth, cell by cell, on frames that nothing was
+//! `lab detector`: what the detector and the stages beside it are worth, cell by cell, on frames that nothing was
 //! learnt from.
 //!
 //! It measures and prints; no test asserts its numbers.

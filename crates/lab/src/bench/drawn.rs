@@ -1,4 +1,4 @@
-//! The words of `bench agreement`: drawn by a seed, each as a file that `holdsafe run` takes, in the twin and live.
+//! The words of `lab agreement`: drawn by a seed, each as a file that `holdsafe run` takes, in the twin and live.
 //!
 //! A word depends on the seed of the drawing, its stratum and its number, not on the words before it, so that they are drawn on
 //! any number of threads and a drawing that was ended goes on where it was.

@@ -1,4 +1,4 @@
-//! `holdsafe bench growth`: what a simulated second of the twin costs as there is more in it: objects in view, platforms at one
+//! `lab growth`: what a simulated second of the twin costs as there is more in it: objects in view, platforms at one
 //! gateway, and platforms abreast, each with a control of its own.
 //!
 //! It measures and prints; no test asserts its numbers. Rounds go through all rows, so that each sees the same machine; a

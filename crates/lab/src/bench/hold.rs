@@ -1,4 +1,4 @@
-//! `holdsafe bench hold`: how long an operator's HOLD takes, live, from the hand to the unit and back to the display.
+//! `lab hold`: how long an operator's HOLD takes, live, from the hand to the unit and back to the display.
 //!
 //! A person without a window holds and resumes, over and over, in one long null attack. Each stage's time is the recording's.
 //! With `--cut` the unit's connection to the broker is cut before the first and stays so: then it is how long until the

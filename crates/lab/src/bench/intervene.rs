@@ -1,4 +1,4 @@
-//! `holdsafe bench explain`: are explanations right? Scored by taking the named cause away.
+//! `lab explain`: are explanations right? Scored by taking the named cause away.
 //!
 //! Each run has one fault drawn from the alphabets, every other run a second one; it counts when one of them by itself brings about
 //! the first loss of the run, and the other by itself does not. The explanation names a place, never a fault. Which of the

@@ -1,4 +1,4 @@
-//! `holdsafe bench judges`: the oracle beside the second judge (`tools/judge`), over logs of the twin.
+//! `lab judges`: the oracle beside the second judge (`tools/judge`), over logs of the twin.
 //!
 //! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied, and with each
 //! check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run leaves

@@ -1,4 +1,4 @@
-//! `holdsafe bench kill`: each process of live runs killed at a random moment, the mode the platform ends in, how soon,
+//! `lab kill`: each process of live runs killed at a random moment, the mode the platform ends in, how soon,
 //! and whether the plant stands. The same kills run in the twin, whose classes must contain the live ones.
 //!
 //! What is owed is `oracle::process_fault`'s table, stated before any run; here it is only run, counted and printed.
@@ -119,7 +119,7 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
         let twin = if mode == Mode::Twin { " --twin" } else { "" };
         for mut one in plan::of_scenario(context, &nominal.killing(process, &expected), &wanted)? {
             one.variation.cell = Some(name.to_owned());
-            one.command = Some(format!("holdsafe bench kill --only {name} --runs 1{twin}"));
+            one.command = Some(format!("lab kill --only {name} --runs 1{twin}"));
             all.push(one);
         }
     }

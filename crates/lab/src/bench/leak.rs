@@ -1,4 +1,4 @@
-//! `holdsafe bench leak`: how well lengths and times on the links tell the unit's mode, against chance.
+//! `lab leak`: how well lengths and times on the links tell the unit's mode, against chance.
 //!
 //! It measures trials in the twin and prints; no test asserts its numbers. Operator and faults begin later than the scenarios
 //! say, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that differs from run to

@@ -1,4 +1,4 @@
-//! `holdsafe bench liveness`: the operating curve of detectors of silence, latency against false trips.
+//! `lab liveness`: the operating curve of detectors of silence, latency against false trips.
 //!
 //! It measures a model of the stream and prints; no test asserts its numbers, and nothing of the platform runs.
 

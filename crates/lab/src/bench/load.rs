@@ -1,4 +1,4 @@
-//! `holdsafe bench load`: many sessions, and then a flood of what is no record beside one valid stream, on the real accept
+//! `lab load`: many sessions, and then a flood of what is no record beside one valid stream, on the real accept
 //! loop over loopback sockets. It measures and prints; only a datagram that is in no account is a failure.
 
 use evidence::SCHEMA_VERSION;

@@ -1,4 +1,4 @@
-//! `holdsafe bench search --shrink N`: for each weakness, what the first findings of N seeds of drawing shrink to.
+//! `lab search --shrink N`: for each weakness, what the first findings of N seeds of drawing shrink to.
 //!
 //! Shrinking keeps the cause, so that minima are counted cause by cause. The fewest letters are those of the shortest words
 //! that `search --exhaust` tries and that have the cause.

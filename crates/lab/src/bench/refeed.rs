@@ -1,4 +1,4 @@
-//! `holdsafe bench replay`: runs in the twin whose cores are fed again, over all variations, and how fast the boundary and the state
+//! `lab replay`: runs in the twin whose cores are fed again, over all variations, and how fast the boundary and the state
 //! machine take their records then.
 
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! `holdsafe bench rendering`: the same seeds with rendered sensors and without, and how often a trial ends otherwise.
+//! `lab rendering`: the same seeds with rendered sensors and without, and how often a trial ends otherwise.
 //!
 //! A trial without rendering stands on a noise model in place of sensors and detectors; this is what that costs in conclusions.
 //! It measures and prints; no test asserts its numbers.

@@ -1,4 +1,4 @@
-//! `holdsafe bench sensing`: rides through random scenes, sensed both ways: how well tracks follow what there is, and how like
+//! `lab sensing`: rides through random scenes, sensed both ways: how well tracks follow what there is, and how like
 //! the noise model's findings are to those of the stages that it stands in for.
 //!
 //! It measures and prints; no test asserts its numbers.

@@ -1,4 +1,4 @@
-//! `holdsafe bench tamper`: how much of what can be done to a recording is found, all of it tried.
+//! `lab tamper`: how much of what can be done to a recording is found, all of it tried.
 //!
 //! The recording is of one run in the twin, written as the recorder of a live run writes it: flushed with every seal.
 

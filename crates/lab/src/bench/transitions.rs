@@ -1,4 +1,4 @@
-//! `holdsafe bench kill --at-transitions`: every process killed, hung and slowed at every change of mode that the mission of
+//! `lab kill --at-transitions`: every process killed, hung and slowed at every change of mode that the mission of
 //! `process_ends` goes through, in the twin; and how often everything owed came in time.
 //!
 //! What is owed is `oracle::process_fault`'s; that nothing arms or leaves HOLD_SAFE by itself is the oracle's P9 in every trial.
@@ -78,7 +78,7 @@ fn planned(context: &Context, args: &Args) -> Result<Vec<Planned>, Failure> {
                 let cell = base.ending_at(process, ending, change);
                 for mut one in plan::of_scenario(context, &cell, &Wanted::default())? {
                     one.variation.cell = Some(format!("{name}/{how}/{}", label(change)));
-                    one.command = Some(format!("holdsafe bench kill --at-transitions --only {name} --runs 1"));
+                    one.command = Some(format!("lab kill --at-transitions --only {name} --runs 1"));
                     all.push(one);
                 }
             }

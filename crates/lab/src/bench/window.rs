@@ -1,4 +1,4 @@
-//! `holdsafe bench window`: what the width of the anti-replay window costs and what it admits.
+//! `lab window`: what the width of the anti-replay window costs and what it admits.
 //!
 //! The window is `wire`'s own, fed as a receiver would be: a sender's records, some lost, some late; then each that came
 //! once more, and each that was lost as one who had withheld it would release it. Freshness is left out, to see what

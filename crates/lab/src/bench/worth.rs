@@ -1,4 +1,4 @@
-//! `holdsafe bench search`: how soon each strategy finds each weakness of a list; or, with `--shrink`, whether what is found
+//! `lab search`: how soon each strategy finds each weakness of a list; or, with `--shrink`, whether what is found
 //! ends as the same word, and as the shortest.
 //!
 //! The strategies take turns seed by seed, so that all see the same machine. CPU time is that of the trials, each on one thread;

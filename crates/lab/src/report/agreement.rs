@@ -1,4 +1,4 @@
-//! How far live runs agree with the twin, stratum by stratum: the object of `bench agreement`, and its table.
+//! How far live runs agree with the twin, stratum by stratum: the object of `lab agreement`, and its table.
 //!
 //! Twin and live n are never added: of each word there is one run of either. A live run that is INVALID agrees with nothing; it is
 //! left out of the first bound and counted as disagreeing in the second.
@@ -11,7 +11,7 @@ use search::Stratum;
 use serde::Serialize;
 use stats::{LEVEL, rate_lower};
 
-/// The object of `bench agreement --json`.
+/// The object of `lab agreement --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct AgreementObject {
     /// Version of this object.

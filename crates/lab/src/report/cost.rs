@@ -1,4 +1,4 @@
-//! What the twin costs: the object that `bench twin` prints, and its table.
+//! What the twin costs: the object that `lab twin` prints, and its table.
 
 use results::report::new_table;
 use serde::Serialize;

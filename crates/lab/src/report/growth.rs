@@ -1,4 +1,4 @@
-//! What the twin costs as there is more in it: the object that `bench growth` prints, and its table.
+//! What the twin costs as there is more in it: the object that `lab growth` prints, and its table.
 
 use evidence::SCHEMA_VERSION;
 use results::report::new_table;

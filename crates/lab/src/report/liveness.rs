@@ -1,4 +1,4 @@
-//! The operating curve of detectors of silence: the object that `bench liveness` prints, its table and its plot.
+//! The operating curve of detectors of silence: the object that `lab liveness` prints, its table and its plot.
 
 use core::fmt::Write;
 

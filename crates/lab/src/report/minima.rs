@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::cost::Spread;
 
-/// The object of `bench search --shrink N --json`.
+/// The object of `lab search --shrink N --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct MinimaObject {
     /// Version of this object.

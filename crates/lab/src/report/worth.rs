@@ -11,7 +11,7 @@ use stats::waiting::{Known, Median, Ratio, Wait};
 /// A weakness is hard where the median of uniform drawing is at least so many trials.
 const HARD: f64 = 1_000.0;
 
-/// The object of `bench search --json`.
+/// The object of `lab search --json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct WorthObject {
     /// Version of this object.

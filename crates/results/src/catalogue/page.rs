@@ -40,7 +40,7 @@ pub(super) fn page(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
         let evidence: Vec<&str> = row.evidence.iter().map(|e| e.name()).collect();
         let named: Vec<String> = row.of(scenarios).iter().map(|s| format!("`{}`", s.name.as_str())).collect();
         let tests = row.tests.iter().map(|test| format!("`{}`", test.trim_start_matches("tests/")));
-        let commands = row.commands.iter().map(|command| format!("`holdsafe {command}`"));
+        let commands = row.commands.iter().map(|command| format!("`{command}`"));
         let shown = |cells: Vec<String>| if cells.is_empty() { "–".to_owned() } else { cells.join(", ") };
         let cells = [
             row.id.as_str().to_owned(),

@@ -1,4 +1,4 @@
-//! The object and the table of `holdsafe curve`: outcome shares, latencies and counts along one value of a scenario.
+//! The object and the table of `holdsafe campaign curve`: outcome shares, latencies and counts along one value of a scenario.
 //!
 //! Shares have exact intervals; INVALID trials stay in every n and count neither as noticed nor as harm.
 

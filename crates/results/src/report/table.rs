@@ -37,6 +37,13 @@ pub fn reference_table(reference: &Reference) -> String {
     )
 }
 
+/// One row of the reference evaluation as a line, to be printed while others still run.
+pub fn reference_line(row: &ReferenceRow) -> String {
+    let verdict = if row.unexpected == 0 { "ok" } else { "UNEXPECTED" };
+    let cells = reference_row(row);
+    format!("{verdict:10} {:48} {:12} {}", cells[0], cells[1], cells[2])
+}
+
 fn reference_row(row: &ReferenceRow) -> Vec<String> {
     let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} {cell}", row.scenario));
     let mut outcomes = outcomes(&row.summary.outcomes);

@@ -23,7 +23,7 @@ const TRIALS: &str = "trials.jsonl";
 
 /// The finished trials of one campaign.
 #[derive(Debug)]
-pub(in crate::command) struct Journal {
+pub(super) struct Journal {
     lines: Lines,
     index: Mutex<BTreeMap<u64, (At, Outcome)>>,
     /// Held for as long as the folder is in use; the kernel lets go of it however we end.
@@ -32,7 +32,7 @@ pub(in crate::command) struct Journal {
 
 impl Journal {
     /// The journal of `plan` in `directory`, which may be new, or hold finished trials of the same campaign and of no other.
-    pub(in crate::command) fn open(directory: &Path, plan: &Plan) -> Result<Self, Failure> {
+    pub(super) fn open(directory: &Path, plan: &Plan) -> Result<Self, Failure> {
         fs::create_dir_all(directory)?;
         let lock = File::create(directory.join("lock"))?;
         lock.try_lock().map_err(|error| match error {
@@ -58,23 +58,23 @@ impl Journal {
     }
 
     /// The class of a finished trial.
-    pub(in crate::command) fn outcome(&self, trial: u64) -> Option<Outcome> {
+    pub(super) fn outcome(&self, trial: u64) -> Option<Outcome> {
         self.index().get(&trial).map(|(_, outcome)| *outcome)
     }
 
     /// A finished trial.
-    pub(in crate::command) fn row(&self, trial: u64) -> Result<Option<Row>, Failure> {
+    pub(super) fn row(&self, trial: u64) -> Result<Option<Row>, Failure> {
         let at = self.index().get(&trial).map(|(at, _)| *at);
         at.map(|at| self.lines.get(at)).transpose()
     }
 
     /// How many trials are finished.
-    pub(in crate::command) fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.index().len()
     }
 
     /// Adds a finished trial. One that is there already has to be the same in everything.
-    pub(in crate::command) fn add(&self, plan: &Plan, row: &Row) -> Result<(), Failure> {
+    pub(super) fn add(&self, plan: &Plan, row: &Row) -> Result<(), Failure> {
         let Some(known) = self.row(row.trial)? else {
             let at = self.lines.put(row)?;
             self.index().insert(row.trial, (at, row.outcome));
@@ -101,10 +101,10 @@ impl Journal {
 }
 
 /// The plan in a campaign's folder.
-pub(in crate::command) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
+pub(super) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
     let path = directory.join(PLAN);
     let unusable = |why: String| {
-        let remedy = "name the folder that `holdsafe campaign --out DIR` made";
+        let remedy = "name the folder that `holdsafe campaign run --out DIR` made";
         Failure::new(Exit::Usage, format!("{}: {why}; {remedy}", path.display()))
     };
     let mut text = String::new();
@@ -119,7 +119,7 @@ pub(in crate::command) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
 }
 
 /// Gives each finished trial in a folder of the campaign to `take`; the folder stays as it is.
-pub(in crate::command) fn each_row(
+pub(super) fn each_row(
     directory: &Path,
     plan: &Plan,
     mut take: impl FnMut(Row) -> Result<(), Failure>,
@@ -144,7 +144,7 @@ pub(in crate::command) fn each_row(
 }
 
 /// That a folder holds the campaign of `plan` and no other.
-pub(in crate::command) fn same(directory: &Path, plan: &Plan, there: &Plan) -> Result<(), Failure> {
+pub(super) fn same(directory: &Path, plan: &Plan, there: &Plan) -> Result<(), Failure> {
     let Some(difference) = plan.difference(there) else { return Ok(()) };
     let message = format!("{} is of another campaign: {difference}", directory.display());
     Err(Failure::new(Exit::Usage, format!("{message}; keep each campaign in a folder of its own")))

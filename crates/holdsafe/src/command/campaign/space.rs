@@ -11,7 +11,7 @@ use runner::{Context, plan};
 use scenario::{Settings, Variation};
 use serde_json::Value;
 
-use super::Args;
+use super::run::Args;
 
 /// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;

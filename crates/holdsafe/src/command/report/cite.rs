@@ -1,4 +1,4 @@
-//! `holdsafe cite RUN`: what to write where a result is used, with what it takes to tell that it is this one.
+//! `holdsafe report --format cite RUN`: what to write where a result is used, with what it takes to tell that it is this one.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 /// Who and what is cited, as services that read such files have it.
-const CITATION: &str = include_str!("../../../../CITATION.cff");
+const CITATION: &str = include_str!("../../../../../CITATION.cff");
 /// The most that is read of a manifest.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 /// The most that is read of a result.
@@ -26,15 +26,6 @@ const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
 const LEVELS: usize = 5;
 /// Digits of a digest that tell one entry from another in a bibliography.
 const SHORT: usize = 8;
-
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Directory of a run with its manifest.json, or any below it.
-    #[arg(value_name = "RUN")]
-    run: PathBuf,
-    #[command(flatten)]
-    unverified: Unverified,
-}
 
 /// What is read of a manifest.
 #[derive(Deserialize)]
@@ -71,9 +62,10 @@ struct Cited {
     bibtex: String,
 }
 
-pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.run.display()));
-    let directory = with_manifest(&args.run);
+/// Of the directory of a run with its manifest.json, or any below it.
+pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Result<Exit, Failure> {
+    let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", run.display()));
+    let directory = with_manifest(run);
     let manifest = directory.join("manifest.json");
     let file =
         File::open(&manifest).map_err(|e| unusable(format!("manifest.json: {e}; name the directory of a run")))?;
@@ -92,7 +84,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         true => checked::print_json("cite", &cited, &recorded)?,
         false => out::say(format_args!("{}", cited.bibtex)),
     }
-    Ok(args.unverified.exit(&recorded, Exit::Fine))
+    Ok(unverified.exit(&recorded, Exit::Fine))
 }
 
 /// The directory with the manifest of `run`: itself, or the nearest around it.

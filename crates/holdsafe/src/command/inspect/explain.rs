@@ -1,4 +1,4 @@
-//! `holdsafe explain RUN`: why the platform changed its mode, from a recording or from a run in the twin.
+//! `holdsafe inspect explain RUN`: why the platform changed its mode, from a recording or from a run in the twin.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use runner::{Context, checked, engine, out, plan};
 use wire::mode::Mode;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(in crate::command) struct Args {
     /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "RUN")]
     run: String,

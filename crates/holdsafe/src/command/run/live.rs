@@ -1,50 +1,21 @@
-//! `holdsafe live SCENARIO`: one live run, with what the operator sees as text.
-
-use std::path::PathBuf;
+//! `holdsafe run --live --watch SCENARIO`: one live run, with the operator's view as text.
 
 use link::clock::trace_us;
 use results::mode::Mode;
-use runner::bring::Bring;
 use runner::engine::View;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
-use runner::retry::{Retries, retried};
+use runner::retry::retried;
 use runner::{Context, batch, engine, out, plan};
-use scenario::FRAMES;
 use wire::person::Role;
+
+use super::Args;
 
 /// Least time between two of the operator's views on a terminal, microseconds.
 const APART_US: u64 = 200_000;
 
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Scenario, by name or by file.
-    #[arg(value_name = "SCENARIO", default_value = "nominal")]
-    scenario: String,
-    /// A policy file in place of the scenario's own.
-    #[arg(long, value_name = "FILE")]
-    policy: Option<PathBuf>,
-    /// Only this cell, such as verbatim/present/session-only; else the first.
-    #[arg(long)]
-    cell: Option<String>,
-    #[command(flatten)]
-    bring: Bring,
-    /// Open the operator's window. The run then lasts until that is closed, at least to the scenario's end.
-    #[arg(long)]
-    console: bool,
-    /// What the person at the window may do: view, operate or supervise. Who may only look has no pen, and then the scenario's
-    /// operator has none either.
-    #[arg(long, requires = "console", default_value = "supervise", value_parser = role)]
-    role: Role,
-    #[command(flatten)]
-    retries: Retries,
-    /// Keep recordings here.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Of these, keep every Nth set of sensor frames whole and of the others the hash: 1 keeps all (5 GB an hour), 0 none.
-    #[arg(long, value_name = "N", requires = "out", default_value_t = FRAMES)]
-    frames: u32,
-}
+/// The scenario where none is named.
+const SCENARIO: &str = "nominal";
 
 pub(super) fn role(text: &str) -> Result<Role, String> {
     let named = Role::ALL.into_iter().find(|role| role.name() == text);
@@ -60,9 +31,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.console {
         display()?;
     }
+    let name = match args.scenarios.as_slice() {
+        [] => SCENARIO,
+        [one] => one,
+        _ => return Err(Failure::new(Exit::Usage, "--watch shows one live trial: name one scenario")),
+    };
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let wanted = Wanted { policy, cell, rendered: true, detector, sabotage: false };
-    let (_, mut planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
+    let (_, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));

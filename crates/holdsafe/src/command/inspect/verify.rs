@@ -1,4 +1,4 @@
-//! `holdsafe verify DIR`: whether the evidence of a run holds, and whether its trial ended INVALID by itself.
+//! `holdsafe inspect verify DIR`: whether the evidence of a run holds, and whether its trial ended INVALID by itself.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use runner::{Context, checked, out, runs};
 use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(in crate::command) struct Args {
     /// Directory of a recorded run.
     #[arg(value_name = "DIR")]
     run: PathBuf,

@@ -1,4 +1,4 @@
-//! `holdsafe replay`: feeds each core of a run what it was fed, and compares what comes out: every byte, or under another policy
+//! `holdsafe inspect replay`: feeds each core of a run what it was fed, and compares what comes out: every byte, or under another policy
 //! every decision.
 
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use twin::refeed::{Parted, Refed, decisions};
 use wire::core::Output;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(in crate::command) struct Args {
     /// Directory of a recorded live run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "RUN")]
     run: String,
@@ -124,7 +124,7 @@ fn same(context: &Context, run: &str, cores: Vec<MouthReplay>, read: &[&Checked]
         checked::print_json("replay", &Replayed { schema_version: SCHEMA_VERSION, identical, cores }, read)?;
     }
     if !identical {
-        link::note!("reproduce: holdsafe replay {run}");
+        link::note!("reproduce: holdsafe inspect replay {run}");
     }
     Ok(if identical { Exit::Fine } else { Exit::Unexpected })
 }

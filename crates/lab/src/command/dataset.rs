@@ -1,4 +1,4 @@
-//! `holdsafe dataset`: labelled frames of random scenes, for a detector to learn from or be judged on; and a contact sheet.
+//! `lab dataset`: labelled frames of random scenes, for a detector to learn from or be judged on; and a contact sheet.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

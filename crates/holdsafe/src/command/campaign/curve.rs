@@ -1,4 +1,4 @@
-//! `holdsafe curve SCENARIO`: one value of a scenario taken through the range that its `[curve]` names, in the twin, each
+//! `holdsafe campaign curve SCENARIO`: one value of a scenario taken through the range that its `[curve]` names, in the twin, each
 //! point on the same seeds.
 //!
 //! The lines are the scenario's cells. What a point is worth is `results::report`'s to fold.
@@ -16,7 +16,7 @@ use runner::{Context, batch, out, plan};
 use scenario::Curve;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(in crate::command) struct Args {
     /// A scenario with a curve, by name or by file.
     #[arg(value_name = "SCENARIO")]
     scenario: String,
@@ -98,7 +98,7 @@ fn points(context: &Context, args: &Args, wanted: &Wanted, curve: &Curve, line: 
     }
     let point = |value: f64| {
         let variation = curve.at(&line.variation, value).map_err(Failure::internal)?;
-        let command = format!("holdsafe curve {} --trials 1 --at {value}{}", args.scenario, line.options);
+        let command = format!("holdsafe campaign curve {} --trials 1 --at {value}{}", args.scenario, line.options);
         Ok((value, Planned { command: Some(command), ..plan::prepare(context, variation, wanted)? }))
     };
     let points = values.into_iter().map(point).collect::<Result<Vec<_>, Failure>>()?;

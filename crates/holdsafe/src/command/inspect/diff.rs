@@ -1,4 +1,4 @@
-//! `holdsafe diff A B`: where two runs decided otherwise.
+//! `holdsafe inspect diff A B`: where two runs decided otherwise.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
+pub(in crate::command) struct Args {
     /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "A")]
     a: String,

@@ -1,4 +1,4 @@
-//! `holdsafe reproduce`: do runs in the twin come to what they came to when their references were committed?
+//! `holdsafe evaluate --reproduce`: do all simulated runs still give the committed results?
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -17,13 +17,13 @@ const FOLDER: &str = "references";
 /// Decisions of a second that are printed.
 const PRINTED: usize = 8;
 
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Only these scenarios; else every shipped one that runs in the twin.
-    #[arg(value_name = "SCENARIO", conflicts_with = "renew")]
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct Reproduce {
+    /// With --reproduce: only these scenarios; else every shipped one that is simulated.
+    #[arg(value_name = "SCENARIO", requires = "reproduce", conflicts_with = "renew")]
     scenarios: Vec<String>,
-    /// Write the references of this architecture anew, from what runs come to now.
-    #[arg(long)]
+    /// With --reproduce: write the references of this architecture anew, from the runs of now.
+    #[arg(long, requires = "reproduce")]
     renew: bool,
 }
 
@@ -55,7 +55,7 @@ struct Reproduced {
     gone: Vec<String>,
 }
 
-pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+pub(super) fn run(context: &Context, args: &Reproduce) -> Result<Exit, Failure> {
     let root = context.root()?;
     let file = root.join(FOLDER).join(format!("{}.jsonl", architecture()));
     let planned = planned(context, args, &root)?;
@@ -103,7 +103,7 @@ fn architecture() -> String {
 }
 
 /// Every variation that runs in the twin.
-fn planned(context: &Context, args: &Args, root: &Path) -> Result<Vec<Planned>, Failure> {
+fn planned(context: &Context, args: &Reproduce, root: &Path) -> Result<Vec<Planned>, Failure> {
     let files: Vec<PathBuf> = match args.scenarios.is_empty() {
         true => scenario::shipped(root)?,
         false => args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
@@ -171,7 +171,7 @@ fn renew(context: &Context, planned: &[Planned], file: &Path) -> Result<Exit, Fa
 }
 
 /// References to nothing that is shipped; none where only some scenarios were asked for.
-fn gone<T>(references: &References, made: &[(Reference, T)], args: &Args) -> Vec<String> {
+fn gone<T>(references: &References, made: &[(Reference, T)], args: &Reproduce) -> Vec<String> {
     let stands = |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
     let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !stands(then));
     all.map(|then| label(&then.scenario, then.cell.as_deref())).collect()

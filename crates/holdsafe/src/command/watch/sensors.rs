@@ -1,4 +1,4 @@
-//! `holdsafe sensors RUN`: what the sensors of a live run's unit give, and what the stages find in it, in a window beside the operator's.
+//! `holdsafe watch --sensors RUN`: what the sensors of a live run's unit give, and what the stages find in it, in a window beside the operator's.
 //!
 //! It reads perception's mouth log while it grows, as `watch` reads the console's: no second subscriber on the unit's bus, no key and no
 //! hand in the run. Shown are the frames that perception went by. The stages are asked once more, here, so that what is marked is what this
@@ -16,7 +16,6 @@ use link::drive::FLUSH_EVERY;
 use link::mouth::{Entry, MouthError};
 use parallel::progress::Stop;
 use perception::stages::Stages;
-use runner::bring::Bring;
 use runner::failure::{Exit, Failure};
 use runner::{Context, runs};
 use viewer::LARGEST;
@@ -27,6 +26,7 @@ use wire::id::NodeId;
 use wire::sensor::Frames;
 use wire::time::{Instant, Span};
 
+use super::Args;
 use super::follow::Follow;
 use super::frame::sights;
 
@@ -37,23 +37,13 @@ const SETTLED: usize = 5;
 /// Perception's log, and that of a perception that was started again.
 const BOOTS: [&str; 2] = ["", "-2"];
 
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// The run's directory, as given to `live --out`.
-    #[arg(value_name = "RUN")]
-    run: PathBuf,
-    /// With a detector of one's own: what that sees is marked.
-    #[command(flatten)]
-    bring: Bring,
-}
-
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
     let mut frames = Newest::open(&run)?;
     let first = frames.look(trace_us())?;
     if frames.finished {
         let run = run.display();
-        let remedy = format!("{run} is over: `holdsafe console {run}` shows its recording");
+        let remedy = format!("{run} is over: `holdsafe watch --window {run}` shows its recording");
         return Err(Failure::new(Exit::NoEvidence, remedy));
     }
     link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;

@@ -1,12 +1,12 @@
-//! No argument: the reference evaluation. Every shipped scenario at least 59 times in the twin, or on the real stacks in
-//! memory where it has no platform, and once live, a table, and a run directory.
+//! The reference evaluation. Every shipped scenario at least 59 times in the twin, or on the real stacks in
+//! memory where it has no platform, and once live; each row as it comes, a table, and a run directory.
 
 use std::path::Path;
 
 use evidence::trial::Trial;
 use parallel::progress::Talk;
 use results::mode::Mode;
-use results::report::{Reference, ReferenceRow, latency_table, reference_table};
+use results::report::{Reference, ReferenceRow, latency_table, reference_line, reference_table};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
@@ -43,7 +43,7 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let all: Vec<Planned> = plans.iter().flat_map(|(_, twin, _)| twin.clone()).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
-    let mut told = Told { dir: &dir, exit: Exit::Fine, rows: Vec::new() };
+    let mut told = Told { dir: &dir, json: context.json, exit: Exit::Fine, rows: Vec::new() };
     let batch = |label: &str, mode: Mode, planned: &[Planned], n: u64, jobs: usize| {
         let batch = Batch { label, mode, planned, n, seed: context.seed, jobs, out: Some(&dir) };
         batch.run(context.talk, &context.stop)
@@ -76,6 +76,7 @@ fn one_of_each_policy(mut planned: Vec<Planned>) -> Vec<Planned> {
 /// What was run so far, told and written.
 struct Told<'a> {
     dir: &'a Path,
+    json: bool,
     exit: Exit,
     rows: Vec<ReferenceRow>,
 }
@@ -83,10 +84,14 @@ struct Told<'a> {
 impl Told<'_> {
     fn take(&mut self, scenario: &Scenario, mode: Mode, planned: &[Planned], trials: &[Trial]) -> Result<(), Failure> {
         out::write_trials(self.dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), trials)?;
-        self.rows.extend(planned.iter().map(|p| {
+        for p in planned {
             let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == p.variation.cell).collect();
-            ReferenceRow::new(&p.variation.scenario, p.variation.cell.clone(), mode, &own)
-        }));
+            let row = ReferenceRow::new(&p.variation.scenario, p.variation.cell.clone(), mode, &own);
+            if !self.json {
+                out::say(format_args!("{}", reference_line(&row)));
+            }
+            self.rows.push(row);
+        }
         self.exit = batch::graver(self.exit, batch::judge(mode, planned, trials));
         Ok(())
     }

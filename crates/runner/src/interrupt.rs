@@ -6,10 +6,11 @@
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::SignalFd;
 use parallel::progress::Stop;
-use runner::failure::Exit;
+
+use crate::failure::Exit;
 
 /// Starts to watch; call it before any other thread is there.
-pub(super) fn watch() -> Stop {
+pub(crate) fn watch() -> Stop {
     let stop = Stop::default();
     let mut signals = SigSet::empty();
     signals.add(Signal::SIGINT);

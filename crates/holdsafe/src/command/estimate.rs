@@ -1,4 +1,4 @@
-//! `holdsafe rare SCENARIO --event …`: the probability that a run in the twin comes to what almost never happens, by multilevel
+//! `holdsafe estimate SCENARIO --event …`: the probability that a run in the twin comes to what almost never happens, by multilevel
 //! splitting, with an interval; without levels in between by plain Monte Carlo, in the same code.
 
 use std::path::PathBuf;

@@ -1,8 +1,8 @@
-//! `holdsafe bench search` over a list of its own.
+//! `lab search` over a list of its own.
 
 use std::fs;
 
-use super::holdsafe;
+use super::lab;
 
 const WEAK: &str = "[[weakness]]\nname = \"weak\"\nscenario = \"nominal\"\nalphabet = \"display\"\n\
                     waive = \"display.signature\"\nfind = [\"UNSAFE\"]\n";
@@ -11,7 +11,7 @@ fn bench(list: &str, more: &[&str]) -> serde_json::Value {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("list.toml");
     fs::write(&file, list).unwrap();
-    let output = holdsafe(&[&["bench", "search", "--json", "--list", file.to_str().unwrap()], more].concat());
+    let output = lab(&[&["search", "--json", "--list", file.to_str().unwrap()], more].concat());
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
@@ -57,7 +57,7 @@ fn a_list_that_names_what_is_not_there_says_what_there_is() {
         (WEAK.replace("\"display\"", "\"screen\""), &[], "no alphabet `screen`; there are: broker, display"),
     ] {
         fs::write(file, list).unwrap();
-        let output = holdsafe(&[&["bench", "search", "--list", file], more].concat());
+        let output = lab(&[&["search", "--list", file], more].concat());
         let screen = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{screen}");
         assert!(screen.contains(message), "{message}: {screen}");

@@ -1,4 +1,4 @@
-//! `holdsafe export RUN`: a run as an MCAP file with Foxglove's schemas, from a recording or from a run in the twin.
+//! `holdsafe report --format mcap RUN`: a run as an MCAP file with Foxglove's schemas, from a recording or from a run in the twin.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -8,7 +8,7 @@ use evidence::passed::{Passed, recorded};
 use evidence::{SCHEMA_VERSION, Witnessed, passed};
 use perception::stages::Stages;
 use runner::bring::Bring;
-use runner::checked::{Checked, Unverified};
+use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::recorded::Recorded;
@@ -18,14 +18,12 @@ use sim::scene::Scene;
 use viewer::Viewer;
 use wire::core::Topic;
 
+use super::Args;
+
+/// Options of an MCAP file.
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
-    #[arg(value_name = "RUN")]
-    run: String,
-    /// The file to write.
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
+#[command(next_help_heading = "With --format mcap")]
+pub(super) struct McapOptions {
     /// Of a scenario: only this cell; else the first.
     #[arg(long)]
     cell: Option<String>,
@@ -37,8 +35,20 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
-    #[command(flatten)]
-    unverified: Unverified,
+}
+
+impl McapOptions {
+    /// Whether any of them is given.
+    pub(super) fn given(&self) -> bool {
+        self.cell.is_some() || self.policy.is_some() || self.rendered || self.bring.files().iter().any(Option::is_some)
+    }
+}
+
+/// What is exported, and to which file.
+struct Asked<'a> {
+    run: &'a str,
+    out: &'a Path,
+    options: &'a McapOptions,
 }
 
 #[derive(Serialize)]
@@ -74,18 +84,22 @@ struct Found {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    spares_its_inputs(args)?;
-    let found = if Path::new(&args.run).is_dir() { of_recording(args)? } else { of_scenario(context, args)? };
+    let run = args.one()?;
+    let out = args.out.as_deref().ok_or_else(|| Failure::new(Exit::Usage, "name a file with --out FILE"))?;
+    let name = run.to_str().ok_or_else(|| Failure::new(Exit::Usage, format!("{}: not UTF-8", run.display())))?;
+    let asked = Asked { run: name, out, options: &args.mcap };
+    spares_its_inputs(&asked)?;
+    let found = if run.is_dir() { of_recording(&asked)? } else { of_scenario(context, &asked)? };
     if found.entries.is_empty() {
-        return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
+        return Err(Failure::new(Exit::NoEvidence, format!("{name}: no entry of any service")));
     }
     let (watermark, not_kept, checked) = (found.watermark.clone(), found.not_kept, found.checked.clone());
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
-    let (channels, unread) = write(context, args, found)?;
+    let (channels, unread) = write(context, &asked, found)?;
     let channels: Vec<Channel> =
         channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
-    let (run, file) = (args.run.clone(), args.out.display().to_string());
+    let (run, file) = (name.to_owned(), out.display().to_string());
     if context.json {
         let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread, not_kept };
         checked::print_json("export", &object, &read)?;
@@ -100,23 +114,23 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     if not_kept > 0 {
         link::note!(
-            "{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all"
+            "{not_kept} sets of frames were not kept but for their hash; `run --live --frames 1 --out DIR` keeps them all"
         );
     }
     Ok(args.unverified.exit(&read, Exit::Fine))
 }
 
 /// Refuses to write into the run that is read, or over a file that is.
-fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
+fn spares_its_inputs(args: &Asked<'_>) -> Result<(), Failure> {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
     // What is not there yet is known by the folder that it goes to.
     let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
     let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
-    let targets: Vec<PathBuf> = whole(&args.out).into_iter().chain(into).collect();
-    let run = Path::new(&args.run);
+    let targets: Vec<PathBuf> = whole(args.out).into_iter().chain(into).collect();
+    let run = Path::new(args.run);
     // Beside the run's own folder, in one that it was named by, there is room.
     let run = if run.is_dir() { runs::one(run)? } else { run.to_owned() };
-    let inputs = [Some(run.as_path()), args.policy.as_deref()].into_iter().chain(args.bring.files());
+    let inputs = [Some(run.as_path()), args.options.policy.as_deref()].into_iter().chain(args.options.bring.files());
     for input in inputs.flatten().filter_map(whole) {
         if targets.iter().any(|target| target.starts_with(&input)) {
             let message =
@@ -127,30 +141,30 @@ fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-fn of_recording(args: &Args) -> Result<Found, Failure> {
-    if args.policy.is_some() || args.cell.is_some() || args.rendered {
+fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {
+    if args.options.policy.is_some() || args.options.cell.is_some() || args.options.rendered {
         let message =
             format!("{} is recorded, as it was run; name a scenario for another cell, policy or rendering", args.run);
         return Err(Failure::new(Exit::Usage, message));
     }
-    let checked = checked::run(Path::new(&args.run))?;
+    let checked = checked::run(Path::new(args.run))?;
     let found = Recorded::read(&checked)?;
-    found.warn(&args.run);
+    found.warn(args.run);
     let passed::Recorded { passed, left_out } = recorded(checked.path(), &found.entries)
         .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
     let (entries, checked) = (found.entries, Some(checked));
     Ok(Found { entries, passed, scene: None, watermark: None, not_kept: left_out, checked })
 }
 
-fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
+fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
     let wanted = Wanted {
-        policy: args.policy.clone(),
-        cell: args.cell.clone(),
-        rendered: args.rendered,
-        detector: args.bring.load()?,
+        policy: args.options.policy.clone(),
+        cell: args.options.cell.clone(),
+        rendered: args.options.rendered,
+        detector: args.options.bring.load()?,
         ..Wanted::default()
     };
-    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, args.run)?, &wanted)?;
     let one = planned.first().filter(|_| !scenario.is_of_stacks());
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
     // The same run twice: once judged, once with everything kept that its cores were fed.
@@ -168,13 +182,14 @@ fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
 }
 
 /// Writes the file beside its place and puts it there when it is whole.
-fn write(context: &Context, args: &Args, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
+fn write(context: &Context, args: &Asked<'_>, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
     let unwritable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.out.display()));
-    let stages = found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.bring.stages()).transpose()?;
+    let stages =
+        found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.options.bring.stages()).transpose()?;
     let beside = args.out.with_extension("mcap.new");
     let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
     let whole = match show(context, BufWriter::new(file), found, stages) {
-        Ok(Some(whole)) => std::fs::rename(&beside, &args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
+        Ok(Some(whole)) => std::fs::rename(&beside, args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
         Ok(None) => Err(runner::error::EngineError::Stopped.into()),
         Err(error) => Err(unwritable(error.to_string())),
     };

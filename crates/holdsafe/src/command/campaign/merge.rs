@@ -1,18 +1,18 @@
-//! `holdsafe merge DIR…`: the parts of a campaign put together, in any order, as often as one likes.
+//! `holdsafe campaign merge DIR…`: the parts of a campaign put together, in any order, as often as one likes.
 //!
 //! A campaign's folder is a set of trials, and merging is the union of such sets, so what is merged twice or overlaps
 //! changes nothing. Parts of another campaign are refused, and so is a trial that came out differently in two of them.
 
 use std::path::PathBuf;
 
-use super::campaign;
-use super::campaign::journal::{Journal, each_row, read_plan, same};
+use super::journal::{Journal, each_row, read_plan, same};
+use super::run::{conclude, exit, tell};
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 
 #[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Folders that `holdsafe campaign --out DIR` made.
+pub(in crate::command) struct Args {
+    /// Folders that `holdsafe campaign run --out DIR` made.
     #[arg(required = true, value_name = "DIR")]
     parts: Vec<PathBuf>,
     /// Where the whole goes; what is there of the same campaign is part of it.
@@ -35,8 +35,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             each_row(part, &plan, |row| journal.add(&plan, &row))?;
         }
     }
-    let merged = campaign::conclude(&dir, &plan, &journal)?;
-    campaign::tell(context, &dir, &merged)?;
+    let merged = conclude(&dir, &plan, &journal)?;
+    tell(context, &dir, &merged)?;
     if !merged.complete {
         link::note!(
             "{} of {} trials are there; the parts that are missing are not among these folders",
@@ -44,5 +44,5 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             merged.planned
         );
     }
-    Ok(campaign::exit(&merged, true))
+    Ok(exit(&merged, true))
 }

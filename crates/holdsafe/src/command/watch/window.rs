@@ -1,27 +1,12 @@
-//! `holdsafe console RUN`: a recorded run in the console's window, to look at, and beside it what the unit's sensors gave and why its
+//! `holdsafe watch --window RUN`: a recorded run in the console's window, to look at, and beside it what the unit's sensors gave and why its
 //! mode changed.
 
-use std::path::PathBuf;
-
 use console::process::replay;
-use runner::bring::Bring;
-use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
 use runner::{Context, checked};
 
+use super::Args;
 use super::beside::Beheld;
-
-#[derive(Debug, clap::Args)]
-pub(super) struct Args {
-    /// Directory of a recorded live run, as given to `live --out`.
-    #[arg(value_name = "RUN")]
-    run: PathBuf,
-    /// With a detector of one's own: what that sees is marked.
-    #[command(flatten)]
-    bring: Bring,
-    #[command(flatten)]
-    unverified: Unverified,
-}
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let checked = checked::run(&args.run)?;

@@ -1,11 +1,10 @@
-//! `holdsafe catalogue`: docs/reference/threats.md out of docs/reference/catalogue.toml and the scenarios, the rows as JSON, or docs/researcher/figures.md.
+//! `lab catalogue`: docs/reference/threats.md out of docs/reference/catalogue.toml and the scenarios, the rows as JSON, or docs/researcher/figures.md.
 
 use evidence::SCHEMA_VERSION;
-use results::catalogue::{Catalogue, Row};
+use results::catalogue::Row;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, out, plan};
-use scenario::Scenario;
 use serde::Serialize;
 use topology::{RunSecret, cast};
 
@@ -33,7 +32,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (catalogue, scenarios) = load(context)?;
+    let (catalogue, scenarios) = context.catalogue()?;
     if args.figures {
         let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &Wanted::default())?;
         let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
@@ -51,11 +50,4 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         link::note!("{found}");
     }
     Ok(Exit::Fine)
-}
-
-/// The catalogue and every shipped scenario.
-pub(super) fn load(context: &Context) -> Result<(Catalogue, Vec<Scenario>), Failure> {
-    let files = scenario::shipped(&context.root()?)?;
-    let scenarios = files.iter().map(|file| scenario::load(file)).collect::<Result<_, _>>()?;
-    Ok((Catalogue::load()?, scenarios))
 }

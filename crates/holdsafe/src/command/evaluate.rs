@@ -1,0 +1,20 @@
+//! `holdsafe evaluate`, also without a verb: the reference evaluation; with `--reproduce`, whether the committed results still come out.
+
+mod reference;
+mod reproduce;
+
+use runner::Context;
+use runner::failure::{Exit, Failure};
+
+#[derive(Debug, Default, clap::Args)]
+pub(super) struct Args {
+    /// Only check that simulated runs still give the results in references/.
+    #[arg(long)]
+    reproduce: bool,
+    #[command(flatten)]
+    of: reproduce::Reproduce,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context) }
+}

@@ -1,0 +1,156 @@
+//! Verbs of before: each still works, as the verb that took it in.
+//!
+//! The arguments are rewritten before they are parsed, so that every option is defined once. On a terminal the new spelling is printed once.
+
+use std::ffi::OsString;
+use std::io::IsTerminal;
+use std::os::unix::process::CommandExt;
+use std::process;
+
+use clap::Command;
+use runner::failure::{Exit, Failure};
+use runner::start::asks_for_json;
+
+/// A verb of before, and the words that stand for it now.
+const RENAMED: [(&str, &[&str]); 13] = [
+    ("live", &["run", "--live", "--watch"]),
+    ("merge", &["campaign", "merge"]),
+    ("curve", &["campaign", "curve"]),
+    ("rare", &["estimate"]),
+    ("sensors", &["watch", "--sensors"]),
+    ("console", &["watch", "--window"]),
+    ("explain", &["inspect", "explain"]),
+    ("diff", &["inspect", "diff"]),
+    ("verify", &["inspect", "verify"]),
+    ("replay", &["inspect", "replay"]),
+    ("cite", &["report", "--format", "cite"]),
+    ("export", &["report", "--format", "mcap"]),
+    ("reproduce", &["evaluate", "--reproduce"]),
+];
+
+/// Verbs of before that the authors' program `lab` has now, and the words that stand for them there.
+const OF_LAB: [(&str, &[&str]); 3] = [("bench", &[]), ("dataset", &["dataset"]), ("catalogue", &["catalogue"])];
+
+/// The command line with a verb of before replaced by its new spelling.
+///
+/// # Errors
+/// The exit code, for a verb of `lab` where that program is not there.
+pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result<Vec<OsString>, Exit> {
+    let Some(at) = verb_at(command, &arguments, 1) else { return Ok(arguments) };
+    let is = |verb: &str| arguments[at] == *verb;
+    if let Some((old, new)) = OF_LAB.iter().find(|(old, _)| is(old)) {
+        return Err(lab(old, new, arguments, at));
+    }
+    let (from, new) = match RENAMED.iter().find(|(old, _)| is(old)) {
+        Some((old, new)) => (*old, new.to_vec()),
+        None if is("campaign") && names_no_part(command, &arguments, at) => ("campaign", vec!["campaign", "run"]),
+        None => return Ok(arguments),
+    };
+    hint(&arguments, from, &format!("holdsafe {}", new.join(" ")));
+    arguments.splice(at..=at, new.into_iter().map(OsString::from));
+    Ok(arguments)
+}
+
+/// Place of the first word from `from` on that is neither an option of every command nor the value of one.
+fn verb_at(command: &Command, arguments: &[OsString], from: usize) -> Option<usize> {
+    let is_flag = |c: char| command.get_arguments().any(|of| of.get_short() == Some(c));
+    let mut at = from;
+    while let Some(word) = arguments.get(at) {
+        let word = word.to_string_lossy();
+        let (name, value) = word.split_once('=').map_or((&*word, None), |(name, value)| (name, Some(value)));
+        let mut options = command.get_arguments().filter(|of| of.get_long().is_some());
+        let option = options.find(|of| name.strip_prefix("--") == of.get_long());
+        let flags = word.strip_prefix('-').is_some_and(|flags| !flags.is_empty() && flags.chars().all(is_flag));
+        at += match option {
+            Some(option) if value.is_none() && option.get_action().takes_values() => 2,
+            Some(_) => 1,
+            None if flags => 1,
+            None => return Some(at),
+        };
+    }
+    None
+}
+
+/// Whether the word behind `campaign` is a scenario or an option of a run, as it was before `campaign` had parts.
+fn names_no_part(command: &Command, arguments: &[OsString], campaign: usize) -> bool {
+    let Some(next) = verb_at(command, arguments, campaign + 1) else { return false };
+    let parts = command.find_subcommand("campaign").into_iter().flat_map(Command::get_subcommands);
+    let mut known = parts.map(Command::get_name).chain(["help", "--help", "-h"]);
+    !known.any(|part| arguments[next] == *part)
+}
+
+/// Prints the new spelling on a terminal. A program that reads stderr or an object gets the output that it always got.
+fn hint(arguments: &[OsString], old: &str, new: &str) {
+    let quiet = arguments.iter().any(|word| word == "-q" || word == "--quiet");
+    if std::io::stderr().is_terminal() && !quiet && !asks_for_json(arguments) {
+        link::note!("`holdsafe {old}` is `{new}` now");
+    }
+}
+
+/// Starts `lab` in place of this program, from the folder that this program is in.
+fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
+    let spelt = ["lab"].iter().chain(new).copied().collect::<Vec<_>>().join(" ");
+    hint(&arguments, old, &spelt);
+    let json = asks_for_json(&arguments);
+    let mut words = arguments;
+    words.splice(at..=at, new.iter().map(OsString::from));
+    let program = std::env::current_exe().map(|own| own.with_file_name("lab"));
+    // Nothing comes back from a program that was started.
+    let why = program.map_or_else(|why| why, |lab| process::Command::new(lab).args(&words[1..]).exec());
+    let message = format!(
+        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); `cargo build --release -p lab` builds it"
+    );
+    Failure::new(Exit::Usage, message).tell(json)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+    use crate::command::Cli;
+
+    fn now(line: &str) -> String {
+        let words = line.split(' ').map(OsString::from).collect();
+        let words = current(&Cli::command(), words).unwrap();
+        words.iter().map(|word| word.to_str().unwrap()).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn old_verbs_become_new_ones() {
+        for (old, new) in [
+            ("holdsafe live loss --out x", "holdsafe run --live --watch loss --out x"),
+            ("holdsafe --seed 7 -q merge a b", "holdsafe --seed 7 -q campaign merge a b"),
+            ("holdsafe --root=x cite run", "holdsafe --root=x report --format cite run"),
+            ("holdsafe campaign loss --trials 2", "holdsafe campaign run loss --trials 2"),
+            ("holdsafe campaign --trials 2 loss", "holdsafe campaign run --trials 2 loss"),
+        ] {
+            assert_eq!(now(old), new);
+        }
+    }
+
+    #[test]
+    fn current_verbs_stay_as_typed() {
+        for line in [
+            "holdsafe",
+            "holdsafe --json",
+            "holdsafe run live",
+            "holdsafe --root live run replay",
+            "holdsafe campaign --json run loss",
+            "holdsafe campaign merge a --out b",
+            "holdsafe campaign --help",
+            "holdsafe matirx",
+        ] {
+            assert_eq!(now(line), line);
+        }
+    }
+
+    /// Else a verb of before would be parsed as one of today.
+    #[test]
+    fn no_old_verb_is_a_current_one() {
+        let command = Cli::command();
+        let old = RENAMED.iter().chain(&OF_LAB).map(|(old, _)| *old);
+        old.for_each(|old| assert!(command.find_subcommand(old).is_none(), "{old}"));
+        RENAMED.iter().for_each(|(_, new)| assert!(command.find_subcommand(new[0]).is_some(), "{new:?}"));
+    }
+}

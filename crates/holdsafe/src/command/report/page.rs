@@ -1,0 +1,220 @@
+//! `holdsafe report --format html`: what a reviewer is handed, as one HTML file, made of results and of recorded runs.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use dossier::Dossier;
+use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
+use dossier::story::Recording;
+use evidence::SCHEMA_VERSION;
+use results::story;
+use runner::checked::Checked;
+use runner::failure::{Exit, Failure};
+use runner::recorded::Recorded;
+use runner::{Context, checked, out, runs};
+use serde::Serialize;
+
+use super::Args;
+
+/// The file in a folder of a command's results that holds the result.
+const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
+/// The file beside a result that names what it was made with.
+const MANIFEST: &str = "manifest.json";
+/// The page where no other is named.
+const PAGE: &str = "report.html";
+/// Its title where no other is given.
+const TITLE: &str = "Does trust decay safely?";
+/// The most runs that are told one by one.
+const MAX_STORIES: usize = 32;
+
+/// Options of the page, and files that are written beside it.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "With --format html")]
+pub(super) struct PageOptions {
+    /// Title of the page [default: Does trust decay safely?].
+    #[arg(long)]
+    title: Option<String>,
+    /// Every figure as SVG, its numbers as CSV and LaTeX, and its caption, into this folder.
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+    /// The results as JUnit XML, for build servers.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// What was not expected and what was found, as SARIF, for code scanners.
+    #[arg(long, value_name = "FILE")]
+    sarif: Option<PathBuf>,
+    /// Layers for the ATT&CK Navigator, scored by outcome, into this folder.
+    #[arg(long, value_name = "DIR")]
+    navigator: Option<PathBuf>,
+    /// The paper's claims one by one, as Markdown.
+    #[arg(long, value_name = "FILE")]
+    evaluation: Option<PathBuf>,
+    /// A CycloneDX bill of materials, with the inputs of the runs that `manifest.json` beside the first result names.
+    #[arg(long, value_name = "FILE")]
+    sbom: Option<PathBuf>,
+}
+
+impl PageOptions {
+    /// Whether any of them is given.
+    pub(super) fn given(&self) -> bool {
+        let files = [&self.figures, &self.junit, &self.sarif, &self.navigator, &self.evaluation, &self.sbom];
+        self.title.is_some() || files.into_iter().any(Option::is_some)
+    }
+}
+
+/// What was written.
+#[derive(Serialize)]
+struct Written {
+    schema_version: u32,
+    files: Vec<String>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let (dossier, checked) = gather(args)?;
+    let read: Vec<&Checked> = checked.iter().collect();
+    checked::say(context, &read);
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
+    let options = &args.page;
+    let mut files = vec![(out, dossier::page::page(&dossier).into_bytes())];
+    if let Some(dir) = &options.figures {
+        let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
+        files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.bytes)));
+    }
+    files.extend(options.junit.clone().map(|file| (file, dossier::junit(&dossier.results).into_bytes())));
+    files.extend(options.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results).into_bytes())));
+    if let Some(dir) = &options.navigator {
+        let layers = dossier::layers(&dossier.results);
+        if layers.is_empty() {
+            link::note!(
+                "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
+            );
+        }
+        files.extend(layers.into_iter().map(|(name, text)| (dir.join(name), text.into_bytes())));
+    }
+    files.extend(options.evaluation.clone().map(|file| (file, dossier::evaluation(&dossier.results).into_bytes())));
+    if let Some(file) = &options.sbom {
+        files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
+    }
+    let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
+    for (path, bytes) in &files {
+        write(path, bytes)?;
+        written.files.push(path.display().to_string());
+    }
+    if context.json {
+        checked::print_json("report", &written, &read)?;
+    } else {
+        written.files.iter().for_each(|file| out::say(format_args!("{file}")));
+    }
+    Ok(args.unverified.exit(&read, Exit::Fine))
+}
+
+/// The manifest beside the first result that has one.
+fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
+    let beside = |path: &PathBuf| if path.is_dir() { path.join(MANIFEST) } else { path.with_file_name(MANIFEST) };
+    let Some(file) = args.given.iter().map(beside).find(|file| file.is_file()) else { return Ok(None) };
+    let read = Manifest::read(&file.display().to_string(), &bounded(&file)?);
+    read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
+    parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
+}
+
+/// What the page is made of, and every recording that was checked for it.
+fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
+    let (mut results, mut stories, mut checked) = (Results::default(), Vec::new(), Vec::new());
+    let mut seen = BTreeSet::new();
+    for path in &args.given {
+        let (told, runs) = match found(path)? {
+            Given::Result(file, runs) => {
+                let bytes = bounded(&file)?;
+                let read = results.read(&file.display().to_string(), &bytes);
+                read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
+                (false, runs)
+            }
+            Given::Runs(runs) => (true, runs),
+        };
+        for run in runs {
+            let of = checked::run(&run)?;
+            if told && stories.len() == MAX_STORIES {
+                return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
+            }
+            if told {
+                stories.push(tell(&of)?);
+            }
+            // The folder of a result may hold a run that is given by itself, too.
+            if seen.insert(fs::canonicalize(of.path())?) {
+                checked.push(of);
+            }
+        }
+    }
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    let recordings = checked.iter().map(recording).collect();
+    Ok((
+        Dossier {
+            title: args.page.title.clone().unwrap_or_else(|| TITLE.to_owned()),
+            version,
+            results,
+            stories,
+            recordings,
+        },
+        checked,
+    ))
+}
+
+/// What a path stands for.
+enum Given {
+    /// A result, and the runs that were recorded for it.
+    Result(PathBuf, Vec<PathBuf>),
+    /// Recorded runs, each to be told.
+    Runs(Vec<PathBuf>),
+}
+
+fn found(path: &Path) -> Result<Given, Failure> {
+    if !path.is_dir() {
+        return Ok(Given::Result(path.to_owned(), Vec::new()));
+    }
+    let (inside, runs) = (RESULTS.iter().map(|name| path.join(name)).find(|file| file.is_file()), runs::below(path)?);
+    if let Some(file) = inside {
+        return Ok(Given::Result(file, runs));
+    }
+    if runs.is_empty() {
+        let of = RESULTS.join(", ");
+        let message = format!("{}: neither a recorded run (`recording/`) nor a result ({of})", path.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(Given::Runs(runs))
+}
+
+fn tell(run: &Checked) -> Result<dossier::story::Story, Failure> {
+    let (name, recorded) = (run.path().display().to_string(), Recorded::read(run)?);
+    recorded.warn(&name);
+    Ok(story::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
+}
+
+fn recording(of: &Checked) -> Recording {
+    let custody = of.custody();
+    Recording {
+        name: custody.run.clone(),
+        sha256: custody.sha256.clone(),
+        holds: custody.holds,
+        outcome: custody.outcome.map(|class| class.name().to_owned()),
+        invalid: custody.reason.clone(),
+    }
+}
+
+/// A file's bytes, one more than is read at most: what is too long is refused, not cut.
+fn bounded(file: &Path) -> Result<Vec<u8>, Failure> {
+    let unreadable = |e: std::io::Error| Failure::new(Exit::Usage, format!("{}: {e}", file.display()));
+    let mut bytes = Vec::new();
+    let most = MAX_FILE_BYTES as u64 + 1;
+    File::open(file).map_err(unreadable)?.take(most).read_to_end(&mut bytes).map_err(unreadable)?;
+    Ok(bytes)
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::new(Exit::Environment, format!("{}: {error}", path.display()))
+}

@@ -1,0 +1,131 @@
+//! The verbs by their names of today, and those of before, which do the same.
+
+use serde_json::Value;
+
+use super::displays::short;
+use super::{holdsafe, root};
+
+/// The new and the old spelling of the same command end alike and print the same, the old one without a word on stderr about it.
+fn same(new: &[&str], old: &[&str]) -> String {
+    let (new_says, old_says) = (holdsafe(new), holdsafe(old));
+    assert_eq!(new_says.status.code(), old_says.status.code(), "{new:?}: {new_says:?} {old_says:?}");
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+    assert_eq!(text(&new_says.stdout), text(&old_says.stdout), "{new:?}");
+    assert_eq!(text(&new_says.stderr), text(&old_says.stderr), "{new:?}");
+    text(&new_says.stdout)
+}
+
+/// The kind of the object that both spellings print.
+fn kind(new: &[&str], old: &[&str]) -> String {
+    let text = same(&[new, &["--json"]].concat(), &[old, &["--json"]].concat());
+    let object: Value = serde_json::from_str(&text).unwrap();
+    object["kind"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn evaluate_reproduces_committed_results() {
+    assert_eq!(kind(&["evaluate", "--reproduce", "loss"], &["reproduce", "loss"]), "reproduce");
+    assert_eq!(holdsafe(&["evaluate", "loss"]).status.code(), Some(2), "a scenario without --reproduce");
+}
+
+#[test]
+fn inspect_explains() {
+    assert_eq!(kind(&["inspect", "explain", "loss"], &["explain", "loss"]), "explain");
+}
+
+#[test]
+fn inspect_compares() {
+    let policy = root().join("policies/freshness-waived.toml");
+    let policy = policy.to_str().unwrap();
+    assert_eq!(kind(&["inspect", "diff", "loss", "--policy", policy], &["diff", "loss", "--policy", policy]), "diff");
+}
+
+#[test]
+fn inspect_replays() {
+    assert_eq!(kind(&["inspect", "replay", "loss"], &["replay", "loss"]), "replay");
+}
+
+#[test]
+fn inspect_verifies_nothing_without_a_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path().to_str().unwrap();
+    same(&["inspect", "verify", dir], &["verify", dir]);
+}
+
+#[test]
+fn campaign_takes_a_value_through_its_range() {
+    let words = ["teammate_timing", "--trials", "1", "--at", "0"];
+    same(&[&["campaign", "curve"], &words[..]].concat(), &[&["curve"], &words[..]].concat());
+}
+
+#[test]
+fn campaign_runs_and_merges() {
+    let dir = tempfile::tempdir().unwrap();
+    let at = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (part, whole) = (at("part"), at("whole"));
+    let words = ["loss", "--trials", "2", "--out", &part];
+    assert_eq!(kind(&[&["campaign", "run"], &words[..]].concat(), &[&["campaign"], &words[..]].concat()), "campaign");
+    let words = [part.as_str(), "--out", &whole];
+    assert_eq!(kind(&[&["campaign", "merge"], &words[..]].concat(), &[&["merge"], &words[..]].concat()), "campaign");
+}
+
+#[test]
+fn estimate_was_rare() {
+    let words = ["nominal", "--event", "hold-safe", "--trials", "2", "--repetitions", "2"];
+    assert_eq!(kind(&[&["estimate"], &words[..]].concat(), &[&["rare"], &words[..]].concat()), "rare");
+}
+
+#[test]
+fn report_writes_a_file_for_viewers() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("run.mcap");
+    let file = file.to_str().unwrap();
+    let words = ["loss", "--out", file];
+    let new = [&["report", "--format", "mcap"], &words[..]].concat();
+    assert_eq!(kind(&new, &[&["export"], &words[..]].concat()), "export");
+    let title = holdsafe(&[&new[..], &["--title", "t"]].concat());
+    assert_eq!(title.status.code(), Some(2), "a page has a title: {title:?}");
+    assert_eq!(holdsafe(&["report", "--format", "mcap", "loss"]).status.code(), Some(2), "no file is named");
+}
+
+#[test]
+fn report_cites_a_run() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = dir.path().join("run");
+    let run = run.to_str().unwrap();
+    assert_eq!(holdsafe(&["run", "loss", "--trials", "1", "--out", run]).status.code(), Some(0));
+    assert_eq!(kind(&["report", "--format", "cite", run], &["cite", run]), "cite");
+}
+
+#[test]
+fn watch_opens_windows() {
+    let dir = tempfile::tempdir().unwrap();
+    let dir = dir.path().to_str().unwrap();
+    same(&["watch", dir, "--window"], &["console", dir]);
+    same(&["watch", "--sensors", dir], &["sensors", dir]);
+    same(&["watch", dir, "--text"], &["watch", dir]);
+    for wrong in [&["--window", "--web"][..], &["--sensors", "--once"], &["--text", "--foxglove"]] {
+        assert_eq!(holdsafe(&[&["watch", dir], wrong].concat()).status.code(), Some(2), "{wrong:?}");
+    }
+}
+
+#[test]
+fn run_shows_a_live_trial() {
+    let (_folder, scenario) = short();
+    let output = holdsafe(&["run", "--live", "--watch", &scenario, "--json"]);
+    let object: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&object["kind"], output.status.code()), (&"trial".into(), Some(0)), "{output:?}");
+    let shown = String::from_utf8(output.stderr).unwrap();
+    assert!(shown.contains("SIMULATION"), "{shown}");
+    assert_eq!(holdsafe(&["run", "--watch", "nominal"]).status.code(), Some(2), "not live");
+    assert_eq!(holdsafe(&["live", "nominal", "loss"]).status.code(), Some(2), "two scenarios");
+}
+
+/// The program `lab` is built by itself, so it may be there or not.
+#[test]
+fn measurements_are_left_to_lab() {
+    let output = holdsafe(&["bench", "no-such-measurement"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let says = String::from_utf8(output.stderr).unwrap();
+    assert!(says.contains("no-such-measurement") || says.contains("cargo build --release -p lab"), "{says}");
+}

@@ -1,0 +1,21 @@
+//! The measuring program as its authors meet it.
+
+#![expect(clippy::unwrap_used, reason = "a test may end here")]
+
+#[path = "lab/frames.rs"]
+mod frames;
+#[path = "lab/records.rs"]
+mod records;
+#[path = "lab/searches.rs"]
+mod searches;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn lab(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lab")).args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap()
+}

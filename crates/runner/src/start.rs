@@ -1,0 +1,110 @@
+//! The start of a program with verbs: its services, the options that every verb takes, the log, and arguments that cannot be parsed.
+
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{ArgAction, FromArgMatches};
+use parallel::progress::Talk;
+
+use crate::failure::{Exit, Failure, colour};
+use crate::{Context, interrupt};
+
+/// Options of every command.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Common {
+    /// Print one JSON object on stdout.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Base seed; trial i has seed + i.
+    #[arg(long, global = true, default_value_t = 1)]
+    seed: u64,
+    /// Say more on stderr; twice for per-packet detail.
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    verbose: u8,
+    /// Say nothing on stderr but failures.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Directory with scenarios/, platforms/ and policies/; found from here upwards when not given.
+    #[arg(long, global = true, value_name = "DIR")]
+    root: Option<PathBuf>,
+}
+
+impl Common {
+    /// Starts the log and watches for Ctrl-C; gives what a verb of the program with this digest works with.
+    pub fn context(self, program: &'static str) -> Context {
+        start_log(&self);
+        Context {
+            json: self.json,
+            seed: self.seed,
+            talk: if self.quiet { Talk::Quiet } else { Talk::Normal },
+            root: self.root,
+            stop: interrupt::watch(),
+            program,
+        }
+    }
+}
+
+/// The whole of a program: one of the services of a live run where its first argument says so, else the command line.
+pub fn program(name: &str, command: impl FnOnce(Vec<OsString>) -> Exit) -> ExitCode {
+    // An argument need not be UTF-8: the command line reports its own arguments.
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    if let [_, service, of, ..] = arguments.as_slice()
+        && service.as_os_str() == OsStr::new("service")
+    {
+        let of = of.to_string_lossy();
+        return live::service::main(&of).unwrap_or_else(|| {
+            link::note!("{name}: no service `{of}`");
+            ExitCode::from(Exit::Usage.code())
+        });
+    }
+    ExitCode::from(command(arguments).code())
+}
+
+/// The command line that `arguments` (the program's name first) spell, or the exit code where they ask for help or cannot be parsed.
+///
+/// # Errors
+/// The exit code with which the program ends; the reason is printed.
+pub fn parse<C: FromArgMatches>(command: clap::Command, arguments: &[OsString]) -> Result<C, Exit> {
+    let parsed = command.try_get_matches_from(arguments).and_then(|matches| C::from_arg_matches(&matches));
+    parsed.map_err(|error| {
+        if error.use_stderr() {
+            return usage(&error, asks_for_json(arguments));
+        }
+        // Nothing can be done about a closed stdout.
+        let _unread = error.print();
+        Exit::Fine
+    })
+}
+
+/// Whether `--json` is among the arguments. It is read by hand, since arguments that cannot be parsed give no command line.
+pub fn asks_for_json(arguments: &[OsString]) -> bool {
+    arguments.iter().take_while(|word| *word != "--").any(|word| word == "--json")
+}
+
+/// Reports arguments that cannot be parsed: on stderr in colours where it is a terminal, with `json` as an object on stdout.
+fn usage(error: &clap::Error, json: bool) -> Exit {
+    if !json {
+        let _unread = error.print();
+        return Exit::Usage;
+    }
+    let text = error.render().to_string();
+    Failure::new(Exit::Usage, text.trim_start_matches("error: ")).tell(true)
+}
+
+fn start_log(common: &Common) {
+    let level = match (common.quiet, common.verbose) {
+        (true, _) => "error",
+        // The DTLS library warns of every extension that it does not know, for each hello of a storm.
+        (false, 0) => "warn,dtls=error",
+        (false, 1) => "debug",
+        (false, _) => "trace",
+    };
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env();
+    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
+    let started =
+        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colour()).try_init();
+    if started.is_err() {
+        tracing::debug!("a log writer was there already");
+    }
+}
