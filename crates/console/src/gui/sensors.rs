@@ -3,8 +3,6 @@
 //! It came over no link and no console accepted it, so it stands in no window in which anything is ordered, and says so. Where it comes
 //! from and how old it is at most is its [`Sensors`]' to say.
 
-use std::sync::Arc;
-
 use eframe::egui::{self, CentralPanel, Context, Panel, RichText, Ui, vec2};
 use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::time::Span;
@@ -14,7 +12,7 @@ use super::beside::{Textures, one};
 use super::sign::{Shape, Tone};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};
-use crate::beside::Sight;
+use crate::source::{Sensed, Sensors};
 
 /// Between two pictures, points.
 const GAP: f32 = 8.0;
@@ -22,27 +20,6 @@ const GAP: f32 = 8.0;
 const WORDS: f32 = 22.0;
 /// Pictures beside each other.
 const COLUMNS: usize = 2;
-
-/// What the sensors gave last.
-#[derive(Clone, Debug)]
-pub struct Sensed {
-    /// Sensor by sensor.
-    pub sights: Arc<[Sight]>,
-    /// How long ago that was, at least.
-    pub at_least: Span,
-    /// And at most, once that is known.
-    pub at_most: Option<Span>,
-}
-
-/// Who reads them. No call waits.
-pub trait Sensors {
-    /// What they gave last; nothing before the first.
-    fn newest(&mut self) -> Option<Sensed>;
-    /// Why nothing comes, or not all, where that is known.
-    fn trouble(&mut self) -> Option<String>;
-    /// Whether nothing more will come: the window closes.
-    fn over(&mut self) -> bool;
-}
 
 /// The content of the window.
 #[derive(Debug, Default)]

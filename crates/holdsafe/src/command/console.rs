@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use console::process::replay;
+use console::process::{open, replay};
 use runner::bring::Bring;
 use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
@@ -27,7 +27,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let checked = checked::run(&args.run)?;
     checked::say(context, &[&checked]);
     let mut recorded = replay::open(checked.path()).map_err(|why| Failure::new(Exit::NoEvidence, why.to_string()))?;
-    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
     if let Some(why) = checked.invalid() {
         recorded = recorded.invalid(why.to_owned());
     }
