@@ -31,6 +31,8 @@ mod retrace;
 pub mod shown;
 pub mod site;
 pub mod skew;
+#[cfg(feature = "process")]
+pub mod source;
 pub mod text;
 pub mod watch;
 

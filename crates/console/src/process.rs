@@ -1,10 +1,9 @@
 //! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it; with a window,
 //! on a thread of its own, for windows want the main one.
 
+pub mod open;
 pub mod player;
-#[cfg(feature = "gui")]
 pub mod replay;
-#[cfg(feature = "gui")]
 pub mod window;
 
 use std::process::ExitCode;
@@ -32,10 +31,7 @@ pub struct ProcessConfig {
 /// Runs the service until its launcher ends it.
 pub fn main() -> ExitCode {
     match make() {
-        #[cfg(feature = "gui")]
         Ok((spec, core, Some(site))) => window::run(spec, core, site),
-        #[cfg(not(feature = "gui"))]
-        Ok((_, _, Some(_))) => link::drive::refuse("console", "built without its window (feature `gui`)"),
         Ok((spec, core, None)) => link::drive::run(spec, Box::new(core)),
         Err(why) => link::drive::refuse("console", &why.to_string()),
     }

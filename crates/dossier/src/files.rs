@@ -1,7 +1,12 @@
-//! Figures as files: each as SVG and as PDF, its numbers as CSV and as a LaTeX table, and its caption.
+//! Figures as files: each as SVG and, with feature `pdf`, as PDF, its numbers as CSV and as a LaTeX table, and its caption.
 
 use crate::figure::Figure;
+#[cfg(feature = "pdf")]
 use crate::pdf::{PdfError, Press};
+
+/// Only a page of PDF can fail.
+#[cfg(not(feature = "pdf"))]
+type PdfError = std::convert::Infallible;
 
 /// A file to be written.
 #[derive(Clone, Debug)]
@@ -17,6 +22,7 @@ pub struct File {
 /// # Errors
 /// When one of them has no page of PDF.
 pub fn files(figures: &[Figure]) -> Result<Vec<File>, PdfError> {
+    #[cfg(feature = "pdf")]
     let press = Press::default();
     let mut taken = std::collections::BTreeMap::<&str, u32>::new();
     let mut all = Vec::new();
@@ -26,6 +32,7 @@ pub fn files(figures: &[Figure]) -> Result<Vec<File>, PdfError> {
         let name = if *before == 1 { figure.name.clone() } else { format!("{}-{before}", figure.name) };
         let mut put = |kind: &str, bytes: Vec<u8>| all.push(File { name: format!("{name}.{kind}"), bytes });
         let svg = figure.drawing.file(&figure.title);
+        #[cfg(feature = "pdf")]
         put("pdf", press.page(&svg)?);
         put("svg", svg.into_bytes());
         put("csv", figure.table.csv().into_bytes());

@@ -16,6 +16,7 @@ pub mod measured;
 mod navigator;
 pub mod objects;
 pub mod page;
+#[cfg(feature = "pdf")]
 pub mod pdf;
 pub mod results;
 mod sarif;

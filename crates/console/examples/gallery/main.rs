@@ -21,9 +21,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use console::gui::layout::Preset;
-use console::gui::replay::Tape;
 use console::gui::{Picture, Window, theme};
 use console::shown::Shown;
+use console::source::Tape;
 use eframe::egui::{self, ColorImage, Theme, Ui, ViewportCommand};
 use wire::id::UnitId;
 use wire::time::Span;

@@ -13,16 +13,12 @@ use std::time::Duration;
 use eframe::egui::{self, Context, Ui};
 use eframe::{App, CreationContext, Frame, NativeOptions};
 use link::clock::trace_us;
-use wire::id::UnitId;
-use wire::time::{Instant, Span};
+use wire::time::Span;
 
 use super::layout::{Layouts, MAX_SAVED};
-use super::replay::{Seek, Tape};
 use super::{Picture, Window, Wish, theme};
-use crate::act::Act;
-use crate::beside::Beside;
 use crate::shown::Shown;
-use crate::site::Site;
+use crate::source::{Looks, Source, Wake};
 
 /// Least time between two pictures drawn because one came.
 pub const MOST_OFTEN: Duration = Duration::from_millis(100);
@@ -39,47 +35,11 @@ const KEPT_EVERY: f64 = 1.0;
 /// A picture with none after it for so long is not current. A live core gives several a second.
 pub const CURRENT: Span = Span::s(1);
 
-/// Source of pictures, and sink of acts. No call waits.
-pub trait Source {
-    /// The newest picture, if it is newer than the last one asked for, and for how long it has lain ready.
-    fn newest(&mut self) -> Option<(Arc<Shown>, Span)>;
-    /// Hands an act over. Its result is in the pictures; false if it was not taken.
-    #[must_use]
-    fn send(&mut self, act: Act) -> bool;
-    /// Position of the recording; `None` if this is live.
-    fn tape(&mut self) -> Option<Tape> {
-        None
-    }
-    /// Evidence of a moment of the recording.
-    fn beside(&mut self, _at: Instant) -> Beside {
-        Beside::default()
-    }
-    /// Goes elsewhere in the recording.
-    fn seek(&mut self, _to: Seek) {}
-    /// True if there will be no picture any more: the window closes.
-    fn over(&mut self) -> bool {
-        false
-    }
-}
-
-/// Tells the window, from any thread, that a picture has come.
-pub type Wake = Box<dyn Fn() + Send>;
-
-/// Appearance of the window.
-#[derive(Clone, Debug)]
-pub struct Looks {
-    /// In the title.
-    pub title: String,
-    /// Whom commands go to first.
-    pub unit: UnitId,
-    /// Beneath the map.
-    pub site: Site,
-    /// File of the layouts between runs; absent: they are not kept.
-    pub layout: Option<PathBuf>,
-}
-
 /// Opens the window and returns when it was closed. `start` gets the way to wake it up.
-pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'static) -> Result<(), eframe::Error> {
+///
+/// # Errors
+/// When it cannot be opened.
+pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'static) -> Result<(), String> {
     let viewport = egui::ViewportBuilder::default()
         .with_title(&looks.title)
         .with_app_id("holdsafe-console")
@@ -95,7 +55,7 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
         start(Box::new(move || ctx.request_repaint_after(last.left())));
         Ok(Box::new(Program::new(looks, source, drawn)))
     };
-    eframe::run_native(&title, options, Box::new(make))
+    eframe::run_native(&title, options, Box::new(make)).map_err(|why| format!("the window cannot be opened: {why}"))
 }
 
 /// The program.

@@ -35,12 +35,12 @@ use wire::time::Span;
 use self::beside::Textures;
 use self::desk::Desk;
 use self::layout::{Layouts, MAX_NAME, Panes, Preset};
-use self::replay::{Seek, Tape};
 use self::theme::Palette;
 use crate::act::Act;
 use crate::beside::Beside;
 use crate::shown::Shown;
 use crate::site::Site;
+use crate::source::{Seek, Tape};
 
 /// Opacity of a picture that is not current: low enough to be told at once from a current one.
 const PAST: f32 = 0.65;

@@ -6,42 +6,14 @@ use wire::time::Span;
 use super::Wish;
 use super::theme::Palette;
 use super::words;
-use crate::moment::Moment;
+use crate::source::{Seek, Tape};
 
 /// Height of the line of moments, points.
 const LINE: f32 = 14.0;
 
-/// Position in a recording.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Tape {
-    /// Now, from the recording's beginning.
-    pub at: Span,
-    /// Its length.
-    pub length: Span,
-    /// Offset of the run's start from the recording's beginning: written times are the run's.
-    pub lead: Span,
-    /// Jump targets, in order.
-    pub moments: Vec<Moment>,
-    /// True if it runs by itself.
-    pub playing: bool,
-}
-
-impl Tape {
-    /// A time from the recording's beginning, as the run's.
-    fn time(&self, at: Span) -> String {
-        words::on_run(i128::from(at.0) - i128::from(self.lead.0))
-    }
-}
-
-/// A destination in a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seek {
-    /// To this time from its beginning.
-    To(Span),
-    /// So many pictures on, or back.
-    Step(i32),
-    /// Let it run, or stand.
-    Play(bool),
+/// A time from the recording's beginning, as the run's.
+fn time(tape: &Tape, at: Span) -> String {
+    words::on_run(i128::from(at.0) - i128::from(tape.lead.0))
 }
 
 /// The bar. `beside` is whether the evidence beside it is looked at, where there is some.
@@ -69,8 +41,8 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: 
         if let Some(beside) = beside {
             ui.toggle_value(beside, "Evidence");
         }
-        let time = format!("run time {} of {}", tape.time(tape.at), tape.time(tape.length));
-        ui.label(RichText::new(time).monospace());
+        let time_of = format!("run time {} of {}", time(tape, tape.at), time(tape, tape.length));
+        ui.label(RichText::new(time_of).monospace());
         let label = ui.label(RichText::new("time").weak());
         let in_seconds = |span: Span| span.as_ms() / 1000.0;
         let lead = in_seconds(tape.lead);
@@ -86,7 +58,7 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: 
     for truth in [false, true] {
         let last = tape.moments.iter().rev().find(|moment| moment.truth == truth && moment.at <= tape.at);
         let (begin, none) = if truth { ("what really happened", "nothing") } else { ("last change", "none yet") };
-        let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, tape.time(moment.at)));
+        let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, time(tape, moment.at)));
         if !truth || tape.moments.iter().any(|moment| moment.truth) {
             ui.label(RichText::new(format!("{begin}: {text}")).color(Palette::of(ui).text));
         }

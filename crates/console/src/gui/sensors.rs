@@ -3,8 +3,6 @@
 //! They came over no link and no console accepted them, so they stand in no window that can give orders, and say so. Their source and
 //! the bound of their age are for their [`Sensors`] to state.
 
-use std::sync::Arc;
-
 use eframe::egui::{self, CentralPanel, Context, Panel, RichText, Ui, vec2};
 use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::time::Span;
@@ -14,7 +12,7 @@ use super::beside::{Textures, one};
 use super::sign::{Shape, Tone};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};
-use crate::beside::Sight;
+use crate::source::{Sensed, Sensors};
 
 /// Between two pictures, points.
 const GAP: f32 = 8.0;
@@ -22,27 +20,6 @@ const GAP: f32 = 8.0;
 const WORDS: f32 = 22.0;
 /// Pictures beside each other.
 const COLUMNS: usize = 2;
-
-/// The newest sensor pictures.
-#[derive(Clone, Debug)]
-pub struct Sensed {
-    /// Sensor by sensor.
-    pub sights: Arc<[Sight]>,
-    /// Lower bound of their age.
-    pub at_least: Span,
-    /// And at most, once that is known.
-    pub at_most: Option<Span>,
-}
-
-/// A reader of sensor pictures. No call waits.
-pub trait Sensors {
-    /// The newest pictures; `None` before the first.
-    fn newest(&mut self) -> Option<Sensed>;
-    /// Reason for missing pictures, where known.
-    fn trouble(&mut self) -> Option<String>;
-    /// True if the stream has ended: the window closes.
-    fn over(&mut self) -> bool;
-}
 
 /// The content of the window.
 #[derive(Debug, Default)]

@@ -7,13 +7,13 @@ use link::clock::trace_us;
 use wire::person::Act;
 use wire::time::{Instant, Span};
 
+use super::open;
 use super::player::{Player, PlayerError};
 use super::window::layout;
 use crate::beside::{Beside, Evidence};
-use crate::gui::app::{self, Looks, Source};
-use crate::gui::replay::{Seek, Tape};
 use crate::shown::Shown;
 use crate::site::Site;
+use crate::source::{Looks, Seek, Source, Tape};
 
 /// A recording, opened.
 pub struct Recorded {
@@ -56,7 +56,7 @@ impl Recorded {
             Looks { title: format!("holdsafe console: REPLAY{invalid}"), unit, site: self.site, layout: layout() };
         let source =
             Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(over) };
-        app::run(looks, Box::new(source), |_wake| {}).map_err(|why| format!("the window cannot be opened: {why}"))
+        open::console(looks, Box::new(source), |_wake| {})
     }
 }
 

@@ -17,10 +17,11 @@ use wire::core::{Core, Input, Output};
 use wire::person::{Act, Numbered};
 use wire::time::{Instant, Span};
 
+use super::open;
 use crate::Console;
-use crate::gui::app::{self, Looks, Source, Wake};
 use crate::shown::Shown;
 use crate::site::Site;
+use crate::source::{Looks, Source, Wake};
 
 /// A window is woken so often at least, so that ages are seen to grow: five times a second.
 const WAKE_EVERY: Span = Span::ms(200);
@@ -188,8 +189,8 @@ pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     };
     let looks = Looks { title: "holdsafe console".to_owned(), unit, site, layout: layout() };
     let live = Live { pictures: pictures.clone(), person: Person::new(hand) };
-    let why = app::run(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
-    drive::say("closed", &json!(why.map(|why| format!("the window cannot be opened: {why}"))));
+    let why = open::console(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
+    drive::say("closed", &json!(why));
     core.join().unwrap_or(ExitCode::FAILURE)
 }
 

@@ -1,9 +1,9 @@
 //! Situations that a person at the window meets, by name: for tests, and for the images in `docs/operator/console`.
 
 use console::act::{Act, Order};
-use console::gui::replay::Tape;
 use console::moment::Moment;
 use console::shown::Shown;
+use console::source::Tape;
 use wire::command::CommandKind;
 use wire::feed::Feed;
 use wire::id::{PeerId, TrackId, UnitId};

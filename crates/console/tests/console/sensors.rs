@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use console::beside::{Image, Sight};
-use console::gui::sensors::{Content, Sensed};
+use console::gui::sensors::Content;
 use console::gui::theme;
+use console::source::Sensed;
 use eframe::egui::{Theme, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;

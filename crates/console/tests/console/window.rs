@@ -5,9 +5,9 @@
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
 use console::beside::{Beside, Image, Mark, Sight};
 use console::gui::layout::{Pane, Preset};
-use console::gui::replay::{Seek, Tape};
 use console::gui::{Picture, Window, Wish, theme};
 use console::life::Life;
+use console::source::{Seek, Tape};
 use eframe::egui::accesskit::Role as Kind;
 use eframe::egui::{Event, Key, Modifiers, Theme, Vec2, vec2};
 use egui_kittest::Harness;

@@ -97,8 +97,7 @@ fn leftovers() -> Need {
 
 /// Only `run --live --console` needs one, so that its absence is told and is no fault.
 fn window() -> Need {
-    let found =
-        link::display::Environment::own().probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
+    let found = console::process::open::probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
     Need { need: "window (run --console)", met: true, found, remedy: "" }
 }
 

@@ -36,7 +36,7 @@ pub(super) struct PageOptions {
     /// Title of the page [default: Does trust decay safely?].
     #[arg(long)]
     title: Option<String>,
-    /// Every figure as SVG, its numbers as CSV and LaTeX, and its caption, into this folder.
+    /// Every figure as SVG (and as PDF, in a build with `--features pdf`), its numbers as CSV and LaTeX, and its caption, into this folder.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
     /// The results as JUnit XML, for build servers.
@@ -81,6 +81,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(dir) = &options.figures {
         let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
         files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.bytes)));
+        if !cfg!(feature = "pdf") {
+            link::note!("no figures as PDF: `cargo run --release --features pdf -- report …` adds them");
+        }
     }
     files.extend(options.junit.clone().map(|file| (file, dossier::junit(&dossier.results).into_bytes())));
     files.extend(options.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results).into_bytes())));

@@ -24,7 +24,7 @@ pub(super) fn role(text: &str) -> Result<Role, String> {
 
 /// Whether there is a display to open a window on.
 pub(super) fn display() -> Result<(), Failure> {
-    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))
+    console::process::open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {

@@ -10,7 +10,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use console::beside::Sight;
-use console::gui::sensors::{self, Sensed, Sensors};
+use console::process::open;
+use console::source::{Sensed, Sensors};
 use link::clock::trace_us;
 use link::drive::FLUSH_EVERY;
 use link::mouth::{Entry, MouthError};
@@ -46,7 +47,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let remedy = format!("{run} is over: `holdsafe watch --window {run}` shows its recording");
         return Err(Failure::new(Exit::NoEvidence, remedy));
     }
-    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
     let stages = args.bring.stages()?;
     let slot = Arc::new(Mutex::new(Slot::default()));
     let (shared, stop) = (Arc::clone(&slot), context.stop.clone());
@@ -60,7 +61,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         ended
     })?;
-    let shown = sensors::run(Box::new(Reading { slot: Arc::clone(&slot), stop: context.stop.clone() }));
+    let shown = open::sensors(Box::new(Reading { slot: Arc::clone(&slot), stop: context.stop.clone() }));
     lock(&slot).over = true;
     let ended = reading.join().map_err(|_| Failure::internal("the thread that reads frames has ended"))?;
     shown.map_err(|why| Failure::new(Exit::Environment, why))?;

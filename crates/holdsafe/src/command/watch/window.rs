@@ -1,7 +1,7 @@
 //! `holdsafe watch --window RUN`: a recorded run in the console's window, to look at, and beside it what the unit's sensors gave and why its
 //! mode changed.
 
-use console::process::replay;
+use console::process::{open, replay};
 use runner::failure::{Exit, Failure};
 use runner::{Context, checked};
 
@@ -12,7 +12,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let checked = checked::run(&args.run)?;
     checked::say(context, &[&checked]);
     let mut recorded = replay::open(checked.path()).map_err(|why| Failure::new(Exit::NoEvidence, why.to_string()))?;
-    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
     if let Some(why) = checked.invalid() {
         recorded = recorded.invalid(why.to_owned());
     }
