@@ -26,8 +26,8 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
     seen.filter(|at| window.has(*at)).min()
 }
 
-/// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it followed it, or
-/// doubted its true class or the class aimed at.
+/// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it
+/// followed it, or doubted its true class or the class aimed at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
     let since = evidence.entries.iter().find(|w| told(w))?.at;

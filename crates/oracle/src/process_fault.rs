@@ -1,5 +1,5 @@
-//! Responses owed by the platform when one of its processes is killed, hangs, is slow or finds its disk full, stated before any run, and those
-//! that a log shows.
+//! Responses owed by the platform when one of its processes is killed, hangs, is slow or finds its disk full, stated
+//! before any run, and those that a log shows.
 //!
 //! A process that dies writes no more, so each row is read from the others: the mode from the unit's own log, and
 //! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/reference/bounds.md`). A

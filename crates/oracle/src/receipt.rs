@@ -1,11 +1,12 @@
 //! Receipts: did the fault provably reach its target?
 //!
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
-//! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
-//! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
-//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; its effect on
-//! them is not asked here. A missing message that provably could not arrive is `masked`'s. Actions on a byte stream are `stream`'s, on publications `planes`', messages of insiders
-//! `mouth`'s, disguises `disguise`'s, process faults `life`'s.
+//! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting time;
+//! for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
+//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; its
+//! effect on them is not asked here. A missing message that provably could not arrive is `masked`'s. Actions on a byte
+//! stream are `stream`'s, on publications `planes`', messages of insiders `mouth`'s, disguises `disguise`'s, process
+//! faults `life`'s.
 
 use evidence::{Evidence, Micros, Planned};
 use wire::event::{Action, Event, Sensor};
