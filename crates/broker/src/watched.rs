@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_published_comes_out_and_the_watcher_saw_the_bytes_that_arrived() {
+    fn published_messages_arrive_as_the_watcher_saw() {
         link::crypto::init();
         let authority = Authority::new().expect("an authority");
         let issue = |peer, role| authority.issue(peer, role).expect("a certificate");
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_did_not_arrive_or_arrived_otherwise_are_no_receipt() {
+    fn missing_or_changed_bytes_are_no_receipt() {
         let sight = |offset: u64, piece: &[u8], of: &[u8]| {
             let mut place = Place::default();
             place.pass(of);

@@ -248,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+    fn unexpected_without_expectation_is_unsafe_or_invalid() {
         assert!(Outcome::Unsafe.is_unexpected(&[]) && Outcome::Invalid.is_unexpected(&[]));
         assert!(!Outcome::HoldSafe.is_unexpected(&[]));
         assert!(Outcome::HoldSafe.is_unexpected(&[Outcome::Rejected]));

@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn where_a_thing_is_seen_counts_from_the_camera_and_from_where_the_unit_looks() {
+    fn bearing_counts_from_camera_and_heading() {
         let ahead = f64::from(Camera::GROUND.forward_m) * 1000.0;
         let quarter = core::f64::consts::FRAC_PI_2 * 1000.0;
         let seen = |unit, place, mrad: f64| {

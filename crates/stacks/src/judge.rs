@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hashes_do_not_depend_on_the_bytes_that_the_libraries_drew() {
+    fn hashes_do_not_depend_on_library_randomness() {
         let showing = |deeds: &[u64]| {
             let mut showing = Showing::of(true);
             for hash in deeds {

@@ -390,7 +390,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn subjects_and_topics_are_the_same_thing_both_ways() {
+    fn subjects_and_topics_convert_both_ways() {
         for unit in [UnitId::A, UnitId::B, UnitId::C] {
             for subject in [Subject::Command(unit), Subject::Ack(unit)] {
                 assert_eq!(Subject::from_topic(&subject.topic()), Some(subject));

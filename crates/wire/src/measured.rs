@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_age_above_its_limit_by_a_microsecond_is_shown_above_it() {
+    fn age_one_microsecond_over_shows_over_limit() {
         let measured = Measured::default().aged(Guard::Rgb, Some(Span(300_001)));
         assert_eq!(measured.of(Guard::Rgb), Some(301));
         assert!(Limit::Age(300).exceeded(301) && !Limit::Age(300).exceeded(300));

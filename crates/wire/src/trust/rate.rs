@@ -193,8 +193,9 @@ mod tests {
         through
     }
 
+    /// It takes no allowance from another sender or rate class.
     #[test]
-    fn a_flood_gets_its_burst_and_its_rate_and_takes_nothing_from_another_sender_or_lane() {
+    fn flood_gets_burst_and_rate_alone() {
         for class in [RateClass::Away, RateClass::Withdraw, RateClass::Hold] {
             let mut rates = Rates::default();
             let start = Instant(5_000_000);
