@@ -30,7 +30,7 @@ use crate::server::{Limits, Server, StartError};
 const LIMIT: Duration = Duration::from_secs(20);
 /// Pieces and publications that may wait.
 const ROOM: usize = 256;
-/// Sights of the ends' mouths that are kept.
+/// Sights of the ends' ingress that are kept.
 const SIGHTS: usize = 4096;
 
 /// An exchange that did not come about.

@@ -55,7 +55,7 @@ pub struct Decided {
 /// Number of decisions of a kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Count {
-    /// By whom.
+    /// Service that takes it.
     pub node: NodeId,
     /// Which kind, as it is named in the log.
     pub kind: String,

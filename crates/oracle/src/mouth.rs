@@ -76,7 +76,7 @@ fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
     counted > written && s.at >= last
 }
 
-/// A sight of a mouth.
+/// A sight at a core's input.
 struct Seen {
     at: Micros,
     reader: NodeId,

@@ -28,7 +28,7 @@ struct Told {
     delay: Micros,
 }
 
-/// A mouth's entry.
+/// An entry of an ingress.
 #[derive(Clone, Copy)]
 struct Seen {
     at: Micros,
@@ -38,7 +38,7 @@ struct Seen {
     hash: u64,
 }
 
-/// The first entry of `wanted` within `window` that the mouth of its far end confirms.
+/// The first entry of `wanted` within `window` that the ingress of its far end confirms.
 pub(super) fn receipt(evidence: &Evidence, wanted: StreamEffect, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Tampered { deed, side, stream, offset, length, hash, delay }

@@ -79,7 +79,7 @@ pub struct Timeline {
     pub executed: Vec<(Micros, CommandId, CommandKind)>,
     /// Reports that the gateway accepted of unit A.
     pub accepted: Vec<(Micros, RecordId)>,
-    /// Refusals at network interfaces: when, and by whom.
+    /// Refusals at network interfaces, each with its time and the service that refused.
     pub refused: Vec<(Micros, NodeId)>,
 }
 

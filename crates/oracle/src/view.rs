@@ -15,7 +15,7 @@ const AT_ONCE: Micros = 100_000;
 /// By how much of a delay the insider's clock may have run ahead of the trace's, as a divisor.
 const DRIFT: u64 = 1_000;
 
-/// The first deed of this kind on the feed, within `window`, that a witness confirms.
+/// The first action of this kind on the feed, within `window`, that a witness confirms.
 pub(super) fn feed(evidence: &Evidence, wanted: Action, window: Window) -> Option<Micros> {
     match wanted {
         Action::Drop => withheld(evidence, window),

@@ -1,4 +1,4 @@
-//! The few verbs every core speaks, and the mouthfuls it is fed.
+//! The few verbs every core speaks, and its inputs and outputs.
 //!
 //! A core is handed time and bytes and gives bytes back; it never reads a clock, a socket or a generator it did not
 //! seed itself. A process feeds it from the operating system, the twin from an event queue, a replay from a file.

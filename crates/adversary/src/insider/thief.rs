@@ -1,4 +1,4 @@
-//! The thief of a session: it holds a copy of somebody's certificate, and connects to the broker under it.
+//! The thief of a session: it holds a copy of another's certificate, and connects to the broker under it.
 //!
 //! A broker has one session for one identity, so the newcomer takes it: publications to that identity reach the
 //! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:

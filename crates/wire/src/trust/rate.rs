@@ -35,7 +35,7 @@ pub struct Allowance {
 pub enum RateClass {
     /// To lead away from safe.
     Away,
-    /// To take something away without stopping the unit: authority, or somebody's standing.
+    /// To take something away without stopping the unit: authority, or an identity's validity.
     Withdraw,
     /// To stop. The class holds no other command, so a HOLD that is refused for its rate comes after eight HOLDs of the same
     /// sender: no flood of another kind keeps one out, even from another holder of the sender's key.

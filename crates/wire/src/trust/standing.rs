@@ -58,7 +58,7 @@ pub struct RevocationList {
 }
 
 impl RevocationList {
-    /// Everybody stands, those with a mandate until its end; `now` is the start.
+    /// Everybody is valid, those with an end of validity until then; `now` is the start.
     pub fn new(mandates: &[Validity], now: Instant) -> Self {
         let mut ends = [None; NODES];
         for mandate in mandates {
