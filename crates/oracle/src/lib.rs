@@ -10,7 +10,7 @@
 //! |---|---|
 //! | `timeline` | the events by subject |
 //! | `window` | the time of a planned action |
-//! | `receipt` | did the fault provably arrive: `datagram`, `stream`, `planes`, `view`, `mouth`, `life`, `disguise`, one kind of injection each |
+//! | `receipt` | did the fault provably arrive: `datagram`, `stream`, `planes`, `view`, `delivery`, `life`, `disguise`, one kind of injection each |
 //! | `masked`, `arrived` | the obstacle that kept an injection from arriving; the facts then established |
 //! | `conservation` | the sums of the accounts (P6) |
 //! | `properties` | P1 to P11 |
@@ -33,6 +33,7 @@ mod arrived;
 mod conservation;
 mod content;
 mod datagram;
+mod delivery;
 mod disguise;
 mod display;
 mod effect;
@@ -42,7 +43,6 @@ mod life;
 mod link;
 mod masked;
 mod mission;
-mod mouth;
 mod nearness;
 mod orders;
 mod outcome;

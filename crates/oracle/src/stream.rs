@@ -77,13 +77,13 @@ fn confirmed(evidence: &Evidence, deed: StreamEffect, told: Told) -> bool {
 
 /// Sights of the ingress at the side that `told` leads to, of its direction, in order.
 fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
-    let mouth = match told.side {
+    let ingress = match told.side {
         Side::Client => NodeId::UNIT_A.guard(),
         Side::Server => NodeId::BROKER.guard(),
     };
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
         Event::StreamSaw { sight, stream, offset, length, hash }
-            if stream == told.stream && Some(w.entry.node) == mouth =>
+            if stream == told.stream && Some(w.entry.node) == ingress =>
         {
             Some(Seen { at: w.at, sight, offset, length, hash })
         }
