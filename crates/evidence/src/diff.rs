@@ -46,9 +46,9 @@ pub struct First {
 /// A decision and when it fell, microseconds from the start of its run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decided {
-    /// Time.
+    /// Time of the decision.
     pub at_us: Micros,
-    /// Decision.
+    /// The decision.
     pub event: Event,
 }
 

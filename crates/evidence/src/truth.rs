@@ -44,7 +44,7 @@ impl ToldAction {
 pub struct Happened {
     /// Time, microseconds.
     pub at_us: u64,
-    /// Action.
+    /// Action, in words.
     pub what: String,
 }
 
@@ -71,7 +71,7 @@ pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
 /// Something that was done for a while, trace time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lasted {
-    /// Action.
+    /// Action, in words.
     pub what: String,
     /// From.
     pub from: Micros,

@@ -185,8 +185,8 @@ impl Death<'_> {
         }
     }
 
-    /// Responses that were owed and did not come. A platform that was not in nominal control when the process died teaches
-    /// no lesson: that is no evidence, never a pass.
+    /// Responses that were owed and did not come. Of a platform that was not in nominal control when the process died
+    /// no conclusion can be drawn: that is no evidence, never a pass.
     fn findings(&self) -> Vec<Finding> {
         let before = self.line.mode_at(self.killed);
         // A kill that is a named step was put where it is on purpose.

@@ -11,7 +11,7 @@ use wire::mode::{Cause, Guards, Mode};
 /// A change of mode of the unit under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Time.
+    /// Time of the change.
     pub at: Micros,
     /// From.
     pub from: Mode,
@@ -24,7 +24,7 @@ pub struct Change {
 /// A sample of the plant's truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truth {
-    /// Time.
+    /// Time of the sample.
     pub at: Micros,
     /// True forward speed, mm/s.
     pub speed: i32,

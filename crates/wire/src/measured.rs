@@ -23,7 +23,7 @@ pub struct Measured {
     /// By guard, in the unit of its [`Limit`]; none where there is no measurement, or no number expresses it.
     #[n(0)]
     values: [Option<i32>; Guard::ALL.len()],
-    /// The teammate whose claims contradict each other or the unit, and the contradiction.
+    /// The teammate with claims that cannot all be true, and the reason.
     #[n(1)]
     teammate: Option<(UnitId, Inconsistency)>,
 }
@@ -48,7 +48,7 @@ impl Measured {
         Measured { teammate, ..self }
     }
 
-    /// The teammate whose claims contradict each other or the unit, and the contradiction.
+    /// The teammate with claims that cannot all be true, and the reason.
     pub fn teammate(&self) -> Option<(UnitId, Inconsistency)> {
         self.teammate
     }

@@ -1,4 +1,4 @@
-//! Claims of teammates, and the cases in which they contradict each other.
+//! Claims of teammates, and the cases in which they cannot all be true.
 
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency};

@@ -97,7 +97,7 @@ pub enum Fit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Life {
-    /// Node.
+    /// Node of the service.
     pub node: NodeId,
     /// Which start.
     pub boot: Boot,
