@@ -24,13 +24,14 @@ fn catalogue() -> Catalogue {
     Catalogue::load().expect("docs/reference/catalogue.toml loads")
 }
 
+/// A row without one says why; every scenario fits its rows.
 #[test]
-fn every_row_has_a_scenario_and_a_test_or_says_why_and_every_scenario_fits_its_rows() {
+fn every_row_has_scenario_and_test() {
     assert_eq!(catalogue().disagreements(&scenarios()), Vec::<String>::new());
 }
 
 #[test]
-fn the_papers_figures_are_those_that_the_code_gives() {
+fn papers_figures_match_the_code() {
     let ready = holdsafe_tests::shipped("teammate");
     let cast = topology::cast(&ready.scenario, &ready.setup, 1, &topology::RunSecret::seeded(1));
     let platforms = scenario::platforms(&root()).expect("platforms/ loads");
@@ -41,7 +42,7 @@ fn the_papers_figures_are_those_that_the_code_gives() {
 }
 
 #[test]
-fn the_page_of_threats_is_the_one_that_the_catalogue_gives() {
+fn threats_page_matches_the_catalogue() {
     assert!(
         read("docs/reference/threats.md") == catalogue().page(&scenarios()),
         "docs/reference/threats.md is not what docs/reference/catalogue.toml and scenarios/ give: \
@@ -62,7 +63,7 @@ fn every_test_that_a_row_names_exists() {
 
 /// A file of tests/attacks that no row knows tests something that nobody asked for, or was forgotten.
 #[test]
-fn every_test_named_after_an_attack_belongs_to_a_row() {
+fn every_attack_test_belongs_to_a_row() {
     let catalogue = catalogue();
     let known: Vec<&String> = catalogue.row.iter().flat_map(|row| &row.tests).collect();
     for (file, text) in sources("tests/attacks") {
@@ -84,7 +85,7 @@ fn row_of(file: &str, name: &str) -> Vec<String> {
 }
 
 #[test]
-fn every_check_and_every_mode_is_justified_by_rows_that_exist() {
+fn checks_and_modes_are_justified_by_rows() {
     let catalogue = catalogue();
     let switches = Switch::all().into_iter().map(|switch| switch.name());
     let modes = Mode::ALL.into_iter().map(|mode| mode.name().to_owned());
@@ -106,8 +107,9 @@ fn every_component_is_on_the_code_map() {
     }
 }
 
+/// Rows named exist; an identity without any is listed as not covered.
 #[test]
-fn every_identity_is_accounted_for_with_rows_that_exist_or_not_covered() {
+fn every_identity_has_rows_or_is_uncovered() {
     let catalogue = catalogue();
     for number in 0..NODES as u8 {
         let bytes = minicbor::to_vec(number).expect("a number");
@@ -124,7 +126,7 @@ fn every_identity_is_accounted_for_with_rows_that_exist_or_not_covered() {
 }
 
 #[test]
-fn every_check_and_every_reason_has_its_place_at_a_boundary() {
+fn checks_and_reasons_have_a_boundary() {
     let page = read("docs/reviewer/trust-boundaries.md");
     for switch in Switch::all() {
         let name = switch.name();

@@ -210,7 +210,7 @@ fn no_crate_is_a_room_for_everything() {
 }
 
 #[test]
-fn the_programs_digest_covers_every_crate_of_a_trial() {
+fn program_digest_covers_every_trial_crate() {
     let build = fs::read_to_string(root().join("crates/holdsafe/build.rs")).expect("the digest's script");
     for name in crates().iter().filter(|name| !OUTSIDE_TRIALS.contains(&name.as_str())) {
         assert!(build.contains(&format!("\"crates/{name}/src\"")), "crates/holdsafe/build.rs leaves crates/{name} out");

@@ -88,8 +88,9 @@ fn sections(text: &str) -> Vec<(String, String)> {
     found
 }
 
+/// Each has a command or a file to check it with.
 #[test]
-fn a_published_figure_has_a_command_or_a_file_to_check_it_with() {
+fn published_figures_can_be_checked() {
     let verbs = verbs();
     assert!(verbs.contains("run") && verbs.contains("inspect") && verbs.contains("bench"), "{verbs:?}");
     for page in PAGES {

@@ -48,7 +48,7 @@ fn is_process(file: &str) -> bool {
 const CORES: [&str; 8] = ["wire", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"];
 
 #[test]
-fn no_core_knows_a_clock_a_socket_tokio_or_link() {
+fn no_core_knows_clock_socket_tokio_or_link() {
     let foreign = [
         "Instant::now",
         "SystemTime",
@@ -79,7 +79,7 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
 
 /// The macros of the standard library panic when the stream is gone. The trainer is a tool of authors.
 #[test]
-fn lines_for_a_person_are_written_by_one_module_that_outlives_a_closed_stream() {
+fn one_module_writes_lines_for_a_person() {
     for (file, text) in sources("crates") {
         let own = file.contains("/src/") && !file.starts_with("crates/trainer/");
         let printed = ["println!(", "print!("].iter().any(|word| code(&text).contains(word));
@@ -89,7 +89,7 @@ fn lines_for_a_person_are_written_by_one_module_that_outlives_a_closed_stream() 
 
 /// A mutant whose place is gone is never switched on, and would be taken for one that was noticed or not.
 #[test]
-fn every_mutant_has_its_one_place_in_the_sources() {
+fn every_mutant_has_one_place_in_sources() {
     for list in ["mutants.toml", "properties.toml"] {
         let text = fs::read_to_string(root().join("tests/mutants").join(list)).unwrap();
         let table: toml::Table = text.parse().unwrap();
@@ -127,8 +127,9 @@ fn cores_are_forked_at_one_place() {
     assert_eq!(callers, ["crates/twin/src/part.rs"]);
 }
 
+/// Only the twin shares them, and the judge of one recording over and over.
 #[test]
-fn only_the_twin_and_who_judges_one_recording_over_and_over_share_verified_signatures() {
+fn verified_signatures_are_shared_by_few_crates() {
     let sharers: Vec<String> = sources("crates")
         .into_iter()
         .filter(|(file, text)| code(text).contains("Verified::default") && !file.ends_with("twin/src/verified.rs"))
@@ -192,7 +193,7 @@ fn every_scenario_and_every_refusal_is_documented() {
 
 /// A dependency of tests turns this on for every build with tests in it, so no test of a value would miss it.
 #[test]
-fn the_shipped_program_reads_numbers_in_json_to_their_last_digit() {
+fn shipped_program_reads_json_numbers_exactly() {
     let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
     let manifest: toml::Table = toml::from_str(&manifest).expect("a valid manifest");
     let features = &manifest["workspace"]["dependencies"]["serde_json"]["features"];

@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_before_the_earliest_time_does_not_count() {
+    fn events_before_the_earliest_time_do_not_count() {
         let mut passes = waiting(On::Passes(2), 0);
         (990..1001).for_each(|ms| passes.passes(at(ms), Side::Server));
         assert_eq!(passes.opens(), None, "one passed since");
@@ -203,8 +203,9 @@ mod tests {
         assert_eq!(heard.opens(), Some(at(1200)));
     }
 
+    /// A call to another step is not this opening's.
     #[test]
-    fn a_call_before_the_earliest_time_is_kept_and_one_to_another_step_is_not_ours() {
+    fn early_call_is_kept_others_are_ignored() {
         let mut opening = waiting(On::Cue, 30);
         opening.cue(at(10), StepName::new("other").unwrap());
         assert_eq!(opening.opens(), None);
@@ -214,8 +215,9 @@ mod tests {
         assert_eq!(opening.opens(), Some(at(1030)), "a step begins once");
     }
 
+    /// It does so even if the core was not asked in time.
     #[test]
-    fn a_silence_is_one_after_the_last_that_passed_even_if_nobody_looked_in_time() {
+    fn silence_counts_from_the_last_passage() {
         let mut opening = waiting(On::Silence(100), 0);
         assert_eq!(opening.due(), Some(at(1100)));
         opening.passes(at(1050), Side::Server);
@@ -226,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_named_step_is_told_as_it_begins_and_as_it_ends() {
+    fn named_step_logs_its_beginning_and_end() {
         let mut opening = waiting(On::Cue, 0);
         opening.cue(at(1200), StepName::new("cut").unwrap());
         for (ms, told) in [(1199, None), (1200, Some(true)), (1699, None), (1700, Some(false)), (1800, None)] {

@@ -62,7 +62,7 @@ pub enum AdversaryConfig {
     InsiderGateway(InsiderGatewayConfig),
     /// On a host's shared memory, in another's name.
     Rogue(RogueConfig),
-    /// The holder of a copy of somebody's certificate.
+    /// The holder of a copy of another's certificate.
     SessionThief(SessionThiefConfig),
 }
 

@@ -29,7 +29,7 @@ pub enum Adversary {
     InsiderGateway(Box<InsiderGateway>),
     /// On a host's shared memory, in another's name.
     Rogue(Box<Rogue>),
-    /// The holder of a copy of somebody's certificate.
+    /// The holder of a copy of another's certificate.
     SessionThief(Box<SessionThief>),
 }
 

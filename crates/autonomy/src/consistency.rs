@@ -1,7 +1,7 @@
 //! Consistency of teammates' claims.
 //!
 //! A claim that comes here has passed every check of the trust boundary that the policy requires. Cryptography can tie
-//! it to a key; it cannot tell if the holder of the key speaks for itself. The remaining question is if claims agree
+//! it to a key; it cannot tell whether the holder of the key speaks for itself. The remaining question is whether claims agree
 //! with physics, with each other and with their own time base:
 //!
 //! - *kinematics*: a unit moves no further than its claimed speed allows, and claims no speed beyond the platform's;

@@ -120,7 +120,7 @@ impl Autonomy {
         }
     }
 
-    /// Values that are not safe together are refused in every mode, before the mode is asked if it lets values change.
+    /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values change.
     fn configure(&mut self, now: Instant, order: &Ordered, values: &Settings) -> Option<Refusal> {
         let safe = match self.identity.policy.check(Check::Joint) {
             Requirement::Required => settings::jointly_safe(values, &self.identity.bounds),

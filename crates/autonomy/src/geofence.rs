@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn clearance_is_signed_and_measured_to_the_nearest_edge() {
+    fn clearance_is_signed_distance_to_nearest_edge() {
         let l_shape = Geofence::new(&[(0, 0), (8000, 0), (8000, 3000), (3000, 3000), (3000, 8000), (0, 8000)]);
         assert_eq!(square().clearance((5000.0, 2000.0)), 2000.0);
         assert_eq!(square().clearance((13_000.0, 14_000.0)), -5000.0);
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn what_keeps_a_distance_is_what_has_the_clearance() {
+    fn keeping_a_distance_agrees_with_clearance() {
         let slanted = Geofence::new(&[(0, 0), (9000, 1000), (12_000, 9000), (4000, 6000), (-1000, 8000)]);
         let places = (-10..140).flat_map(|x| (-10..100).map(move |y| (f64::from(x) * 100.0, f64::from(y) * 100.0)));
         let (mut kept, mut not) = (0, 0);
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_guard_fails_while_there_is_still_room_to_stop() {
+    fn guard_fails_while_stopping_room_remains() {
         let bounds = Bounds::GROUND;
         let towards = |x: f64| Motion { at: (x, 5000.0), yaw: 0.0, speed: 3000.0 };
         assert_eq!(square().breached(&towards(7000.0), &bounds), None);

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_leads_around_what_stands_in_it_and_inside_the_fence() {
+    fn way_avoids_obstacles_inside_the_fence() {
         let rock = Keepout { at: (10_000.0, 10_000.0), radius: 3000.0 };
         let grid = Grid::new(&yard(), &[rock], 1500.0);
         let (from, to) = ((3000.0, 10_000.0), (17_000.0, 10_000.0));

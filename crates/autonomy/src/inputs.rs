@@ -209,9 +209,8 @@ impl Autonomy {
         }
     }
 
-    /// Messages to us meanwhile are lost, or another party has them: if the session was cut or taken, there is no trusted
-    /// source that says which. So orders given until now that lead away from safe are void, and the operator reads of it in our
-    /// reports.
+    /// Messages to us meanwhile are lost, or another party has them: no trusted source says whether the session was cut or
+    /// taken. So orders given until now that lead away from safe are void, and the operator reads of it in our reports.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.write(now, Event::SessionLost { peer: self.identity.unit.peer() });
         self.standing.sessions_lost = self.standing.sessions_lost.saturating_add(1);

@@ -45,7 +45,7 @@ mod tests {
     const LONGEST: Span = Span::ms(500);
 
     #[test]
-    fn a_grant_counts_from_the_earliest_moment_it_can_have_been_written() {
+    fn grant_counts_from_its_earliest_possible_writing() {
         let mut lease = Lease::default();
         let received = Instant(1_000_000);
         let age = Age::on_one_host(received - Span::ms(120), received);
@@ -57,7 +57,7 @@ mod tests {
     }
 
     #[test]
-    fn no_grant_is_longer_than_the_platform_allows_and_none_shortens_another() {
+    fn grants_are_bounded_and_never_shorten_another() {
         let mut lease = Lease::default();
         lease.grant(Span::s(60), LONGEST, Instant(0), None);
         lease.grant(Span::ms(1), LONGEST, Instant(1), None);

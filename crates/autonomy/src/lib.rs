@@ -113,7 +113,7 @@ pub struct Autonomy {
     reports: Sequence,
     /// Presence of a fix and of odometry in the last reading.
     present: Option<(bool, bool)>,
-    /// Time at which a fix was last logged, and if fixes were distrusted then.
+    /// Time at which a fix was last logged, and whether fixes were distrusted then.
     located: Option<(Instant, bool)>,
     /// Last logged basis of the unit's judgement.
     judged: Option<Event>,

@@ -268,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_is_lost_localisation_and_does_not_heal_by_lasting() {
+    fn jump_loses_localisation_and_never_heals_itself() {
         let mut localisation = Localisation::default();
         let now = drive(&mut localisation, 0, 60, |_| 0.0);
         assert_eq!(localisation.lost(now, LIMIT), None);
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_test_flags_moves_the_pose_no_more_unless_the_policy_waives_it() {
+    fn flagged_fixes_move_the_pose_only_when_waived() {
         let strayed = |passed_over: Guards| {
             let mut localisation = Localisation::new(passed_over);
             drive(&mut localisation, 0, 60, |_| 0.0);

@@ -112,8 +112,9 @@ mod tests {
         Mission::new(&[(5000, 5000), (15_000, 5000)], looped, Grid::new(&fence, &[], 1500.0))
     }
 
+    /// Legs follow one another.
     #[test]
-    fn legs_follow_one_another_and_the_last_one_ends_the_mission() {
+    fn last_leg_ends_the_mission() {
         let mut mission = mission(false);
         let way = mission.way((2000.0, 5000.0), &[], Instant(0)).unwrap();
         assert_eq!((way.points.last(), way.beyond), (Some(&(5000.0, 5000.0)), Some((15_000.0, 5000.0))));

@@ -146,15 +146,16 @@ mod tests {
     }
 
     #[test]
-    fn a_way_with_a_corner_is_followed_and_its_end_is_not_overrun() {
+    fn cornered_way_is_followed_without_overrun() {
         let way = Way { points: &[(0.0, 0.0), (15_000.0, 0.0), (15_000.0, 12_000.0)], beyond: None };
         let (motion, worst) = drive(&way, 30.0, 3000.0);
         assert!(between(motion.at, (15_000.0, 12_000.0)) < 500.0, "{motion:?}");
         assert!(worst < 1500.0, "{worst}");
     }
 
+    /// It stops before an obstacle ahead, and at once when the mode says so.
     #[test]
-    fn it_stops_before_what_stands_ahead_and_at_once_when_the_mode_says_so() {
+    fn navigation_stops_for_obstacles_and_for_the_mode() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn it_slows_down_towards_the_fence_before_the_guard_would_trip() {
+    fn navigation_slows_before_the_fence_guard_trips() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(40_000.0, 0.0), (49_900.0, 0.0)], beyond: Some((0.0, 0.0)) };
         let around = Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds };

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn a_seal_that_is_old_or_stops_short_is_no_seal() {
+    fn old_or_short_seals_do_not_count() {
         let mut seals = Seals::new(NodeId::UNIT_A, Boot(1), Span::s(1));
         assert!(seals.missing(Instant(0)).is_some());
         seals.mark(Instant(0), 5);

@@ -54,7 +54,7 @@ mod tests {
     const PLATFORM: Settings = Settings { speed_mm_s: 3000, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
 
     #[test]
-    fn the_platforms_own_bounds_are_jointly_safe_and_not_by_much() {
+    fn platform_bounds_are_narrowly_jointly_safe() {
         let bounds = Bounds::GROUND;
         assert_eq!(jointly_safe(&PLATFORM, &bounds), Ok(()));
         assert_eq!(under(&PLATFORM, &bounds), bounds);
@@ -63,15 +63,16 @@ mod tests {
         assert_eq!(jointly_safe(&narrow, &bounds), Err(refusal));
     }
 
+    /// The same margin is too narrow at full speed.
     #[test]
-    fn what_is_too_narrow_at_full_speed_is_wide_enough_at_walking_pace() {
+    fn narrow_margin_suffices_at_walking_pace() {
         let slow = Settings { speed_mm_s: 500, margin_mm: 500, ..PLATFORM };
         assert_eq!(jointly_safe(&slow, &Bounds::GROUND), Ok(()));
         assert!(jointly_safe(&Settings { speed_mm_s: 1500, ..slow }, &Bounds::GROUND).is_err());
     }
 
     #[test]
-    fn a_track_that_may_be_armed_on_is_not_given_up_at_once() {
+    fn armable_track_is_not_given_up_at_once() {
         let flicker = Settings { arm_permille: 600, keep_permille: 600, ..PLATFORM };
         assert!(matches!(jointly_safe(&flicker, &Bounds::GROUND), Err(Refusal::Joint { least: 700, got: 600, .. })));
     }

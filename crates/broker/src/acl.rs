@@ -273,7 +273,7 @@ mod tests {
     const UNITS: [&str; 4] = ["unit-a", "unit-b", "unit-c", "unit-d"];
 
     #[test]
-    fn every_role_topic_and_verb_is_as_the_table_says() {
+    fn every_role_topic_and_verb_matches_the_table() {
         for peer in PEERS {
             for unit in UNITS {
                 let gateway = peer == "gateway";
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn an_accepted_filter_matches_no_topic_that_is_not_granted() {
+    fn accepted_filter_matches_granted_topics_only() {
         let filters =
             ["#", "+", "hs/#", "hs/+/unit-a", "hs/cmd/#", "hs/ack/#", "hs/ack/+", "hs/ack/+/#", "hs/+/+", "+/ack/+"];
         let filters = filters.map(str::to_owned).into_iter();

@@ -56,7 +56,7 @@ mod tests {
     use crate::acl;
 
     #[test]
-    fn a_refused_command_is_told_with_its_name_who_asked_and_what_was_expected() {
+    fn refused_command_logs_name_identity_and_expectation() {
         let refusal = acl::permit_topic(PeerId::UNIT_B, "hs/cmd/unit-a").expect_err("a unit commands nobody");
         let event = Event::Denied(Denial::Access { peer: PeerId::UNIT_B, refusal });
         let Audited::Refused { at, peer, reason, detail } = audited(&event) else { panic!("not a refusal") };

@@ -96,8 +96,9 @@ mod tests {
     use super::*;
     use wire::id::UnitId;
 
+    /// The ack reaches the gateway once.
     #[test]
-    fn a_command_reaches_its_unit_alone_and_the_ack_reaches_the_gateway_once() {
+    fn command_and_ack_reach_their_receivers_alone() {
         let broker = subscribed();
         let command = broker.publish(PeerId::GATEWAY, Subject::Command(UnitId::A)).expect("granted");
         assert_eq!(command.as_slice(), [PeerId::UNIT_A]);
@@ -114,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn a_teammate_can_neither_command_nor_acknowledge_for_another() {
+    fn teammate_cannot_command_or_acknowledge_for_another() {
         let mut broker = subscribed();
         for subject in [Subject::Command(UnitId::A), Subject::Ack(UnitId::A), Subject::Command(UnitId::B)] {
             let refusal = broker.publish(PeerId::UNIT_B, subject).expect_err("not granted");

@@ -30,7 +30,7 @@ use crate::server::{Limits, Server, StartError};
 const LIMIT: Duration = Duration::from_secs(20);
 /// Pieces and publications that may wait.
 const ROOM: usize = 256;
-/// Sights of the ends' mouths that are kept.
+/// Sights of the ends' ingress that are kept.
 const SIGHTS: usize = 4096;
 
 /// An exchange that did not come about.
@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_published_comes_out_and_the_watcher_saw_the_bytes_that_arrived() {
+    fn published_messages_arrive_as_the_watcher_saw() {
         link::crypto::init();
         let authority = Authority::new().expect("an authority");
         let issue = |peer, role| authority.issue(peer, role).expect("a certificate");
@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_that_did_not_arrive_or_arrived_otherwise_are_no_receipt() {
+    fn missing_or_changed_bytes_are_no_receipt() {
         let sight = |offset: u64, piece: &[u8], of: &[u8]| {
             let mut place = Place::default();
             place.pass(of);

@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn an_attack_gets_through_when_it_ends_worse_than_all_that_was_expected() {
+    fn attack_gets_through_when_worse_than_expected() {
         use Outcome::{Degraded, HoldSafe, Invalid, Rejected, Undetected};
         assert_eq!(gets_through(HoldSafe, &[Rejected]), Some(true));
         assert_eq!(gets_through(Degraded, &[HoldSafe]), Some(false));

@@ -97,8 +97,9 @@ mod tests {
         StepName::new(name).unwrap()
     }
 
+    /// Only the unit under test counts.
     #[test]
-    fn a_change_of_mode_counts_from_its_time_on_by_its_number_and_of_the_unit_under_test_only() {
+    fn mode_change_counts_by_time_number_and_unit() {
         let on = Watched::Enters { to: Mode::Ready, from: Some(Mode::Degraded), nth: 2 };
         let mut watch = Watch::new(&[Cue { step: step("cut"), on, from: 100 }]);
         let back = change(Mode::Degraded, Mode::Ready);
@@ -114,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn two_tables_of_one_step_are_called_together_once() {
+    fn two_tables_of_one_step_called_once() {
         let cue = |from| Cue { step: step("b"), on: Watched::Step { step: step("a"), begun: false }, from };
         let mut watch = Watch::new(&[cue(0), cue(5_000)]);
         let told = |begun| Event::Step { step: step("a"), begun };

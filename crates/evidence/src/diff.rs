@@ -46,16 +46,16 @@ pub struct First {
 /// A decision and when it fell, microseconds from the start of its run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decided {
-    /// Time.
+    /// Time of the decision.
     pub at_us: Micros,
-    /// Decision.
+    /// The decision.
     pub event: Event,
 }
 
 /// Number of decisions of a kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Count {
-    /// By whom.
+    /// Service that takes it.
     pub node: NodeId,
     /// Which kind, as it is named in the log.
     pub kind: String,
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn runs_of_other_times_decide_the_same_in_the_same_order() {
+    fn equal_decisions_at_other_times_are_equal() {
         let a = [seen(5, NodeId::GATEWAY, Reason::Stale), seen(9, NodeId::UNIT_A, Reason::Origin)];
         // The other service came first, and all of it later.
         let b = [seen(70, NodeId::UNIT_A, Reason::Origin), seen(80, NodeId::GATEWAY, Reason::Stale)];
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_decision_that_differs_is_told_of_each_service() {
+    fn first_differing_decision_is_told_per_service() {
         let a = [seen(5, NodeId::GATEWAY, Reason::Stale), seen(9, NodeId::GATEWAY, Reason::Origin)];
         let b = [seen(5, NodeId::GATEWAY, Reason::Stale)];
         let found = diff(&a, &b);

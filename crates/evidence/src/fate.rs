@@ -35,7 +35,7 @@ pub enum Mask {
 pub enum Fate {
     /// It arrived then, by its receipt.
     Delivered {
-        /// Time.
+        /// Time of arrival.
         at: Micros,
         /// True if there was a response from then on.
         noticed: bool,

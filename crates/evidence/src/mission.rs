@@ -25,7 +25,7 @@ pub enum Verb {
     Disarm,
     /// Set values for the mission; in idle only.
     Configure,
-    /// Have an identity struck from the roll, by the authority's revocation that the console keeps.
+    /// Revoke an identity, by the authority's revocation that the console keeps.
     Revoke,
 }
 

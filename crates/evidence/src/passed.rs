@@ -49,7 +49,7 @@ pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
 /// set by its own entries: `entries` are at times of the run.
 ///
 /// # Errors
-/// When a mouth log is damaged before its end, or they hold more than [`ROOM`].
+/// When an input journal is damaged before its end, or they hold more than [`ROOM`].
 pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, MouthError> {
     let Recorded { mut passed, mut left_out } = Recorded::default();
     let mut room = ROOM;

@@ -32,7 +32,7 @@ pub enum ProcessFault {
 pub struct Response {
     /// The process.
     pub process: String,
-    /// Fault.
+    /// Fault that the process had.
     pub fate: ProcessFault,
     /// Time, milliseconds of the run.
     pub killed_ms: f64,

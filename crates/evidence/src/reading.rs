@@ -30,9 +30,9 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
     last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
 }
 
-/// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is that of its
-/// cores. Gives the entries in (time, node, counter) order, the first
-/// problem found, and the result for the recording.
+/// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is
+/// that of its cores. Gives the entries in (time, node, counter) order, the first problem found, and the result for the
+/// recording.
 pub fn read_against(
     log: &[Logged],
     held: &Held,

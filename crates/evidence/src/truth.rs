@@ -44,7 +44,7 @@ impl ToldAction {
 pub struct Happened {
     /// Time, microseconds.
     pub at_us: u64,
-    /// Action.
+    /// Action, in words.
     pub what: String,
 }
 
@@ -71,7 +71,7 @@ pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
 /// Something that was done for a while, trace time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lasted {
-    /// Action.
+    /// Action, in words.
     pub what: String,
     /// From.
     pub from: Micros,
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn what_happened_is_told_on_the_consoles_clock_and_what_goes_on_is_told_once() {
+    fn events_use_console_clock_lasting_ones_once() {
         let attack = |at| {
             let event =
                 Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_done_lasts_until_it_ends_or_the_log_does() {
+    fn actions_last_until_their_or_the_logs_end() {
         let fault = |active| Event::Fault { sensor: Sensor::Rgb, kind: FaultKind::Freeze, active, frame: FrameId(1) };
         let hang = |on| Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on };
         let attack = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };

@@ -29,7 +29,7 @@ pub enum Property {
     P8,
     /// Recovery only by the rules.
     P9,
-    /// The log verifies, and the cores of a live run are functions of their mouth logs.
+    /// The log verifies, and the cores of a live run are functions of their input journals.
     P10,
     /// No authority or act on the wrong object.
     P11,

@@ -1,6 +1,6 @@
-//! Cost and allocations of the trust boundary per record: with the origin's signature, without it, and beside
-//! them the same record through bare DTLS in memory; and the cost of an unknown peer's datagram at the cookie exchange. CPU time of this
-//! thread; rounds alternate.
+//! Cost and allocations of the trust boundary per record: with the origin's signature, without it, and beside them the
+//! same record through bare DTLS in memory; and the cost of an unknown peer's datagram at the cookie exchange. CPU time
+//! of this thread; rounds alternate.
 //!
 //! Run with `cargo bench --bench admission` (or with `--profile dev`: dependencies are optimised there too).
 

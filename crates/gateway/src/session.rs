@@ -237,8 +237,9 @@ impl Sessions {
 mod tests {
     use super::*;
 
+    /// Peers are known of as many sessions as there is room for.
     #[test]
-    fn of_as_many_sessions_as_there_is_room_for_it_is_known_whose_they_were_and_the_oldest_is_forgotten_first() {
+    fn barred_sessions_keep_peers_oldest_forgotten_first() {
         let mut sessions = Sessions::default();
         let known =
             |sessions: &mut Sessions, n: usize| sessions.get_mut(SessionId(n as u32)).err().and_then(|(peer, _)| peer);

@@ -1,6 +1,6 @@
 //! The telemetry side of the core: sessions open, bring records and are kept going; accepted reports are passed on.
 //!
-//! Judging records is left to `admit`; who may have a lease, to `lease`; who hears of whom, to `fanout`.
+//! Judging records is left to `admit`; the right to a lease, to `lease`; the receivers of reports, to `fanout`.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;

@@ -26,8 +26,8 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
     seen.filter(|at| window.has(*at)).min()
 }
 
-/// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it followed it, or
-/// doubted its true class or the class aimed at.
+/// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it
+/// followed it, or doubted its true class or the class aimed at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
     let since = evidence.entries.iter().find(|w| told(w))?.at;
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn where_a_thing_is_seen_counts_from_the_camera_and_from_where_the_unit_looks() {
+    fn bearing_counts_from_camera_and_heading() {
         let ahead = f64::from(Camera::GROUND.forward_m) * 1000.0;
         let quarter = core::f64::consts::FRAC_PI_2 * 1000.0;
         let seen = |unit, place, mrad: f64| {

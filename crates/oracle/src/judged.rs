@@ -11,8 +11,8 @@ use wire::id::NodeId;
 
 use crate::peers;
 
-/// The row of one trial, with that much `knowledge` of its adversary. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
-/// under test: the gateway's uplink and the unit's downlink.
+/// The row of one trial, with that much `knowledge` of its adversary. `received`, `accepted` and `dropped` add up the
+/// two ends of the telemetry link of the unit under test: the gateway's uplink and the unit's downlink.
 pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Verdict) -> Trial {
     let (log_hash, decision_hash) = hashes(&evidence.entries);
     let mut trial = Trial {

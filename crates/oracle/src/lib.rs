@@ -6,17 +6,26 @@
 //! The unit's mode, its authority and its executions are its own word, held against these. `ARCHITECTURE.md`
 //! gives the witness of each property, and the parts for which there is the unit's word alone.
 //!
-//! `timeline` sorts the events by subject, `window` is the time of a planned action, `receipt`, `datagram`, `stream`,
-//! `planes`, `view`, `mouth`, `life` and `disguise` decide if the fault provably arrived, `masked` finds the obstacle that kept it from arriving,
-//! `arrived` has the facts then established, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for the facts
-//! that others than the unit know of P1's guards, `speed` for the speeds of
-//! every mode, `effect` for the effects of executions, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
-//! the place at which the unit takes itself to be, `takeover` for sessions that another took, `stale` for the age of accepted records, `orders`
-//! for the values that a unit was set to
-//! and a rogue's orders), `process_fault` the responses owed when a process is killed, `outcome` picks the one class. `mission` compares the mission
-//! with the one that
-//! the scenario presumes, `nearness` gives the margin by which
-//! a trial missed each limit, and judges nothing.
+//! | module | part |
+//! |---|---|
+//! | `timeline` | the events by subject |
+//! | `window` | the time of a planned action |
+//! | `receipt` | did the fault provably arrive: `datagram`, `stream`, `planes`, `view`, `delivery`, `life`, `disguise`, one kind of injection each |
+//! | `masked`, `arrived` | the obstacle that kept an injection from arriving; the facts then established |
+//! | `conservation` | the sums of the accounts (P6) |
+//! | `properties` | P1 to P11 |
+//! | `guards` | P1: the facts that others than the unit know of its guards |
+//! | `speed`, `effect` | the speed of every mode; the effects of executions |
+//! | `link` | P3 on the telemetry link |
+//! | `content`, `display` | P5; P7 |
+//! | `place` | the place at which the unit takes itself to be |
+//! | `takeover` | sessions at the broker that another took |
+//! | `stale` | the age of accepted records |
+//! | `orders` | the values that a unit was set to, and a rogue's orders |
+//! | `process_fault` | the responses owed when a process is killed |
+//! | `outcome` | the one class |
+//! | `mission` | the mission that the scenario presumes |
+//! | `nearness` | the margin to each limit; no verdict |
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -24,6 +33,7 @@ mod arrived;
 mod conservation;
 mod content;
 mod datagram;
+mod delivery;
 mod disguise;
 mod display;
 mod effect;
@@ -33,7 +43,6 @@ mod life;
 mod link;
 mod masked;
 mod mission;
-mod mouth;
 mod nearness;
 mod orders;
 mod outcome;

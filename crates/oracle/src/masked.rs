@@ -1,8 +1,8 @@
 //! Obstacles that kept a planned injection from arriving, where it has no receipt: the platform itself, or another attack.
 //!
-//! No injection is masked by an actor's word. The absence of a process is the launcher's word and that process's silence; the absence of a message
-//! to take hold of is told by its sender, or by the guards; a fault hidden by another, by the other's receipt. Where
-//! none of that holds for the whole time of the plan, it stays without proof.
+//! No injection is masked by an actor's word. The absence of a process is the launcher's word and that process's
+//! silence; the absence of a message to take hold of is told by its sender, or by the guards; a fault hidden by
+//! another, by the other's receipt. Where none of that holds for the whole time of the plan, it stays without proof.
 
 use evidence::{Evidence, Mask, Micros, Plan, Planned, Takes, Witnessed};
 use wire::core::Side;

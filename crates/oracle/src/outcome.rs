@@ -8,7 +8,7 @@ use wire::stream::Sight;
 use super::arrived::Receipt;
 use super::finding;
 use super::timeline::{Change, Timeline};
-use super::{disguise, mission, mouth, process_fault};
+use super::{delivery, disguise, mission, process_fault};
 
 /// Puts the verdict together.
 pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
@@ -104,7 +104,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });
-    by_service || below || mouth::refused_on_the_bus(evidence, zero) || disguise::seen_through(evidence, zero)
+    by_service || below || delivery::refused_on_the_bus(evidence, zero) || disguise::seen_through(evidence, zero)
 }
 
 /// Losses of authority or restrictions before anything was injected, other than by the operator.

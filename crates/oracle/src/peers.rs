@@ -2,7 +2,7 @@
 //! from the truth to which those have led.
 //!
 //! The insider names each report before it sends it; the gateway names each report that it accepts. Arrival itself
-//! is `mouth`'s to establish.
+//! is `delivery`'s to establish.
 
 use std::collections::BTreeMap;
 

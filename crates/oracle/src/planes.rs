@@ -29,7 +29,7 @@ const DRIFT: u64 = 1_000;
 /// Longest time from a sender's own entry to the broker's.
 const ON_THE_WAY: Micros = 1_000_000;
 
-/// The first entry of `wanted` within `window` that the client's mouth confirms.
+/// The first entry of `wanted` within `window` that the client's ingress confirms.
 pub(super) fn broker(evidence: &Evidence, wanted: Action, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Attack { action, side, hash, delay, .. }

@@ -1,5 +1,5 @@
-//! Responses owed by the platform when one of its processes is killed, hangs, is slow or finds its disk full, stated before any run, and those
-//! that a log shows.
+//! Responses owed by the platform when one of its processes is killed, hangs, is slow or finds its disk full, stated
+//! before any run, and those that a log shows.
 //!
 //! A process that dies writes no more, so each row is read from the others: the mode from the unit's own log, and
 //! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/reference/bounds.md`). A
@@ -185,8 +185,8 @@ impl Death<'_> {
         }
     }
 
-    /// Responses that were owed and did not come. A platform that was not in nominal control when the process died teaches
-    /// no lesson: that is no evidence, never a pass.
+    /// Responses that were owed and did not come. Of a platform that was not in nominal control when the process died
+    /// no conclusion can be drawn: that is no evidence, never a pass.
     fn findings(&self) -> Vec<Finding> {
         let before = self.line.mode_at(self.killed);
         // A kill that is a named step was put where it is on purpose.

@@ -1,11 +1,12 @@
 //! Receipts: did the fault provably reach its target?
 //!
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
-//! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
-//! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
-//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; its effect on
-//! them is not asked here. A missing message that provably could not arrive is `masked`'s. Actions on a byte stream are `stream`'s, on publications `planes`', messages of insiders
-//! `mouth`'s, disguises `disguise`'s, process faults `life`'s.
+//! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting time;
+//! for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
+//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; its
+//! effect on them is not asked here. A missing message that provably could not arrive is `masked`'s. Actions on a byte
+//! stream are `stream`'s, on publications `planes`', messages of insiders `delivery`'s, disguises `disguise`'s, process
+//! faults `life`'s.
 
 use evidence::{Evidence, Micros, Planned};
 use wire::event::{Action, Event, Sensor};
@@ -14,7 +15,7 @@ use wire::step::StepName;
 
 use super::arrived::{Befallen, Receipt};
 use super::window::Window;
-use super::{datagram, disguise, life, masked, mouth, orders, planes, stream, takeover, view};
+use super::{datagram, delivery, disguise, life, masked, orders, planes, stream, takeover, view};
 
 /// Looks for the receipts of everything planned.
 pub(super) fn find(evidence: &Evidence) -> Receipt {
@@ -45,12 +46,12 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
     match planned {
         Planned::Step(_) => None,
         Planned::Action(action @ (Action::Forward | Action::Resend | Action::Lie | Action::Confuse)) => {
-            mouth::receipt(evidence, action, window, &[NodeId::INSIDER_B])
+            delivery::receipt(evidence, action, window, &[NodeId::INSIDER_B])
         }
         Planned::Action(action @ (Action::Forge | Action::Republish)) => {
-            mouth::receipt(evidence, action, window, &[NodeId::INSIDER_PERCEPTION, NodeId::IMPOSTOR])
+            delivery::receipt(evidence, action, window, &[NodeId::INSIDER_PERCEPTION, NodeId::IMPOSTOR])
         }
-        Planned::Malformed => mouth::receipt(evidence, Action::Inject, window, &[NodeId::INSIDER_B]),
+        Planned::Malformed => delivery::receipt(evidence, Action::Inject, window, &[NodeId::INSIDER_B]),
         Planned::Action(action) => datagram::receipt(evidence, action, window),
         Planned::Kill(node) => life::killed(evidence, node, window),
         Planned::Suspend(node) => life::suspended(evidence, node, window),
@@ -128,7 +129,7 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
             }
             _ => None,
         });
-        let arrived = changed.into_iter().any(|(at, hash)| mouth::took(evidence, consumer(sensor), hash, at));
+        let arrived = changed.into_iter().any(|(at, hash)| delivery::took(evidence, consumer(sensor), hash, at));
         if arrived {
             found.push(Befallen { sensor, kind, start: w.at, end });
         }

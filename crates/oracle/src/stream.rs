@@ -28,7 +28,7 @@ struct Told {
     delay: Micros,
 }
 
-/// A mouth's entry.
+/// An entry of an ingress.
 #[derive(Clone, Copy)]
 struct Seen {
     at: Micros,
@@ -38,7 +38,7 @@ struct Seen {
     hash: u64,
 }
 
-/// The first entry of `wanted` within `window` that the mouth of its far end confirms.
+/// The first entry of `wanted` within `window` that the ingress of its far end confirms.
 pub(super) fn receipt(evidence: &Evidence, wanted: StreamEffect, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Tampered { deed, side, stream, offset, length, hash, delay }
@@ -77,13 +77,13 @@ fn confirmed(evidence: &Evidence, deed: StreamEffect, told: Told) -> bool {
 
 /// Sights of the ingress at the side that `told` leads to, of its direction, in order.
 fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
-    let mouth = match told.side {
+    let ingress = match told.side {
         Side::Client => NodeId::UNIT_A.guard(),
         Side::Server => NodeId::BROKER.guard(),
     };
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
         Event::StreamSaw { sight, stream, offset, length, hash }
-            if stream == told.stream && Some(w.entry.node) == mouth =>
+            if stream == told.stream && Some(w.entry.node) == ingress =>
         {
             Some(Seen { at: w.at, sight, offset, length, hash })
         }

@@ -11,7 +11,7 @@ use wire::mode::{Cause, Guards, Mode};
 /// A change of mode of the unit under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
-    /// Time.
+    /// Time of the change.
     pub at: Micros,
     /// From.
     pub from: Mode,
@@ -24,7 +24,7 @@ pub struct Change {
 /// A sample of the plant's truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truth {
-    /// Time.
+    /// Time of the sample.
     pub at: Micros,
     /// True forward speed, mm/s.
     pub speed: i32,
@@ -79,7 +79,7 @@ pub struct Timeline {
     pub executed: Vec<(Micros, CommandId, CommandKind)>,
     /// Reports that the gateway accepted of unit A.
     pub accepted: Vec<(Micros, RecordId)>,
-    /// Refusals at network interfaces: when, and by whom.
+    /// Refusals at network interfaces, each with its time and the service that refused.
     pub refused: Vec<(Micros, NodeId)>,
 }
 

@@ -1,13 +1,13 @@
 //! Receipts of a gateway insider's actions between the gateway and the console.
 //!
-//! Its messages have the witness that every insider's bytes have (`mouth`). A withheld message is told by the report or the
+//! Its messages have the witness that every insider's bytes have (`delivery`). A withheld message is told by the report or the
 //! command that it was about, against the honest half's acceptance and the display.
 
 use evidence::{Evidence, Micros, Witnessed};
 use wire::event::{Action, Event};
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 
-use super::mouth;
+use super::delivery;
 use super::window::Window;
 
 /// Longest time from the insider's entry to the console's own about the same message.
@@ -15,11 +15,11 @@ const AT_ONCE: Micros = 100_000;
 /// By how much of a delay the insider's clock may have run ahead of the trace's, as a divisor.
 const DRIFT: u64 = 1_000;
 
-/// The first deed of this kind on the feed, within `window`, that a witness confirms.
+/// The first action of this kind on the feed, within `window`, that a witness confirms.
 pub(super) fn feed(evidence: &Evidence, wanted: Action, window: Window) -> Option<Micros> {
     match wanted {
         Action::Drop => withheld(evidence, window),
-        _ => mouth::receipt(evidence, wanted, window, &[NodeId::INSIDER_GATEWAY]),
+        _ => delivery::receipt(evidence, wanted, window, &[NodeId::INSIDER_GATEWAY]),
     }
 }
 
@@ -49,7 +49,7 @@ fn withheld(evidence: &Evidence, window: Window) -> Option<Micros> {
 /// The first report that was kept for so long and then passed on: not shown before it was due, and the display was without
 /// it until then; the insider's message when it was due came in at the console.
 pub(super) fn late(evidence: &Evidence, by: Micros, window: Window) -> Option<Micros> {
-    let sent = mouth::sights(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
+    let sent = delivery::sights(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
     let confirmed = |at: Micros, record: RecordId| {
         let due = at + by - by / DRIFT;
         let early = shown(evidence).any(|(when, shown)| shown == record && when < due);

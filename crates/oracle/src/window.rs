@@ -3,7 +3,7 @@
 use evidence::{Evidence, Micros, Plan};
 use wire::event::Event;
 
-/// By how much an actor's clock and the host may put its deed before or behind its window.
+/// Time by which an actor's clock and the host may put its action before or behind its window.
 const EARLY: Micros = 5_000;
 const LATE: Micros = 100_000;
 

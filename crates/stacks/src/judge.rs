@@ -1,9 +1,9 @@
 //! The class of a trial on the real stacks, from the adversary's account of its actions and the target's log.
 //!
 //! The classes are the oracle's, in its order. UNSAFE: one identity passed for another, or a record was delivered that
-//! was never sent, or one twice (P5), or content was read that the link is to keep secret. INVALID: an action was not seen at the target.
-//! LATE: an honest record did not
-//! get through in time, or the association is gone. A stack has no modes, so it neither holds nor degrades.
+//! was never sent, or one twice (P5), or content was read that the link is to keep secret. INVALID: an action was not
+//! seen at the target. LATE: an honest record did not get through in time, or the association is gone. A stack has no
+//! modes, so it neither holds nor degrades.
 
 use std::collections::BTreeMap;
 
@@ -154,7 +154,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hashes_do_not_depend_on_the_bytes_that_the_libraries_drew() {
+    fn hashes_do_not_depend_on_library_randomness() {
         let showing = |deeds: &[u64]| {
             let mut showing = Showing::of(true);
             for hash in deeds {

@@ -90,8 +90,9 @@ mod tests {
         assert_eq!(judge(1, &looked).outcome, Outcome::Unsafe);
     }
 
+    /// An action done twice is seen twice or has no receipt.
     #[test]
-    fn a_deed_done_twice_is_seen_twice_or_has_no_receipt() {
+    fn repeated_action_needs_as_many_sights() {
         let mut showing = attacked();
         showing.did(b"deed");
         showing.saw(b"deed");

@@ -81,7 +81,7 @@ impl Handling {
         self.pair.send(to.other(), &record)
     }
 
-    /// Puts a datagram in at the target, as a deed.
+    /// Puts a datagram in at the target, as an action.
     fn put(&mut self, datagram: &[u8]) {
         for piece in split(datagram) {
             let record = match piece {

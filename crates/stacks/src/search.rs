@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn any_eight_bytes_of_a_mark_are_found_and_seven_are_not() {
+    fn any_eight_bytes_are_found_seven_not() {
         let marks = [Mark::new("first", *b"0123456789ab"), Mark::new("second", *b"6789abcdefgh")];
         let search = Search::new(&marks);
         let read = |text: &[u8]| search.read_in([text]).into_iter().collect::<Vec<_>>();

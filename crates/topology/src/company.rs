@@ -15,7 +15,7 @@ use super::keys::{self, RunSecret};
 use super::member::{BusEndpoint, Host, Member, Role};
 use super::{OPERATORS, attack, rogue, scene, script, station};
 
-/// Members on their way into a cast.
+/// Participants on their way into a topology.
 pub(super) struct Company<'a> {
     pub(super) scenario: &'a Scenario,
     pub(super) with: &'a scenario::Setup,

@@ -7,9 +7,9 @@ use sim::scene::Disguise;
 use super::{Cast, Role, attack};
 
 impl Cast {
-    /// The same participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part fails, no process is
-    /// killed, kept from running or short of disk, no object is in disguise or printed on, and the recording is left alone. The link's own
-    /// weather stays, and so does its plan.
+    /// The same participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part
+    /// fails, no process is killed, kept from running or short of disk, no object is in disguise or printed on, and the
+    /// recording is left alone. The link's own weather stays, and so does its plan.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {

@@ -1,4 +1,4 @@
-//! Everything that a seed varies in a cast, drawn once and in a fixed order.
+//! Everything that a seed varies in a topology, drawn once and in a fixed order.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};

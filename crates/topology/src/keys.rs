@@ -36,7 +36,7 @@ impl RunSecret {
         Secret(self.derive("holdsafe witness secret v1", node.name().as_bytes()))
     }
 
-    /// A revocation of each identity that can be struck from the roll. Here the authority's key is used, and only here.
+    /// A revocation of each identity that can be revoked. Here the authority's key is used, and only here.
     pub fn revocations(&self) -> Vec<(NodeId, Vec<u8>)> {
         let authority = Key::from_bytes(&self.of(NodeId::AUTHORITY).0);
         let strikable = [NodeId::OPERATOR, NodeId::OPERATOR_2, NodeId::UNIT_B, NodeId::UNIT_C];

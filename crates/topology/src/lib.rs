@@ -211,7 +211,7 @@ impl Cast {
     }
 }
 
-/// Puts the cast of one trial together.
+/// Puts the topology of one trial together.
 pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Cast {
     let draw = Draw::of(scenario, seed);
     let public_keys = secret.public_keys();

@@ -14,7 +14,7 @@ use super::start::{start_ms, step_name};
 pub struct ProcessFault {
     /// Which.
     pub node: NodeId,
-    /// Kind.
+    /// Kind of the fault.
     pub kind: ProcessFaultKind,
     /// Time, microseconds; if its step waits, the earliest.
     pub at: u64,

@@ -1,5 +1,5 @@
 //! From a scenario's `[[rogue]]`, `[[takeover]]` and `[[mandate]]` tables to the plans of rogue and thief, and everybody's
-//! roll.
+//! revocation list.
 
 use adversary::plan::{InsiderOperatorConfig, OrderId, OrderTrack, RogueOrders, SessionThiefConfig, Takeover};
 use scenario::{Name, Scenario, Way};

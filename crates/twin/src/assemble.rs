@@ -1,4 +1,4 @@
-//! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
+//! From a topology to a twin: the cores are made here from the very setups that a live run hands to processes.
 
 use std::sync::Arc;
 

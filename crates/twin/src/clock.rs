@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_deadline_is_never_early_and_never_a_tick_late() {
+    fn deadline_is_never_early_or_tick_late() {
         for drift_ppm in [-80, 0, 37, 200] {
             let clock = HostClock { zero: 123_456_789, drift_ppm };
             for t in (0..40_000_000).step_by(999_983) {

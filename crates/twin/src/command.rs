@@ -41,7 +41,7 @@ pub(super) struct Relayed {
     pub(super) relay: NodeIndex,
     pub(super) stream: Stream,
     redial: Redial,
-    /// The broker's mouth.
+    /// The broker's ingress observer.
     mouth: Journal,
     /// Arrival of the last piece of each leg: client to relay, broker to relay, relay to client, relay to broker.
     latest: [Micros; 4],
@@ -344,7 +344,7 @@ impl Twin {
         }
     }
 
-    /// The broker's mouth signs its chain for the last time.
+    /// The broker's ingress observer signs its chain for the last time.
     pub(super) fn sign_broker_mouth(&mut self) {
         let Some(commands) = self.commands.as_mut().filter(|commands| commands.mouth.counter() > 0) else { return };
         let mut out = VecDeque::new();

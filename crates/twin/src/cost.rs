@@ -178,14 +178,14 @@ mod tests {
     }
 
     #[test]
-    fn in_the_twin_what_its_own_cores_signed_is_known_to_be_good() {
+    fn twins_own_signatures_are_known_good() {
         let (scenario, setup) = nominal();
         let signatures = watched(&scenario, &setup, 1, || 0).unwrap().signatures;
         assert!(signatures.made > 100 && signatures.asked > 100 && signatures.verified == 0, "{signatures:?}");
     }
 
     #[test]
-    fn what_is_known_is_run_again_to_the_same_log() {
+    fn known_run_repeats_to_the_same_log() {
         let (scenario, setup) = nominal();
         let known = Known::of(&scenario, &setup, 1, 3_000_000).unwrap();
         let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();

@@ -128,8 +128,9 @@ mod tests {
 
     const WAY: Way = (NodeId::UNIT_A, NodeId::GATEWAY);
 
+    /// Sender, receiver, message and time determine it; earlier messages do not.
     #[test]
-    fn a_delay_depends_on_who_sends_what_to_whom_and_when_and_on_nothing_that_went_before() {
+    fn delay_depends_on_message_and_time_alone() {
         let delays = Delays::new(1, true);
         let one = delays.datagram(WAY, 5_000);
         assert_eq!(one, delays.datagram(WAY, 5_000));

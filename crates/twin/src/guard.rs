@@ -30,7 +30,7 @@ pub(super) struct Guard {
     pub(super) handshake: u64,
     /// Datagrams for which there was no room while the process did not run.
     pub(super) kernel_dropped: u64,
-    /// Until when the stranger's handshake is under way.
+    /// End of the unknown peer's handshake, at the latest.
     pub(super) half_open: Micros,
 }
 

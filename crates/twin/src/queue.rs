@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ties_are_broken_by_node_and_then_by_order_of_arrival() {
+    fn ties_break_by_node_then_arrival() {
         let mut queue = Queue::default();
         queue.push(5, 2, 'c');
         queue.push(5, 1, 'a');

@@ -77,7 +77,7 @@ pub struct Parted {
 }
 
 impl Fed {
-    /// Feeds every core of `cast`, which has the members of the run: its own cast, or that of another policy.
+    /// Feeds every core of `cast`, which has the members of the run: its own topology, or that of another policy.
     ///
     /// A core with a process that ended meanwhile had several lives and one input journal; it is left out.
     ///
@@ -110,7 +110,7 @@ impl Fed {
         passed
     }
 
-    /// The cast of the run.
+    /// The topology of the run.
     pub fn cast(&self) -> &Cast {
         &self.cast
     }

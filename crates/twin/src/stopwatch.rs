@@ -130,8 +130,9 @@ mod tests {
         NOW.with(|now| now.replace(now.get() + 10))
     }
 
+    /// Every stage has its place.
     #[test]
-    fn time_belongs_to_the_stage_that_was_entered_last_and_every_stage_has_its_place() {
+    fn time_belongs_to_the_last_entered_stage() {
         let mut watch = Stopwatch::start(clock, Stage::Setup);
         watch.enter(Stage::Sim);
         watch.enter(Stage::Sim);

@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_published_comes_out_whole_however_the_stream_is_cut_into_pieces() {
+    fn publications_arrive_whole_under_any_cutting() {
         let mut stream = standing();
         let (subject, bytes) = order();
         let sealed = stream.publish(Side::Server, subject, bytes.clone()).expect("a session stands");
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_bit_anywhere_ends_the_stream_and_delivers_nothing() {
+    fn flipped_bit_ends_stream_and_delivers_nothing() {
         let whole = standing().publish(Side::Server, order().0, order().1).expect("a session stands");
         for bit in 0..whole.len() * 8 {
             let mut stream = standing();
@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flipped_bit_in_a_hello_lets_no_session_stand() {
+    fn flipped_bit_in_hello_prevents_session() {
         for hello in 0..2 {
             let mut stream = Stream::new([7; 32]);
             let first = stream.dial();
@@ -380,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn the_client_keeps_what_it_could_not_send_and_the_broker_does_not() {
+    fn client_keeps_unsent_publications_broker_does_not() {
         let mut stream = Stream::new([7; 32]);
         let (subject, bytes) = order();
         assert_eq!(stream.publish(Side::Server, subject, bytes.clone()), None);

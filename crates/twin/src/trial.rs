@@ -48,7 +48,7 @@ pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Res
     Ok((cast, twin))
 }
 
-/// Starts the twin of a cast at time zero.
+/// Starts the twin of a topology at time zero.
 pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin, AssemblyError> {
     Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths, None)?))
 }

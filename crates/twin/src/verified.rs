@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_core_that_shares_signed_is_known_to_be_good_and_no_bit_of_it_may_differ() {
+    fn shared_signatures_are_known_good_bit_exactly() {
         let verified = Verified::default();
         let ring = ring(&verified, 7);
         let bytes = Key::from_bytes(&[7; 32]).told_to(verified.shared()).sign(Purpose::Report, b"state");
@@ -190,8 +190,9 @@ mod tests {
         assert_eq!(verified.counts(), Asked { made: 0, asked: 2, verified: 1 });
     }
 
+    /// No other bit, purpose or key is vouched for.
     #[test]
-    fn a_good_signature_vouches_for_no_other_bit_purpose_or_key() {
+    fn good_signature_vouches_for_nothing_else() {
         let verified = Verified::default();
         let ring_of_a = ring(&verified, 7);
         let bytes = signed(b"state");
@@ -206,8 +207,9 @@ mod tests {
         assert_eq!(verify(&ring(&verified, 8), Purpose::Report, &bytes), refused);
     }
 
+    /// It is verified anew each time.
     #[test]
-    fn a_bad_signature_is_verified_and_refused_every_time() {
+    fn bad_signature_is_refused_every_time() {
         let verified = Verified::default();
         let ring = ring(&verified, 7);
         let mut bad = signed(b"state");

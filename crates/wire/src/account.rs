@@ -65,8 +65,9 @@ mod tests {
     use crate::id::NodeId;
     use crate::refusal::Reason;
 
+    /// The bound is one for each interface.
     #[test]
-    fn refusals_on_the_bus_are_written_up_to_a_bound_for_each_interface_and_counted_beyond_it() {
+    fn bus_refusals_are_logged_boundedly_then_counted() {
         let mut accounts = Accounts::default();
         let refusal = |n: &u64| {
             if n.is_multiple_of(2) { Refusal::Tag { expected: NodeId::SIM } } else { Refusal::Schema { at: 0 } }

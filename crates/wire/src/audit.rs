@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_a_deletion_and_a_swap_break_the_chain_where_they_are() {
+    fn edit_deletion_and_swap_break_chain_there() {
         assert_eq!(verify(&log(20)), Ok(()));
         let mut deleted = log(20);
         deleted.remove(7);

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn who_reads_a_channel_cannot_write_it_to_its_other_reader() {
+    fn channel_reader_cannot_write_to_another_reader() {
         let [first, second] = [1, 2].map(|k| ChannelKey([k; 32]));
         let body = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None });
         let gate = |key: &ChannelKey| BusGate::new(Topic::Navigation, NodeId::SIM, key.clone(), Span::ms(300));
@@ -164,8 +164,9 @@ mod tests {
         assert_eq!(admits(&mut gate(&second), &forged), Err(Refusal::Tag { expected: NodeId::SIM }));
     }
 
+    /// So does any product that is not live.
     #[test]
-    fn a_product_that_is_not_live_leaves_nothing_behind_in_the_window() {
+    fn replayed_product_leaves_the_window_unchanged() {
         let key = ChannelKey([1; 32]);
         let mut gate = BusGate::new(Topic::Tracks, NodeId::PERCEPTION, key.clone(), Span::ms(300));
         let mut admit = |bytes: &[u8]| gate.admit::<Tracks>(&Policy::default(), NOW, bytes).map(|_| ());
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_short_or_of_no_topic_comes_apart_into_nothing() {
+    fn short_or_topicless_bytes_do_not_parse() {
         let whole = Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), ChannelKey([1; 32])).seal(NOW, &[7]);
         assert_eq!(body(&whole), Some(&[7][..]));
         for length in 0..whole.len() - 1 {

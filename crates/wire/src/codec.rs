@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_longer_form_of_the_same_integer_is_refused() {
+    fn longer_form_of_integer_is_refused() {
         assert_eq!(decode::<u64>(&[0x05], 8), Ok(5));
         assert_eq!(decode::<u64>(&[0x18, 0x05], 8), Err(Malformed::NonCanonical { at: 0 }));
     }
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_beyond_its_bound_is_refused_before_its_items_are_read() {
+    fn overlong_list_is_refused_before_its_items() {
         let bytes = [0x9b, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff];
         assert!(matches!(decode::<List<u8, 4>>(&bytes, 64), Err(Malformed::Schema { .. })));
     }

@@ -144,7 +144,7 @@ pub enum Request<'b> {
     /// Have the units repeat this in their reports: the display's challenge.
     #[n(2)]
     Watch(#[n(0)] Nonce),
-    /// Strike an identity from the roll: the authority's signed revocation.
+    /// Revoke an identity: the authority's signed revocation.
     #[n(50)]
     Revoke(#[b(0)] &'b ByteSlice),
 }

@@ -1,4 +1,4 @@
-//! The few verbs every core speaks, and the mouthfuls it is fed.
+//! The few verbs every core speaks, and its inputs and outputs.
 //!
 //! A core is handed time and bytes and gives bytes back; it never reads a clock, a socket or a generator it did not
 //! seed itself. A process feeds it from the operating system, the twin from an event queue, a replay from a file.
@@ -390,7 +390,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn subjects_and_topics_are_the_same_thing_both_ways() {
+    fn subjects_and_topics_convert_both_ways() {
         for unit in [UnitId::A, UnitId::B, UnitId::C] {
             for subject in [Subject::Command(unit), Subject::Ack(unit)] {
                 assert_eq!(Subject::from_topic(&subject.topic()), Some(subject));

@@ -23,7 +23,7 @@ pub struct Measured {
     /// By guard, in the unit of its [`Limit`]; none where there is no measurement, or no number expresses it.
     #[n(0)]
     values: [Option<i32>; Guard::ALL.len()],
-    /// The teammate whose claims contradict each other or the unit, and the contradiction.
+    /// The teammate with claims that cannot all be true, and the reason.
     #[n(1)]
     teammate: Option<(UnitId, Inconsistency)>,
 }
@@ -48,7 +48,7 @@ impl Measured {
         Measured { teammate, ..self }
     }
 
-    /// The teammate whose claims contradict each other or the unit, and the contradiction.
+    /// The teammate with claims that cannot all be true, and the reason.
     pub fn teammate(&self) -> Option<(UnitId, Inconsistency)> {
         self.teammate
     }
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_age_above_its_limit_by_a_microsecond_is_shown_above_it() {
+    fn age_one_microsecond_over_shows_over_limit() {
         let measured = Measured::default().aged(Guard::Rgb, Some(Span(300_001)));
         assert_eq!(measured.of(Guard::Rgb), Some(301));
         assert!(Limit::Age(300).exceeded(301) && !Limit::Age(300).exceeded(300));

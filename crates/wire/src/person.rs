@@ -1,6 +1,6 @@
 //! Acts of a person at the console, as data: the one way from a hand to the console's core.
 //!
-//! An act enters the core as an input like any other, so that it is in the mouth log and a run with a person in it can be
+//! An act enters the core as an input like any other, so that it is in the input journal and a run with a person in it can be
 //! replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses after a
 //! time, and then confirmed with a reason. Judging acts is left to `console::act`.
 
@@ -21,7 +21,7 @@ pub enum Order {
     /// A command to a unit.
     #[n(0)]
     Command(#[n(0)] UnitId, #[n(1)] CommandKind),
-    /// To have an identity struck from the roll.
+    /// To revoke an identity.
     #[n(1)]
     Revoke(#[n(0)] NodeId),
 }

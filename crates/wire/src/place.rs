@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_direction_has_one_name_however_its_bytes_are_cut() {
+    fn direction_keeps_its_name_under_any_cutting() {
         let bytes: Vec<u8> = (0..=255).collect();
         let mut whole = Place::default();
         whole.pass(&bytes);

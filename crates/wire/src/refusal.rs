@@ -222,7 +222,7 @@ pub enum Refusal {
         /// Sender.
         got: NodeId,
     },
-    /// Too many verifications failed, for any claimed sender.
+    /// More verifications failed than there can be need for, for any claimed sender.
     #[error("rate: at most {burst} at once and {per_s} a second that do not verify expected, got more")]
     Unproven {
         /// At once.
@@ -233,13 +233,13 @@ pub enum Refusal {
     /// The authority of the run has revoked the peer or signer.
     #[error("revoked: one that stands expected, got {got}")]
     Revoked {
-        /// Sender.
+        /// Revoked peer or signer.
         got: NodeId,
     },
     /// The time for which the peer or signer was admitted is over.
     #[error("expired: one that is still admitted expected, got {got}, over for {over}")]
     Expired {
-        /// Sender.
+        /// Expired peer or signer.
         got: NodeId,
         /// For how long it has been over.
         over: Span,

@@ -71,7 +71,7 @@ mod tests {
     use crate::codec;
 
     #[test]
-    fn a_value_out_of_its_range_is_no_setting() {
+    fn value_out_of_range_is_no_setting() {
         let good = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 500, keep_permille: 900 };
         let read = |settings: &Settings| codec::decode::<Settings>(&codec::encode(settings), 64);
         assert_eq!(read(&good), Ok(good), "legal one by one, whatever they are together");

@@ -289,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn what_we_sign_an_independent_cose_library_reads_and_verifies() {
+    fn independent_cose_library_verifies_our_signatures() {
         use coset::CborSerializable;
         let bytes = key().sign(Purpose::Report, b"state");
         let read = coset::CoseSign1::from_slice(&bytes).unwrap();

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_is_short_and_of_a_closed_alphabet() {
+    fn name_is_short_with_closed_alphabet() {
         assert_eq!(StepName::new("cut-2").unwrap().to_string(), "cut-2");
         for text in ["", "Cut", "a b", "a\n", "abcdefghijklmnopqrstuvwxyz"] {
             assert_eq!(StepName::new(text), None, "{text:?}");

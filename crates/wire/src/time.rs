@@ -238,8 +238,9 @@ mod tests {
         bound
     }
 
+    /// This holds for any delays.
     #[test]
-    fn age_is_never_below_the_true_age_whatever_the_delays() {
+    fn age_bound_never_undercuts_true_age() {
         // Peer clock = ours + 1_000_000; challenge takes 5 ms, record written 40 ms after, arrives 30 ms later.
         let bound = proven(10_000, 1_015_000);
         let age = bound.age(PeerStamp(1_055_000), Instant(85_000)).unwrap().upper();
@@ -255,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_challenge_seen_late_makes_nothing_older_while_an_earlier_one_serves() {
+    fn late_challenge_ages_nothing_while_earlier_serves() {
         let mut bound = proven(0, 1000);
         bound.issue(Nonce(8), Instant(1_000_000));
         assert!(bound.prove(Echo { nonce: Nonce(8), seen: PeerStamp(1_300_000) }));
@@ -264,8 +265,9 @@ mod tests {
         assert!(young(3_100_000) >= Span::ms(300), "the earlier one serves no more");
     }
 
+    /// A foreign nonce is no proof; without an echo a record is stale.
     #[test]
-    fn a_foreign_nonce_proves_nothing_and_no_echo_means_stale() {
+    fn foreign_nonce_or_missing_echo_is_stale() {
         let mut bound = AgeBound::new(Span::s(3));
         bound.issue(Nonce(7), Instant(0));
         assert!(!bound.prove(Echo { nonce: Nonce(8), seen: PeerStamp(0) }));

@@ -64,7 +64,7 @@ fn written(values: &[Named]) -> String {
 
 /// With `HOLDSAFE_RENEW` set the vectors are written anew; then read the diff.
 #[test]
-fn each_named_value_has_the_bytes_and_the_notation_of_its_vector() {
+fn named_values_match_bytes_and_notation() {
     for (message, values) in values::all() {
         let path = folder().join(format!("{message}.txt"));
         if std::env::var_os("HOLDSAFE_RENEW").is_some() {
@@ -106,7 +106,7 @@ fn every_event_has_a_vector() {
 }
 
 #[test]
-fn a_shared_memory_message_has_the_layout_that_the_schema_tells() {
+fn shared_memory_layout_matches_the_schema() {
     let body = wire::codec::encode(&values::drive());
     let key = wire::bus::ChannelKey([1; 32]);
     let (boot, now) = (wire::id::Boot(0x0102), wire::time::Instant(0x0a0b));

@@ -1,4 +1,4 @@
-//! The rogue station: it holds somebody's signing key and gives orders with it, as a console would and when it likes.
+//! The rogue station: it holds a stolen signing key and gives orders with it, as a console would and when it likes.
 //!
 //! It has either a station of its own at the gateway, with a channel that is its own, or a certificate for the broker,
 //! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the

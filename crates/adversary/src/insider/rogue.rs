@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn without_the_key_nothing_that_it_makes_is_admitted_and_with_it_all_is() {
+    fn messages_are_admitted_only_under_the_channels_key() {
         let vehicle = Says::Vehicle(Spot { x_mm: 1, y_mm: 2 });
         let (bytes, events) = said(&mut rogue(None, vehicle));
         assert_eq!((bytes.len(), times(&events, Action::Forge)), (3, 3));
@@ -229,15 +229,16 @@ mod tests {
     }
 
     #[test]
-    fn a_beat_has_a_new_header_and_the_old_frame() {
+    fn beat_has_new_header_and_old_frame() {
         let (bytes, _) = said(&mut rogue(Some(KEY), Says::Beat));
         let tracks: Tracks = minicbor::decode(wire::bus::body(&bytes[2]).unwrap()).unwrap();
         assert_eq!((tracks.frame, tracks.stamp), (FrameId(7), at(50)));
         assert!(admitted(&bytes[2], 300));
     }
 
+    /// They repeat once they are as old as the plan says.
     #[test]
-    fn what_is_recorded_comes_again_byte_for_byte_once_it_is_old_enough() {
+    fn recorded_messages_repeat_byte_for_byte_when_old() {
         let (bytes, events) = said(&mut rogue(None, Says::Recorded { lag_ms: 200 }));
         let Input::Bus { bytes: heard, .. } = genuine(50) else { panic!("a message") };
         assert_eq!(bytes, [heard], "at 300 ms, and not before");

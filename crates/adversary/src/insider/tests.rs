@@ -25,7 +25,7 @@ const DOWN: SessionId = SessionId(2);
 const THEIRS: Nonce = Nonce(77);
 
 #[test]
-fn the_insider_speaks_the_session_layer_so_that_its_records_are_accepted() {
+fn session_records_of_the_insider_are_accepted() {
     let mut insider = teammate([]);
     let mut ages = AgeBound::new(Span::s(3));
     let mut window = Window::new(32, 600);
@@ -53,7 +53,7 @@ fn the_insider_speaks_the_session_layer_so_that_its_records_are_accepted() {
 }
 
 #[test]
-fn a_verbatim_forward_says_c_and_its_signature_verifies() {
+fn verbatim_forward_names_c_and_verifies() {
     let report = forwarded(Form::Verbatim);
     let policy = Policy::default();
     let decoded = SignedReport::decode(at(0), &report).unwrap();
@@ -67,7 +67,7 @@ fn a_verbatim_forward_says_c_and_its_signature_verifies() {
 }
 
 #[test]
-fn a_relabelled_forward_says_b_and_no_signature_verifies() {
+fn relabelled_forward_names_b_and_never_verifies() {
     let report = forwarded(Form::Relabelled);
     let signed = Signed::parse(&report, MAX_REPORT).unwrap();
     let read: Report = codec::decode(signed.payload, MAX_REPORT).unwrap();
@@ -88,7 +88,7 @@ fn a_re_signed_forward_passes_every_cryptographic_check() {
 }
 
 #[test]
-fn c_drawn_away_is_supervised_and_its_own_records_are_forwarded() {
+fn drawn_away_c_is_supervised_and_forwarded() {
     let mut insider = teammate([forward(Form::Verbatim)]);
     open(&mut insider, UP, PeerId::GATEWAY);
     open(&mut insider, DOWN, PeerId::UNIT_C);
@@ -117,7 +117,7 @@ fn b_is_honest_before_and_after_the_window() {
 }
 
 #[test]
-fn of_two_forwardings_at_once_each_sends_on_what_is_heard() {
+fn two_forwardings_each_send_every_report() {
     let second = Forward { at_ms: 1500, lag_ms: 300, ..forward(Form::ReSigned) };
     let mut insider = teammate([forward(Form::Verbatim), second]);
     open(&mut insider, UP, PeerId::GATEWAY);
@@ -137,7 +137,7 @@ fn of_two_forwardings_at_once_each_sends_on_what_is_heard() {
 }
 
 #[test]
-fn broken_records_are_refused_for_the_flaw_they_have() {
+fn broken_records_are_refused_for_their_flaw() {
     use Reason::{Canonical, Length, Schema};
     let flaws = [Flaw::Length, Flaw::Schema, Flaw::NonCanonical, Flaw::Range, Flaw::Count];
     let expected = [Length, Schema, Canonical, Schema, Schema];
@@ -163,7 +163,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
 }
 
 #[test]
-fn a_record_that_is_sound_but_for_one_thing_differs_from_the_one_before_in_that_alone() {
+fn flawed_record_differs_in_its_flaw_alone() {
     let flaws = [Flaw::Session, Flaw::Version, Flaw::Origin, Flaw::Jump];
     let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 4, every_ms: 0, step: None };
     let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };

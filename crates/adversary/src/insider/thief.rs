@@ -1,4 +1,4 @@
-//! The thief of a session: it holds a copy of somebody's certificate, and connects to the broker under it.
+//! The thief of a session: it holds a copy of another's certificate, and connects to the broker under it.
 //!
 //! A broker has one session for one identity, so the newcomer takes it: publications to that identity reach the
 //! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:
@@ -89,8 +89,9 @@ mod tests {
     use crate::testing::{at, setup, turn};
     use wire::id::NodeId;
 
+    /// It is after no session once the run is over.
     #[test]
-    fn it_joins_and_leaves_at_its_times_and_is_after_nothing_when_the_run_is_over() {
+    fn thief_joins_and_leaves_at_its_times() {
         let takeover = |at_ms| Takeover { at_ms, duration_ms: 500, step: None };
         let config = SessionThiefConfig { certificate: PeerId::UNIT_A, takeovers: [1000, 3000].map(takeover).to_vec() };
         let mut thief = SessionThief::new(&setup(NodeId::IMPOSTOR, 7), &config, at(0)).unwrap();

@@ -42,7 +42,7 @@ pub enum BrokerAction {
     },
     /// Captured ones are delivered again, the newest first and then back in turn.
     Replay {
-        /// Number.
+        /// Number of publications.
         count: u32,
         /// Time between them.
         every_ms: u64,
@@ -55,7 +55,7 @@ pub enum BrokerAction {
         kind: Kind,
         /// Material that they are made of.
         forgery: OrderForgery,
-        /// Number.
+        /// Number of orders.
         count: u32,
         /// Time between them.
         every_ms: u64,

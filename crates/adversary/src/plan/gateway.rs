@@ -32,7 +32,7 @@ pub enum FeedAction {
     },
     /// They are made to say something else.
     Forge {
-        /// Way of forging.
+        /// Content forged.
         forgery: FeedForgery,
         /// The mode they are made to say.
         mode: Mode,

@@ -66,7 +66,7 @@ pub enum DatagramAction {
     Replay {
         /// Age of the captured datagram at least.
         lag_ms: u64,
-        /// Number.
+        /// Number of datagrams.
         count: u32,
         /// Time between them.
         every_ms: u64,
@@ -80,16 +80,16 @@ pub enum DatagramAction {
     },
     /// The newest captured datagram from the client is sent to the server from an address of the relay's own.
     Reoriginate {
-        /// Number.
+        /// Number of datagrams.
         count: u32,
         /// Time between them.
         every_ms: u64,
     },
     /// Datagrams of the relay's own making.
     Inject {
-        /// Content.
+        /// Content of each.
         content: Content,
-        /// Number.
+        /// Number of datagrams.
         count: u32,
         /// Time between them.
         every_ms: u64,

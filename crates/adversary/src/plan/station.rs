@@ -30,7 +30,7 @@ pub struct InsiderOperatorConfig {
 pub struct RogueOrders {
     /// From when.
     pub at_ms: u64,
-    /// Number.
+    /// Number of orders.
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,

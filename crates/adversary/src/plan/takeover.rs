@@ -16,7 +16,7 @@ pub struct SessionThiefConfig {
     pub takeovers: Vec<Takeover>,
 }
 
-/// One time for which it has the session, or fights for it with whom it belongs to.
+/// One time for which it has the session, or fights for it with the owner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Takeover {

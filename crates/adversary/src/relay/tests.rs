@@ -16,7 +16,7 @@ use crate::plan::{
 use crate::testing::{at, counted, setup, times, turn};
 
 #[test]
-fn the_null_attack_passes_every_byte_at_once_and_journals_nothing_of_it() {
+fn null_attack_passes_every_byte_without_journal() {
     let mut relay = datagrams(vec![]);
     let mut said = Vec::new();
     for n in 0..50u8 {
@@ -33,7 +33,7 @@ fn the_null_attack_passes_every_byte_at_once_and_journals_nothing_of_it() {
 }
 
 #[test]
-fn a_delayed_datagram_comes_out_whole_at_its_deadline() {
+fn delayed_datagram_leaves_whole_at_its_deadline() {
     let mut relay = datagrams(vec![timed(0, 1000, DatagramAction::Delay { ms: 250, growth_us_per_s: 100_000 })]);
     let mut said = Vec::new();
     assert_eq!(turn(&mut relay, at(500), &up(9), &mut said), []);
@@ -70,7 +70,7 @@ fn burst_loss_loses_in_bursts() {
 }
 
 #[test]
-fn a_replay_sends_captured_bytes_again_and_says_which() {
+fn replay_sends_captured_bytes_and_names_them() {
     let replay = DatagramAction::Replay { lag_ms: 100, count: 2, every_ms: 0 };
     let mut relay = datagrams(vec![Timed { direction: Direction::Up, ..timed(500, 0, replay) }]);
     let mut said = Vec::new();
@@ -84,7 +84,7 @@ fn a_replay_sends_captured_bytes_again_and_says_which() {
 }
 
 #[test]
-fn a_naive_relay_sends_captured_bytes_from_an_address_of_its_own() {
+fn naive_replay_comes_from_the_relays_address() {
     let mut relay = datagrams(vec![timed(500, 0, DatagramAction::Reoriginate { count: 3, every_ms: 10 })]);
     let mut said = Vec::new();
     turn(&mut relay, at(100), &up(1), &mut said);
@@ -97,7 +97,7 @@ fn a_naive_relay_sends_captured_bytes_from_an_address_of_its_own() {
 }
 
 #[test]
-fn every_damage_changes_the_bytes_and_journals_their_new_hash() {
+fn each_damage_journals_the_changed_bytes_hash() {
     for damage in [Damage::Flip, Damage::Truncate, Damage::Extend, Damage::Splice] {
         let mut relay = datagrams(vec![timed(0, 1000, DatagramAction::Corrupt { permille: 1000, damage })]);
         let mut said = Vec::new();
@@ -120,8 +120,9 @@ fn a_plaintext_alert_is_one_epoch_zero_record() {
     assert_eq!((bytes[0], &bytes[1..5], &bytes[11..]), (21, &[0xfe, 0xfd, 0, 0][..], &[0, 2, 2, 80][..]));
 }
 
+/// A truncated hello passes no guard.
 #[test]
-fn a_hello_storm_comes_from_strangers_only_and_the_truncated_one_fools_no_guard() {
+fn hello_storm_comes_from_unknown_peers_only() {
     for (content, sound) in [(Content::ClientHello, true), (Content::ClientHelloTruncated, false)] {
         let inject = DatagramAction::Inject { content, count: 1, every_ms: 0 };
         let mut relay = datagrams(vec![timed(0, 0, inject)]);
@@ -132,7 +133,7 @@ fn a_hello_storm_comes_from_strangers_only_and_the_truncated_one_fools_no_guard(
 }
 
 #[test]
-fn a_forked_relay_goes_on_with_the_same_draws() {
+fn forked_relay_continues_the_same_draws() {
     let mut relay = datagrams(vec![timed(0, 10_000, DatagramAction::Jitter { ms: 50 })]);
     (0..20).for_each(|ms| drop(turn(&mut relay, at(ms), &up(ms as u8), &mut Vec::new())));
     let mut forked = relay.fork(wire::id::WorldId(1));
@@ -143,7 +144,7 @@ fn a_forked_relay_goes_on_with_the_same_draws() {
 }
 
 #[test]
-fn a_stall_keeps_the_stream_and_its_order_until_it_ends() {
+fn stall_holds_the_stream_in_order() {
     let mut relay = streams(vec![timed(100, 400, StreamAction::Stall), timed(0, 1000, StreamAction::Delay { ms: 50 })]);
     let mut said = Vec::new();
     assert_eq!(turn(&mut relay, at(70), &piece(1), &mut said), []);
@@ -155,7 +156,7 @@ fn a_stall_keeps_the_stream_and_its_order_until_it_ends() {
 }
 
 #[test]
-fn damage_is_told_by_the_bytes_that_leave_and_a_reset_for_both_directions() {
+fn damage_journals_departing_bytes_reset_both_directions() {
     let corrupt = Timed { direction: Direction::Up, ..timed(0, 90, StreamAction::Corrupt { permille: 1000 }) };
     let mut relay = streams(vec![corrupt, timed(100, 0, StreamAction::Reset)]);
     let mut said = Vec::new();
@@ -179,7 +180,7 @@ fn a_throttled_stream_is_slow_and_whole() {
 }
 
 #[test]
-fn a_cut_ends_what_is_open_and_what_comes_back_too_soon() {
+fn cut_ends_open_and_early_returning_connections() {
     let mut relay = streams(vec![timed(100, 100, StreamAction::Cut)]);
     let mut said = Vec::new();
     let reset = |n| [Output::Reset { connection: SessionId(n) }];
@@ -216,8 +217,9 @@ fn a_plan_beyond_its_bounds_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
+    /// Those that came or were added have left, were dropped or are held.
     #[test]
-    fn what_came_and_was_added_is_out_dropped_or_held_under_any_plan(
+    fn datagrams_are_accounted_for_under_any_plan(
         actions in prop::collection::vec(any_datagram_action(), 0..6),
         traffic in prop::collection::vec((0u64..40, any::<bool>(), 1usize..60), 1..120),
     ) {
@@ -237,7 +239,7 @@ proptest! {
     }
 
     #[test]
-    fn pieces_of_streams_are_accounted_for_under_any_plan(
+    fn stream_pieces_are_accounted_for_under_any_plan(
         actions in prop::collection::vec(any_stream_action(), 0..6),
         traffic in prop::collection::vec((0u64..40, any::<bool>(), 0usize..60, 1u32..4), 1..120),
     ) {

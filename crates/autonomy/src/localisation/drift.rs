@@ -88,15 +88,17 @@ mod tests {
         })
     }
 
+    /// At rest wheels explain little.
     #[test]
-    fn what_wheels_can_explain_is_never_found_and_at_rest_they_explain_little() {
+    fn explainable_drift_is_never_found() {
         assert_eq!(found_after(159.0, 3000.0), None);
         assert!(found_after(260.0, 3000.0).is_some_and(|s| s < 0.3), "{:?}", found_after(260.0, 3000.0));
         assert!(found_after(82.0, 0.0).is_some_and(|s| s < 0.6), "{:?}", found_after(82.0, 0.0));
     }
 
+    /// A unit that has just stopped is judged by the way it came.
     #[test]
-    fn what_wheels_were_wrong_by_on_the_way_is_no_drift_of_a_unit_that_has_just_stopped() {
+    fn wheel_error_is_no_drift_after_a_stop() {
         let (mut drift, mut off) = (driven(3000.0), 120.0);
         for _ in 0..400 {
             drift.take((off, 0.0), 0.05, 0.0, 0.0);
@@ -107,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_finding_lasts_until_fixes_agree_for_as_long() {
+    fn finding_lasts_until_fixes_agree_as_long() {
         let mut drift = Drift::default();
         (0..100).for_each(|_| drift.take((-300.0, 0.0), 0.05, 0.0, 0.0));
         assert!(drift.found());

@@ -70,8 +70,9 @@ mod tests {
         })
     }
 
+    /// The drift that two crystals may have is followed for an hour.
     #[test]
-    fn what_two_crystals_may_drift_apart_is_followed_for_an_hour_and_more_is_not() {
+    fn crystal_drift_is_followed_faster_drift_is_not() {
         for ppm in [-200.0, 0.0, 200.0] {
             assert_eq!(first_disagreement(3600, |t| t * ppm), None, "{ppm}");
         }
@@ -82,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_or_a_roll_back_disagrees_at_once_and_does_not_heal_by_lasting() {
+    fn step_or_rollback_disagrees_and_never_heals_itself() {
         for step in [10_000.0, -10_000.0, 3.6e9, -3.6e9] {
             let stepped = |t: f64| if t < 2.0 { 0.0 } else { step };
             assert_eq!(first_disagreement(10, stepped), Some(2.0), "{step}");

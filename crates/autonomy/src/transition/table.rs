@@ -366,7 +366,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn prepare_to_act_is_entered_by_arm_alone_and_by_nothing_while_any_guard_fails() {
+    fn only_arm_with_all_guards_enters_preparetoact() {
         let bench = Bench::new();
         for (start, stimulus) in every_pair() {
             for set in 0..bench.health.len() {
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn an_act_needs_authority_a_confirmation_and_every_guard() {
+    fn act_needs_authority_confirmation_and_every_guard() {
         let bench = Bench::new();
         for (start, stimulus) in every_pair() {
             for set in 0..bench.health.len() {
@@ -390,8 +390,9 @@ mod tests {
         }
     }
 
+    /// It keeps no authority either.
     #[test]
-    fn the_designation_of_another_track_keeps_no_authority_and_allows_no_act() {
+    fn other_tracks_designation_grants_no_act() {
         let mut bench = Bench::new();
         let held = |bench: &Bench| bench.machine(Start::PrepareToAct);
         let (judged, confirmed) = (held(&bench), held(&bench));
@@ -407,7 +408,7 @@ mod tests {
     }
 
     #[test]
-    fn authority_carries_the_world_it_was_minted_in_and_a_number_of_its_own() {
+    fn authority_carries_its_world_and_serial_number() {
         let bench = Bench::new();
         let mut mint = Mint::assumed(true, WorldId(7), LIFETIME);
         let mut machine = bench.ordered(Machine::start(), &mut mint, Instant(1_000_000), 3);
@@ -420,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn whenever_guards_are_judged_and_one_fails_no_authority_is_left_and_the_cause_names_it() {
+    fn any_failing_guard_ends_authority_and_is_named() {
         let bench = Bench::new();
         for set in 1..bench.health.len() {
             let (machine, mut mint, now) = bench.machine(Start::PrepareToAct);

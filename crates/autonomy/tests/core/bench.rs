@@ -186,7 +186,7 @@ impl Bench {
         self.feed(&Input::Published { subject: Subject::Command(UnitId::A), bytes });
     }
 
-    /// A teammate's report out of the supervisor's mouth, signed by `unit`, brought by `via`.
+    /// A teammate's report as the supervisor sends it, signed by `unit`, brought by `via`.
     pub(crate) fn claim(&mut self, unit: UnitId, via: PeerId, sequence: u64, (x_mm, y_mm): (i32, i32)) {
         let report = self.report_of(unit, sequence, (x_mm, y_mm));
         let signed = key_of(unit.node()).sign(Purpose::Report, &codec::encode(&report));

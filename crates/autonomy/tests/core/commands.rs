@@ -49,7 +49,7 @@ fn an_order_that_was_held_back_is_refused() {
 }
 
 #[test]
-fn away_from_safe_takes_a_reason_and_a_second_signed_step() {
+fn away_from_safe_needs_reason_and_second_signature() {
     let mut bench = idle();
     let intent = bench.intent(CommandKind::Enable, "for a reason");
     bench.publish(order_bytes(&intent, false));
@@ -62,8 +62,9 @@ fn away_from_safe_takes_a_reason_and_a_second_signed_step() {
     assert_eq!(bench.core.mode(), Mode::HoldSafe, "towards safe takes neither");
 }
 
+/// Stripped of its confirmation, an order does not use up the whole one.
 #[test]
-fn an_order_stripped_of_its_confirmation_does_not_use_up_the_whole_one() {
+fn stripped_order_leaves_the_whole_one_usable() {
     let mut bench = idle();
     let intent = bench.intent(CommandKind::Enable, "for a reason");
     bench.publish(order_bytes(&intent, false));
@@ -72,7 +73,7 @@ fn an_order_stripped_of_its_confirmation_does_not_use_up_the_whole_one() {
 }
 
 #[test]
-fn orders_of_others_for_others_and_of_invented_nonces_are_refused() {
+fn foreign_misaddressed_and_invented_nonce_orders_are_refused() {
     let mut bench = idle();
     let mut intent = bench.intent(CommandKind::Hold, "");
     intent.unit = UnitId::B;
@@ -92,8 +93,9 @@ fn orders_of_others_for_others_and_of_invented_nonces_are_refused() {
     assert_eq!(bench.core.mode(), Mode::Idle);
 }
 
+/// The mode is the one after the order.
 #[test]
-fn every_order_is_answered_under_signature_with_the_mode_after_it() {
+fn every_order_gets_a_signed_answer_with_mode() {
     let mut bench = idle();
     bench.order(CommandKind::Enable);
     bench.order(CommandKind::Enable);
@@ -102,7 +104,7 @@ fn every_order_is_answered_under_signature_with_the_mode_after_it() {
 }
 
 #[test]
-fn an_order_of_the_boot_before_is_late_in_the_next_one() {
+fn order_of_an_earlier_boot_is_late() {
     let mut before = idle();
     let enable = before.signed_order(CommandKind::Enable);
     let mut after = Bench::of_boot(2);
@@ -113,8 +115,9 @@ fn an_order_of_the_boot_before_is_late_in_the_next_one() {
     assert_eq!(executed(&before), [None]);
 }
 
+/// Orders given before the loss that lead to safety still hold.
 #[test]
-fn what_was_given_before_the_session_was_lost_is_void_unless_it_leads_to_safety() {
+fn session_loss_voids_orders_away_from_safe() {
     let mut bench = idle();
     let (enable, hold) = (bench.signed_order(CommandKind::Enable), bench.signed_order(CommandKind::Hold));
     bench.feed(&Input::SessionLost);
@@ -129,7 +132,7 @@ fn what_was_given_before_the_session_was_lost_is_void_unless_it_leads_to_safety(
 }
 
 #[test]
-fn what_was_carried_out_before_the_session_was_lost_is_not_carried_out_again_after_it() {
+fn executed_orders_do_not_repeat_after_session_loss() {
     for kind in [CommandKind::Hold, CommandKind::Disarm] {
         let mut bench = idle();
         let order = bench.signed_order(kind);
@@ -143,8 +146,9 @@ fn what_was_carried_out_before_the_session_was_lost_is_not_carried_out_again_aft
     }
 }
 
+/// A HOLD from far ahead is obeyed and moves no counter.
 #[test]
-fn a_counter_run_ahead_is_refused_and_a_hold_from_far_ahead_is_obeyed_and_moves_nothing() {
+fn counter_run_ahead_is_refused_except_hold() {
     let mut bench = idle();
     let mut ahead = |kind, sequence| {
         let mut intent = bench.intent(kind, "for a reason");
@@ -163,8 +167,9 @@ fn a_counter_run_ahead_is_refused_and_a_hold_from_far_ahead_is_obeyed_and_moves_
     assert_eq!(heard.sequence, Sequence(6), "the operator's console is not led to the far end");
 }
 
+/// Its refusals are not told one by one.
 #[test]
-fn an_operator_who_floods_is_cut_off_and_not_told_one_by_one_and_the_other_is_heard() {
+fn flooding_operator_is_cut_off_other_is_heard() {
     let mut bench = idle();
     let flood = |bench: &mut Bench, kind: CommandKind, from: u64| {
         for sequence in from..from + 60 {
@@ -194,8 +199,9 @@ fn an_operator_who_floods_is_cut_off_and_not_told_one_by_one_and_the_other_is_he
     assert_eq!(counted, Some(52 + 52), "every one is counted");
 }
 
+/// The flood is under the operator's own key.
 #[test]
-fn a_flood_of_disarms_by_whoever_holds_the_operators_key_does_not_keep_its_hold_out() {
+fn disarm_flood_does_not_keep_hold_out() {
     let mut bench = Bench::in_mode(Mode::Ready);
     let mut through = 0;
     while bench.order(CommandKind::Disarm).is_none() {
@@ -239,8 +245,9 @@ fn account(bench: &mut Bench) -> (u64, u64, Vec<(Reason, u64)>) {
     (of(Account::Received(Interface::Commands)), of(Account::Accepted(Interface::Commands)), refused.collect())
 }
 
+/// It is neither logged nor answered nor verified one by one.
 #[test]
-fn a_flood_of_forged_orders_is_counted_one_by_one_and_neither_written_nor_answered_nor_verified_so() {
+fn forged_order_flood_is_counted_one_by_one() {
     let mut bench = idle();
     let (events, acks) = (bench.events.len(), bench.acks.len());
     forge(&mut bench, CommandKind::Enable, 500);
@@ -256,8 +263,9 @@ fn a_flood_of_forged_orders_is_counted_one_by_one_and_neither_written_nor_answer
     assert_eq!(refused, verified_or_not, "a forged hold is always verified, of the others so many");
 }
 
+/// Log entries and answers are bounded for any flaw of the flood.
 #[test]
-fn whatever_is_wrong_with_a_flood_it_is_written_and_answered_only_so_often_and_adds_up() {
+fn every_flood_is_told_boundedly_and_adds_up() {
     let mut bench = idle();
     let enable = bench.signed_order(CommandKind::Enable);
     bench.publish(enable.clone());
@@ -287,8 +295,9 @@ fn whatever_is_wrong_with_a_flood_it_is_written_and_answered_only_so_often_and_a
     }
 }
 
+/// It follows to where a HOLD moved it.
 #[test]
-fn what_is_reported_of_a_counter_never_runs_backwards_and_follows_where_a_hold_moved_it() {
+fn reported_counter_never_runs_backwards() {
     let mut bench = idle();
     let reported = |bench: &mut Bench, kind, boot, sequence| {
         let mut intent = bench.intent(kind, "for a reason");
@@ -307,7 +316,7 @@ fn what_is_reported_of_a_counter_never_runs_backwards_and_follows_where_a_hold_m
 }
 
 #[test]
-fn a_revoked_operator_is_refused_once_the_authority_has_said_so_and_by_nobody_elses_word() {
+fn only_the_authority_revokes_an_operator() {
     let mut bench = idle();
     let revocation = Revocation { of: NodeId::OPERATOR };
     let forged = revocation.sign(&key_of(NodeId::OPERATOR_2));
@@ -321,7 +330,7 @@ fn a_revoked_operator_is_refused_once_the_authority_has_said_so_and_by_nobody_el
 }
 
 #[test]
-fn values_change_in_idle_only_and_only_if_they_are_safe_together() {
+fn values_change_only_in_idle_and_jointly_safe() {
     let narrow = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 600, keep_permille: 450 };
     let slow = Settings { speed_mm_s: 1000, margin_mm: 600, ..narrow };
     let mut bench = idle();
@@ -340,7 +349,7 @@ fn values_change_in_idle_only_and_only_if_they_are_safe_together() {
 }
 
 #[test]
-fn the_plan_keeps_the_margin_that_an_operator_has_set() {
+fn plan_keeps_the_operators_margin() {
     let driven = |margin_mm| {
         let mut bench = idle();
         let settings = Settings { speed_mm_s: 1000, margin_mm, arm_permille: 600, keep_permille: 450 };

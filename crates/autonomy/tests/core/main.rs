@@ -1,4 +1,4 @@
-//! The whole core, driven through its mouth: bytes in, bytes out, on a virtual clock.
+//! The whole core, driven through its inputs: bytes in, bytes out, on a virtual clock.
 
 #![expect(clippy::unwrap_used, clippy::wildcard_enum_match_arm, reason = "a test says what it expects and no more")]
 

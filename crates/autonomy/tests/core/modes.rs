@@ -13,8 +13,9 @@ use wire::setup::Ablation;
 
 use crate::bench::{Bench, TRACK, lose};
 
+/// It is enabled before, and READY again after.
 #[test]
-fn enabled_armed_and_confirmed_it_acts_once_and_is_ready_again() {
+fn armed_and_confirmed_unit_acts_once() {
     let mut bench = Bench::in_mode(Mode::PrepareToAct);
     bench.run(500);
     assert!(bench.report.as_ref().unwrap().authority.is_some_and(|held| held.track == TRACK));
@@ -39,7 +40,7 @@ fn it_stands_until_enabled_and_drives_while_ready() {
 }
 
 #[test]
-fn the_loss_of_any_guard_ends_authority_in_time() {
+fn loss_of_any_guard_ends_authority_in_time() {
     for guard in Guard::ALL {
         let mut bench = Bench::in_mode(Mode::PrepareToAct);
         lose(&mut bench, guard);
@@ -67,7 +68,7 @@ fn the_loss_of_any_guard_ends_authority_in_time() {
 
 /// Which guards fail, and by which values: a report that says one and not the other would leave its reader without a reason.
 #[test]
-fn what_a_report_measures_is_beyond_its_limit_exactly_where_the_guard_fails() {
+fn measurement_exceeds_its_limit_exactly_when_guard_fails() {
     let mut broken = Guards::default();
     for guard in Guard::ALL {
         let mut bench = Bench::in_mode(Mode::Ready);
@@ -105,8 +106,9 @@ fn unused_authority_expires() {
     assert_eq!(bench.transitions().last(), Some(&(Mode::PrepareToAct, Mode::Ready, Cause::Expired)));
 }
 
+/// Its loss degrades the unit; authority does not come back.
 #[test]
-fn a_lost_stage_degrades_and_recovers_after_hysteresis_but_authority_does_not_come_back() {
+fn lost_stage_recovers_after_hysteresis_without_authority() {
     let mut bench = Bench::in_mode(Mode::PrepareToAct);
     lose(&mut bench, Guard::Thermal);
     bench.run(3000);
@@ -120,8 +122,9 @@ fn a_lost_stage_degrades_and_recovers_after_hysteresis_but_authority_does_not_co
     assert!(bench.report.unwrap().authority.is_none());
 }
 
+/// The unit stops at once and holds within the bound.
 #[test]
-fn losing_localisation_stops_at_once_and_holds_within_the_bound() {
+fn lost_localisation_stops_and_holds_in_time() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.no_fix = true;
     bench.run(400);
@@ -146,7 +149,7 @@ fn a_fix_that_jumps_is_not_believed() {
 }
 
 #[test]
-fn a_lapsed_lease_holds_and_going_on_takes_an_operator() {
+fn lapsed_lease_holds_until_an_operator_resumes() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.no_grants = true;
     bench.run(600);
@@ -164,7 +167,7 @@ fn a_lapsed_lease_holds_and_going_on_takes_an_operator() {
 }
 
 #[test]
-fn a_policy_that_waives_something_admits_authority_only_as_an_ablation() {
+fn waiving_policy_admits_authority_only_as_ablation() {
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Origin, Requirement::Waived);
     let mut bench = Bench::under(policy.clone(), None);
@@ -174,8 +177,9 @@ fn a_policy_that_waives_something_admits_authority_only_as_an_ablation() {
     bench.reach(Mode::PrepareToAct);
 }
 
+/// Else it goes the same way as the original.
 #[test]
-fn a_fork_has_its_own_authority_in_its_own_world_and_else_goes_the_same_way() {
+fn fork_has_its_own_authority_and_world() {
     let mut original = Bench::in_mode(Mode::PrepareToAct);
     let fork = original.core.fork(WorldId(9));
     let confirm = original.signed_order(CommandKind::Confirm(TRACK));
@@ -189,7 +193,7 @@ fn a_fork_has_its_own_authority_in_its_own_world_and_else_goes_the_same_way() {
 }
 
 #[test]
-fn after_quiesce_nothing_is_sent_and_the_account_balances() {
+fn quiesced_core_sends_nothing_and_balances() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.feed(&Input::Quiesce);
     let (drive, acks) = (bench.drive, bench.acks.len());

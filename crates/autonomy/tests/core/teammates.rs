@@ -1,4 +1,4 @@
-//! Claims of teammates, and the cases in which they contradict each other.
+//! Claims of teammates, and the cases in which they cannot all be true.
 
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency};
@@ -51,7 +51,7 @@ fn claims_that_agree_change_nothing() {
 }
 
 #[test]
-fn a_teammate_that_jumps_holds_until_an_operator_consents() {
+fn jumping_teammate_holds_until_operator_consents() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.claim(B.0, B.1, 1, (0, 15_000));
     bench.claim(B.0, B.1, 2, (0, 9000));
@@ -65,7 +65,7 @@ fn a_teammate_that_jumps_holds_until_an_operator_consents() {
 
 #[test]
 #[allow(clippy::disallowed_methods, reason = "the world of a test, not a core")]
-fn a_teammate_that_drives_and_turns_as_it_says_is_consistent() {
+fn teammate_moving_as_claimed_is_consistent() {
     let mut bench = Bench::in_mode(Mode::Ready);
     // A circle of 10 m about (0, 30) at 3 m/s, said to be half a percent faster, with 60 mm of noise to and fro.
     for n in 1..200_u64 {
@@ -79,8 +79,9 @@ fn a_teammate_that_drives_and_turns_as_it_says_is_consistent() {
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
 }
 
+/// It claims to stand while it drifts.
 #[test]
-fn a_teammate_that_drifts_while_it_says_that_it_stands_is_found_at_the_slack() {
+fn drifting_teammate_is_found_at_the_slack() {
     let mut bench = Bench::in_mode(Mode::Ready);
     for n in 1..40 {
         bench.claim(B.0, B.1, n, (0, 12_000 + 50 * n as i32));
@@ -93,8 +94,9 @@ fn a_teammate_that_drifts_while_it_says_that_it_stands_is_found_at_the_slack() {
     assert_eq!((found(&bench).len(), bench.core.mode()), (1, Mode::HoldSafe));
 }
 
+/// It accuses no unit that could have driven there.
 #[test]
-fn a_gap_between_claims_hides_no_drift_and_accuses_nobody_who_could_have_driven_there() {
+fn gap_between_claims_hides_no_drift() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.claim(B.0, B.1, 1, (0, 12_000));
     bench.claim(B.0, B.1, 13, (0, 13_000));
@@ -107,8 +109,9 @@ fn a_gap_between_claims_hides_no_drift_and_accuses_nobody_who_could_have_driven_
     assert_eq!(found(&bench), [], "it may have turned");
 }
 
+/// Other guards do not allow the unit to go on.
 #[test]
-fn consent_that_other_guards_do_not_allow_leaves_the_finding_standing() {
+fn disallowed_consent_leaves_the_finding() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.claim(B.0, B.1, 1, (0, 15_000));
     bench.claim(B.0, B.1, 2, (0, 9000));
@@ -119,8 +122,9 @@ fn consent_that_other_guards_do_not_allow_leaves_the_finding_standing() {
     assert!(bench.report.as_ref().unwrap().failing.has(Guard::Teammates));
 }
 
+/// So is one in the unit's own place.
 #[test]
-fn two_units_in_one_place_are_inconsistent_and_so_is_one_in_ours() {
+fn two_units_in_one_place_are_inconsistent() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.claim(B.0, B.1, 1, (0, 12_000));
     bench.claim(C.0, C.1, 1, (500, 12_500));
@@ -131,7 +135,7 @@ fn two_units_in_one_place_are_inconsistent_and_so_is_one_in_ours() {
 }
 
 #[test]
-fn forwarding_of_a_third_units_report_is_refused_by_origin_and_leaves_no_trace() {
+fn forwarded_report_is_refused_by_origin_without_trace() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.claim(C.0, B.1, 1, (0, 12_000));
     assert_eq!(refused(&bench, PeerId::UNIT_B), [Reason::Origin]);
@@ -139,8 +143,9 @@ fn forwarding_of_a_third_units_report_is_refused_by_origin_and_leaves_no_trace()
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready), "the refused claim excludes nobody");
 }
 
+/// Consistency finds the second source.
 #[test]
-fn under_session_only_a_forwarded_report_passes_and_consistency_finds_the_second_source() {
+fn session_only_passes_forwarding_consistency_finds_it() {
     let mut bench = session_only();
     bench.claim(C.0, C.1, 1, (0, 12_000));
     bench.claim(C.0, B.1, 1, (0, 12_000));
@@ -149,7 +154,7 @@ fn under_session_only_a_forwarded_report_passes_and_consistency_finds_the_second
 }
 
 #[test]
-fn under_session_only_a_silent_units_report_can_be_forwarded_unnoticed() {
+fn session_only_forwards_silent_unit_unnoticed() {
     let mut bench = session_only();
     for n in 1..20 {
         bench.claim(C.0, B.1, n, (0, 12_000));

@@ -53,7 +53,7 @@ impl Broker for Server {
 }
 
 #[tokio::test]
-async fn a_session_ends_as_soon_as_its_certificate_is_revoked() {
+async fn revoked_certificate_ends_its_session_at_once() {
     let (pki, mut server) = start(Limits::default()).await;
     let credential = pki.issue("unit-a", Role::Dials);
     let unit = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None).await.expect("admitted");
@@ -66,7 +66,7 @@ async fn a_session_ends_as_soon_as_its_certificate_is_revoked() {
 }
 
 #[tokio::test]
-async fn a_client_id_that_is_not_the_certificates_is_refused_by_name() {
+async fn foreign_client_id_is_refused_by_name() {
     let (pki, mut server) = start(Limits::default()).await;
     for id in ["unit-a", "gateway", "nobody"] {
         let refused =
@@ -78,7 +78,7 @@ async fn a_client_id_that_is_not_the_certificates_is_refused_by_name() {
 }
 
 #[tokio::test]
-async fn a_will_and_an_older_protocol_level_are_refused_by_name() {
+async fn will_and_older_protocol_are_refused_by_name() {
     let (pki, mut server) = start(Limits::default()).await;
     let will = LastWill::new("hs/ack/unit-b", b"gone".to_vec(), QoS::AtLeastOnce, false, None);
     let refused =
@@ -93,7 +93,7 @@ async fn a_will_and_an_older_protocol_level_are_refused_by_name() {
 }
 
 #[tokio::test]
-async fn a_shared_subscription_is_refused_even_to_what_its_holder_may_read() {
+async fn shared_subscription_is_refused_to_readable_topics_too() {
     let (pki, server) = start(Limits::default()).await;
     let unit = pki.connect(server.address(), PeerId::UNIT_B).await;
     unit.subscribe("$share/g/hs/cmd/unit-b").await.expect_err("no shared subscriptions");
@@ -129,7 +129,7 @@ async fn one_certificate_holds_few_connections() {
 
 /// Without the table, the model and the live broker still let the same things pass.
 #[tokio::test]
-async fn where_the_table_of_rights_is_waived_only_what_it_does_not_grant_passes() {
+async fn waived_rights_pass_ungranted_topics_only() {
     let limits = Limits { rights: Requirement::Waived, ..Limits::default() };
     let (pki, server) = start(limits).await;
     let mut model = broker::Broker::under(Requirement::Waived);
@@ -145,7 +145,7 @@ async fn where_the_table_of_rights_is_waived_only_what_it_does_not_grant_passes(
 
 /// A holder of a second copy of a certificate can take its session over, and cannot do so unseen.
 #[tokio::test]
-async fn a_second_holder_of_a_certificate_takes_its_session_over_in_plain_sight() {
+async fn second_certificate_holder_takes_over_in_sight() {
     let (pki, mut server) = start(Limits::default()).await;
     let peer = PeerId::UNIT_A;
     let _first = pki.connect(server.address(), peer).await;
@@ -158,8 +158,9 @@ async fn a_second_holder_of_a_certificate_takes_its_session_over_in_plain_sight(
     while server.event().await != Some(Event::Admitted { peer: PeerId::UNIT_B }) {}
 }
 
+/// It also ends when told.
 #[tokio::test]
-async fn the_process_says_where_it_listens_and_ends_when_told_or_when_its_launcher_is_gone() {
+async fn process_gives_its_address_and_ends_with_launcher() {
     for (goodbye, status) in [(Control::Finish.line(), 0), (String::new(), ORPHANED)] {
         let pki = RunPki::new();
         let directory = tempfile::tempdir().expect("a directory");

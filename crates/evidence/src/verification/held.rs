@@ -97,7 +97,7 @@ pub enum Fit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Life {
-    /// Node.
+    /// Node of the service.
     pub node: NodeId,
     /// Which start.
     pub boot: Boot,
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_stamped_with_the_start_may_be_handed_over_late() {
+    fn only_entries_stamped_with_start_may_be_late() {
         assert!(allowed(START, START + 110_000) && allowed(START, START - 500_000), "made late, or ready before");
         assert!(!allowed(START, START + 3_000_000));
         assert!(allowed(START + 10, START + 90_000) && !allowed(START + 10, START + 110_000));
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_of_the_launchers_explains_so_much_lateness_and_no_more() {
+    fn launchers_stop_explains_its_length_of_lateness() {
         let (from_us, until_us) = (START + 1_000_000, START + 1_800_000);
         let stop = Stop { node: NodeId::SIM, from_us, until_us };
         let written = from_us - 10_000;

@@ -1,13 +1,13 @@
 //! Verification of a recording: that services, guards and launcher wrote it, under any keeper.
 //!
-//! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each service's
-//! *signatures* over its chain, once a second and as its last entry, of which its public key has to verify the newest. The recorder's *seals*
-//! over everything in the order in which it came. The *heads* of the chains as they are held outside the recorder, by
-//! the operator of the services: a recorder that keeps whole chains short, leaves out a service or makes up an earlier life of
-//! one agrees with itself and not with these. And each host's *clock*: the time under which an entry is kept, which every
-//! latency is judged by, has to fit the time that is in it, but for the process's stops by the launcher itself. Of a life that was ended
-//! on purpose there is no head; it is covered as far as
-//! its signatures reach. Public keys, heads and clocks are [`Held`]; secrets are in no file.
+//! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each
+//! service's *signatures* over its chain, once a second and as its last entry, of which its public key has to verify
+//! the newest. The recorder's *seals* over everything in the order in which it came. The *heads* of the chains as they
+//! are held outside the recorder, by the operator of the services: a recorder that keeps whole chains short, leaves out
+//! a service or makes up an earlier life of one agrees with itself and not with these. And each host's *clock*: the
+//! time under which an entry is kept, which every latency is judged by, has to fit the time that is in it, but for the
+//! process's stops by the launcher itself. Of a life that was ended on purpose there is no head; it is covered as far
+//! as its signatures reach. Public keys, heads and clocks are [`Held`]; secrets are in no file.
 //!
 //! The notes of guards and the launcher do not go by way of the recorder and are under no seal of its; their chains, signatures
 //! and heads are judged like everybody's. Where among the entries of others a seal stands is not sealed, nor where a witness's

@@ -16,7 +16,7 @@ use wire::time::{PeerStamp, Span};
 use crate::bench::{Bench, Unit, command, setup, sign, waiving};
 
 #[test]
-fn a_session_speaks_only_after_it_has_echoed_our_challenge_and_taken_our_nonce() {
+fn session_needs_our_echo_and_nonce_first() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.open(1, NodeId::UNIT_A);
     let mut deaf = bench.units[&a].hop_at(PeerStamp(0), HopBody::Hello(Nonce(7)));
@@ -39,8 +39,9 @@ fn spoilt_hop(unit: &mut Unit, now: wire::time::Instant, spoil: fn(&mut Hop<'_>)
     codec::encode(&hop)
 }
 
+/// Each record gets exactly one.
 #[test]
-fn every_reason_to_refuse_a_record_can_be_provoked_and_each_record_gets_one() {
+fn every_record_refusal_can_be_provoked() {
     let cases: [(Reason, Spoil); 15] = [
         (Reason::Length, |unit, now| vec![0; unit.report(now).len() + 1200]),
         (Reason::Schema, |_, _| vec![0xff; 40]),
@@ -87,7 +88,7 @@ fn every_reason_to_refuse_a_record_can_be_provoked_and_each_record_gets_one() {
 }
 
 #[test]
-fn the_same_report_in_a_new_session_is_still_a_replay() {
+fn report_repeated_in_new_session_is_replay() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.open(1, NodeId::UNIT_A);
     bench.hello(a);
@@ -101,7 +102,7 @@ fn the_same_report_in_a_new_session_is_still_a_replay() {
 }
 
 #[test]
-fn delay_on_either_path_ages_a_report_until_it_is_stale() {
+fn delay_on_either_path_makes_reports_stale() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     for (held, verdict) in [(Span::ms(250), None), (Span::ms(350), Some(Reason::Stale))] {
@@ -148,7 +149,7 @@ fn forward(bench: &mut Bench, by: SessionId, form: Form) -> Option<Reason> {
 }
 
 #[test]
-fn forwarded_reports_meet_each_policy_as_the_table_says() {
+fn forwarded_reports_meet_each_policy_by_table() {
     use Form::{Relabelled, Resigned, Verbatim};
     let session_only = [Check::Origin, Check::Signature];
     let table: [(&str, &[Check], Form, Option<Reason>); 9] = [
@@ -178,7 +179,7 @@ fn forwarded_reports_meet_each_policy_as_the_table_says() {
 }
 
 #[test]
-fn a_waived_check_is_named_in_what_is_accepted() {
+fn accepted_record_names_each_waived_check() {
     let mut bench = Bench::new(waiving(&[Check::Origin, Check::Signature]));
     let b = bench.reporting(1, NodeId::UNIT_B);
     bench.open(2, NodeId::UNIT_C);
@@ -190,8 +191,9 @@ fn a_waived_check_is_named_in_what_is_accepted() {
     assert_eq!(accepted, Some((NodeId::UNIT_C, PeerId::UNIT_B, vec![Check::Origin, Check::Signature])));
 }
 
+/// The gap: another unit's report, held back for long, crosses as fresh where the policy waives its origin.
 #[test]
-fn the_gap_a_report_of_another_held_back_for_long_crosses_as_fresh_where_the_policy_waives_its_origin() {
+fn waived_origin_lets_held_report_pass_fresh() {
     for (waived, verdict) in [(vec![Check::Origin], None), (vec![], Some(Reason::Origin))] {
         let mut bench = Bench::new(waiving(&waived));
         let b = bench.reporting(1, NodeId::UNIT_B);
@@ -207,7 +209,7 @@ fn the_gap_a_report_of_another_held_back_for_long_crosses_as_fresh_where_the_pol
 }
 
 #[test]
-fn an_origin_without_a_key_or_without_a_vehicle_is_refused_even_where_origin_is_waived() {
+fn keyless_or_vehicleless_origin_is_refused_even_waived() {
     let mut bench = Bench::new(waiving(&[Check::Origin]));
     let b = bench.reporting(1, NodeId::UNIT_B);
     let now = bench.now;
@@ -218,8 +220,9 @@ fn an_origin_without_a_key_or_without_a_vehicle_is_refused_even_where_origin_is_
     }
 }
 
+/// Neither is heard.
 #[test]
-fn a_superseded_session_and_one_of_a_stranger_are_not_heard_and_are_ended() {
+fn superseded_and_unknown_peer_sessions_are_ended() {
     let mut bench = Bench::new(Policy::default());
     let old = bench.reporting(1, NodeId::UNIT_A);
     bench.open(2, NodeId::UNIT_A);
@@ -270,7 +273,7 @@ fn a_fork_goes_on_as_the_original_does() {
 
 /// As many a second as a peer with a session can send, for two seconds, and one of another kind in the midst of them.
 #[test]
-fn a_flood_of_refusals_is_told_in_bounded_number_and_its_count_is_exact_soon_after_it() {
+fn refusal_flood_is_bounded_with_exact_count() {
     let mut bench = Bench::new(Policy::default());
     let session = bench.reporting(1, NodeId::UNIT_A);
     bench.refusals.clear();

@@ -29,7 +29,7 @@ fn hash(bytes: &[u8]) -> [u8; 32] {
 }
 
 #[test]
-fn a_hold_goes_out_at_once_as_the_operator_signed_it() {
+fn hold_leaves_at_once_as_signed() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
@@ -41,7 +41,7 @@ fn a_hold_goes_out_at_once_as_the_operator_signed_it() {
 }
 
 #[test]
-fn away_from_safe_nothing_goes_out_without_the_second_signature() {
+fn away_from_safe_waits_for_second_signature() {
     let mut bench = Bench::new(Policy::default());
     let enable = signed_intent(&intent(1, CommandKind::Enable, "start"));
     assert_eq!(bench.stage(&enable), None);
@@ -76,8 +76,9 @@ fn a_staged_intent_expires_without_its_confirmation() {
     assert!(bench.published.is_empty());
 }
 
+/// The display is told again and again.
 #[test]
-fn what_waits_here_is_void_when_the_gateways_session_is_lost_and_the_display_is_told_again_and_again() {
+fn session_loss_voids_staged_intents_display_is_told() {
     let mut bench = Bench::new(Policy::default());
     let enable = signed_intent(&intent(1, CommandKind::Enable, "start"));
     bench.stage(&enable);
@@ -93,7 +94,7 @@ fn what_waits_here_is_void_when_the_gateways_session_is_lost_and_the_display_is_
 }
 
 #[test]
-fn every_reason_to_refuse_an_intent_can_be_provoked() {
+fn every_intent_refusal_can_be_provoked() {
     let good = intent(1, CommandKind::Enable, "start");
     let mut other_operator = good;
     other_operator.id.operator = NodeId::UNIT_B;
@@ -120,7 +121,7 @@ fn every_reason_to_refuse_an_intent_can_be_provoked() {
 }
 
 #[test]
-fn an_intent_is_taken_once_and_the_stage_has_room_for_eight() {
+fn intent_is_taken_once_stage_holds_eight() {
     let mut bench = Bench::new(Policy::default());
     let enable = |n| signed_intent(&intent(n, CommandKind::Enable, "start"));
     assert_eq!(bench.stage(&enable(1)), None);
@@ -135,7 +136,7 @@ fn an_intent_is_taken_once_and_the_stage_has_room_for_eight() {
 }
 
 #[test]
-fn a_request_that_is_not_the_consoles_or_not_fresh_is_refused_on_the_bus() {
+fn foreign_or_stale_request_is_refused_on_bus() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     let body = codec::encode(&Request::Stage(hold.as_slice().into()));
@@ -162,8 +163,9 @@ fn of_second(sequence: u64, kind: CommandKind) -> Vec<u8> {
     key_of(NodeId::OPERATOR_2).sign(Purpose::Intent, &codec::encode(&intent))
 }
 
+/// It takes neither rate nor room nor the rate class for HOLD from another.
 #[test]
-fn a_station_that_floods_takes_neither_rate_nor_room_nor_the_lane_for_holding_from_another() {
+fn flooding_station_takes_no_rate_or_room() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
     for n in 1..=100 {
         let enable = of_second(n, CommandKind::Enable);
@@ -185,7 +187,7 @@ fn a_station_that_floods_takes_neither_rate_nor_room_nor_the_lane_for_holding_fr
 }
 
 #[test]
-fn a_stations_channel_is_good_for_that_station_only() {
+fn stations_channel_serves_that_station_only() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     let mut impostor = Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), SECOND);
@@ -193,8 +195,9 @@ fn a_stations_channel_is_good_for_that_station_only() {
     assert!(bench.published.is_empty());
 }
 
+/// Waiting intents are void, later ones refused.
 #[test]
-fn a_revocation_voids_what_waits_refuses_what_follows_and_reaches_every_unit_until_it_is_gone() {
+fn revocation_voids_refuses_and_reaches_every_unit() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
     let session = bench.reporting(1, NodeId::UNIT_A);
     let enable = of_second(1, CommandKind::Enable);
@@ -215,7 +218,7 @@ fn a_revocation_voids_what_waits_refuses_what_follows_and_reaches_every_unit_unt
 }
 
 #[test]
-fn a_teammate_that_is_revoked_is_heard_no_longer_on_the_session_that_stands() {
+fn revoked_teammate_is_unheard_on_standing_session() {
     let mut bench = Bench::new(Policy::default());
     let session = bench.reporting(1, NodeId::UNIT_B);
     let signed = Revocation { of: NodeId::UNIT_B }.sign(&key_of(NodeId::AUTHORITY));

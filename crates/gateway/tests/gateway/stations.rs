@@ -24,7 +24,7 @@ fn executed(signed: &[u8]) -> Ack {
 
 /// A holder of the operator's key can have another order executed under the HOLD's id.
 #[test]
-fn a_hold_is_done_when_it_was_executed_and_not_when_another_order_of_its_id_was() {
+fn hold_is_done_by_its_own_execution_only() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
     let session = bench.reporting(1, NodeId::UNIT_A);
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
@@ -41,7 +41,7 @@ fn a_hold_is_done_when_it_was_executed_and_not_when_another_order_of_its_id_was(
 }
 
 #[test]
-fn the_displays_challenge_is_the_displays_to_give_and_no_more_often_than_it_needs_to_be() {
+fn only_the_display_challenges_and_not_too_often() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
     let session = bench.reporting(1, NodeId::UNIT_A);
     assert_eq!(bench.request(&Request::Watch(Nonce(5))), None);
@@ -53,7 +53,7 @@ fn the_displays_challenge_is_the_displays_to_give_and_no_more_often_than_it_need
 }
 
 #[test]
-fn what_a_station_asks_for_in_vain_is_no_word_about_the_command_it_claims_to_be() {
+fn refused_request_says_nothing_about_claimed_command() {
     let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
@@ -68,7 +68,7 @@ fn what_a_station_asks_for_in_vain_is_no_word_about_the_command_it_claims_to_be(
 }
 
 #[test]
-fn an_acknowledgement_that_is_said_again_is_neither_verified_nor_passed_on_again() {
+fn repeated_acknowledgement_is_not_verified_or_passed() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
@@ -82,7 +82,7 @@ fn an_acknowledgement_that_is_said_again_is_neither_verified_nor_passed_on_again
 
 /// A hostile broker can repeat and damage the messages it carries as fast as it likes.
 #[test]
-fn forged_acknowledgements_are_counted_one_by_one_and_told_so_often() {
+fn forged_acknowledgements_are_counted_and_told_boundedly() {
     let mut bench = Bench::new(Policy::default());
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
     assert_eq!(bench.stage(&hold), None);
@@ -97,7 +97,7 @@ fn forged_acknowledgements_are_counted_one_by_one_and_told_so_often() {
 }
 
 #[test]
-fn a_teammate_that_is_struck_hears_no_more_of_the_others_either() {
+fn revoked_teammate_hears_no_others_either() {
     let mut bench = Bench::new(Policy::default());
     let (a, b) = (bench.reporting(1, NodeId::UNIT_A), bench.reporting(2, NodeId::UNIT_B));
     assert_eq!(bench.report(a), None);
@@ -114,7 +114,7 @@ fn a_teammate_that_is_struck_hears_no_more_of_the_others_either() {
 }
 
 #[test]
-fn a_unit_that_starts_anew_hears_of_a_revocation_with_its_first_exchange() {
+fn restarted_unit_hears_revocations_on_first_exchange() {
     let mut bench = Bench::new(Policy::default());
     let signed = Revocation { of: NodeId::OPERATOR_2 }.sign(&key_of(NodeId::AUTHORITY));
     assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);

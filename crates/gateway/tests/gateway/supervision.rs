@@ -18,7 +18,7 @@ fn grants(bench: &mut Bench, session: SessionId, over: Span) -> usize {
 }
 
 #[test]
-fn no_unit_is_granted_a_lease_before_its_first_report() {
+fn no_lease_before_a_units_first_report() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.open(1, NodeId::UNIT_A);
     assert_eq!(bench.hello(a), None);
@@ -29,7 +29,7 @@ fn no_unit_is_granted_a_lease_before_its_first_report() {
 }
 
 #[test]
-fn grants_stop_when_telemetry_is_stale_and_start_again_when_it_is_not() {
+fn grants_stop_while_telemetry_is_stale() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     assert!(grants(&mut bench, a, Span::ms(300)) > 0);
@@ -49,7 +49,7 @@ fn anothers_telemetry_earns_no_lease() {
 }
 
 #[test]
-fn while_a_hold_is_unacknowledged_or_was_refused_nothing_is_granted() {
+fn unacknowledged_or_refused_hold_stops_grants() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
@@ -72,7 +72,7 @@ fn while_a_hold_is_unacknowledged_or_was_refused_nothing_is_granted() {
 }
 
 #[test]
-fn a_report_goes_verbatim_to_the_teammates_that_listen_and_to_nobody_else() {
+fn report_goes_verbatim_to_listening_teammates_only() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     let b = bench.open(2, NodeId::UNIT_B);
@@ -94,7 +94,7 @@ fn a_report_goes_verbatim_to_the_teammates_that_listen_and_to_nobody_else() {
 }
 
 #[test]
-fn a_quiet_gateway_sends_nothing_and_goes_on_accounting() {
+fn quiet_gateway_sends_nothing_but_keeps_accounting() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     bench.give(&Input::Quiesce);
@@ -106,7 +106,7 @@ fn a_quiet_gateway_sends_nothing_and_goes_on_accounting() {
 }
 
 #[test]
-fn a_flood_of_refusals_is_counted_whole_and_fed_in_part() {
+fn refusal_flood_is_counted_whole_fed_partly() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     let before = bench.feeds;
@@ -117,8 +117,9 @@ fn a_flood_of_refusals_is_counted_whole_and_fed_in_part() {
     bench.assert_conserved();
 }
 
+/// It reaches a unit that opens later with its first record.
 #[test]
-fn the_displays_challenge_reaches_each_unit_at_once_and_one_that_opens_later_with_its_first_record() {
+fn display_challenge_reaches_each_unit_at_once() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.reporting(1, NodeId::UNIT_A);
     assert_eq!(bench.request(&Request::Watch(Nonce(7))), None);

@@ -38,7 +38,7 @@ struct Track {
 }
 
 impl Baseline {
-    /// Runs `twin`, which has just been made from `cast` and keeps its mouths, to its end.
+    /// Runs `twin`, which has just been made from `cast` and keeps its input journals, to its end.
     ///
     /// # Errors
     /// Which core cannot be made a second time.

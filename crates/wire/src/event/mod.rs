@@ -170,7 +170,7 @@ pub enum Event {
         /// Delay imposed, if any.
         #[n(6)] delay: Span,
     },
-    /// The mouth of an end saw something of a byte stream that leads to it.
+    /// The ingress of an end saw an event of a byte stream that leads to it.
     #[n(29)] StreamSaw {
         #[n(0)] sight: Sight,
         /// Name of the direction, so far as it has come.
@@ -221,7 +221,7 @@ pub enum Event {
     },
     /// Sim: by how much faults displace the fix of this stamp (written with the truth, while they do).
     #[n(61)] Imposed { #[n(0)] stamp: Instant, #[n(1)] east_mm: i32, #[n(2)] north_mm: i32, #[n(3)] time_us: i64 },
-    /// The mouth of a core took in bytes that an insider says it sent there.
+    /// The input of a core took in bytes that an insider says it sent there.
     #[n(65)] MouthSaw { #[n(0)] reader: NodeId, #[n(1)] at: Interface, #[n(2)] length: u32, #[n(3)] hash: u64 },
     /// The guard in front of a session: peer of the certificate that an association's handshake showed.
     #[n(66)] Associated { #[n(0)] association: u32, #[n(1)] peer: PeerId },
@@ -279,7 +279,7 @@ pub enum Event {
     /// The sim: the message with this [`wire_hash`] would read otherwise without the faults of this kind at this sensor. Told of the first
     /// message that a fault changes and then once in [`ALTERED_EVERY`].
     #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
-    /// An insider sends the report with this identity: which of a session's records are its deeds.
+    /// An insider sends the report with this identity: it tells which of a session's records are its actions.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
         /// Distance between the place in it and the true one, mm.

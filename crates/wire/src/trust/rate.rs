@@ -35,7 +35,7 @@ pub struct Allowance {
 pub enum RateClass {
     /// To lead away from safe.
     Away,
-    /// To take something away without stopping the unit: authority, or somebody's standing.
+    /// To take something away without stopping the unit: authority, or an identity's validity.
     Withdraw,
     /// To stop. The class holds no other command, so a HOLD that is refused for its rate comes after eight HOLDs of the same
     /// sender: no flood of another kind keeps one out, even from another holder of the sender's key.
@@ -193,8 +193,9 @@ mod tests {
         through
     }
 
+    /// It takes no allowance from another sender or rate class.
     #[test]
-    fn a_flood_gets_its_burst_and_its_rate_and_takes_nothing_from_another_sender_or_lane() {
+    fn flood_gets_burst_and_rate_alone() {
         for class in [RateClass::Away, RateClass::Withdraw, RateClass::Hold] {
             let mut rates = Rates::default();
             let start = Instant(5_000_000);

@@ -58,7 +58,7 @@ pub struct RevocationList {
 }
 
 impl RevocationList {
-    /// Everybody stands, those with a mandate until its end; `now` is the start.
+    /// Everybody is valid, those with an end of validity until then; `now` is the start.
     pub fn new(mandates: &[Validity], now: Instant) -> Self {
         let mut ends = [None; NODES];
         for mandate in mandates {
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn standing_ends_by_the_authoritys_word_or_by_time_and_by_nobody_elses() {
+    fn only_authority_or_time_ends_validity() {
         let (authority, operator) = (Key::from_bytes(&[1; 32]), Key::from_bytes(&[2; 32]));
         let mut keys = Keyring::default();
         keys.insert(NodeId::AUTHORITY, &authority.public());
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn a_revocation_serves_as_nothing_else_and_nothing_else_as_one() {
+    fn revocation_and_other_statements_are_not_interchangeable() {
         let authority = Key::from_bytes(&[1; 32]);
         let mut keys = Keyring::default();
         keys.insert(NodeId::AUTHORITY, &authority.public());

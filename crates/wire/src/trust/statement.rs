@@ -53,8 +53,9 @@ mod tests {
     use crate::time::Instant;
     use crate::trust::Decoded;
 
+    /// It is no acknowledgement.
     #[test]
-    fn a_confirmation_serves_for_one_intent_under_one_key_and_not_as_an_acknowledgement() {
+    fn confirmation_serves_one_intent_and_key() {
         let (key, policy) = (Key::from_bytes(&[9; 32]), Policy::default());
         let mut keys = Keyring::default();
         keys.insert(NodeId::OPERATOR, &key.public());

@@ -62,7 +62,7 @@ proptest! {
     }
 
     #[test]
-    fn no_damage_to_a_message_makes_a_decoder_panic(
+    fn damaged_messages_never_panic_a_decoder(
         which in any::<prop::sample::Index>(),
         damage in vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
     ) {

@@ -25,7 +25,7 @@ fn verdict(value: &Named, bytes: &[u8]) -> Result<bool, Malformed> {
 }
 
 #[test]
-fn truncated_at_any_byte_it_is_not_this_schema() {
+fn truncated_message_never_fits_its_schema() {
     for (message, values) in values::all() {
         for value in values {
             for end in 0..value.bytes.len() {
@@ -50,7 +50,7 @@ fn anything_behind_it_is_not_canonical() {
 }
 
 #[test]
-fn longer_than_its_channel_carries_it_is_too_long() {
+fn message_longer_than_channel_is_refused() {
     for (message, values) in values::all() {
         for value in values {
             let (max, got) = (value.bytes.len() - 1, value.bytes.len());
@@ -61,7 +61,7 @@ fn longer_than_its_channel_carries_it_is_too_long() {
 }
 
 #[test]
-fn an_argument_in_more_bytes_than_it_needs_is_not_canonical() {
+fn overlong_argument_is_not_canonical() {
     each(|label, value, item| {
         if item.major == 7 {
             return;
@@ -111,7 +111,7 @@ fn a_huge_count_is_not_this_schema() {
 }
 
 #[test]
-fn a_value_of_another_type_a_nan_and_an_infinity_are_refused() {
+fn wrong_type_nan_and_infinity_are_refused() {
     let wrong: [&[u8]; 6] = [
         &[0xf9, 0x7e, 0x00],
         &[0xf9, 0x7c, 0x00],
@@ -132,7 +132,7 @@ fn a_value_of_another_type_a_nan_and_an_infinity_are_refused() {
 }
 
 #[test]
-fn an_unknown_field_or_an_explicit_null_at_the_end_is_refused() {
+fn unknown_field_or_trailing_null_is_refused() {
     each(|label, value, item| {
         if item.major != 4 || item.argument >= 23 {
             return;

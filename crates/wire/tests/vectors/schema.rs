@@ -23,8 +23,9 @@ fn every_vector_meets_the_rule_of_its_message() {
     }
 }
 
+/// No vector meets the rule of another message on its channel.
 #[test]
-fn no_vector_meets_the_rule_of_another_message_that_shares_its_channel() {
+fn vectors_match_no_neighbours_rule() {
     let schema = schema();
     let channels = [&["intent", "confirmation", "ack", "report"][..], &["drive", "act"], &["seal", "tracks"]];
     for channel in channels {

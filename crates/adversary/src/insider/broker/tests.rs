@@ -33,8 +33,9 @@ fn it_keeps_back_the_holds_alone() {
     assert_eq!(say(&mut broker, 1_500, COMMAND, &hold), [(COMMAND, hold)], "the window is over");
 }
 
+/// A late publication is late by the plan's delay; an overtaken one comes after the next.
 #[test]
-fn what_is_late_is_late_by_the_plan_and_what_is_overtaken_comes_after_the_next() {
+fn lateness_and_overtaking_follow_the_plan() {
     let delay = action(Direction::Down, BrokerAction::Delay { ms: 300, only: None });
     let mut late = broker(vec![delay]);
     assert_eq!(say(&mut late, 10, COMMAND, b"one"), []);
@@ -55,7 +56,7 @@ fn what_is_late_is_late_by_the_plan_and_what_is_overtaken_comes_after_the_next()
 }
 
 #[test]
-fn it_delivers_again_at_once_later_and_to_whoever_connects() {
+fn repeats_come_at_once_later_and_on_connect() {
     let duplicate = action(Direction::Down, BrokerAction::Duplicate { copies: 2 });
     let mut twice = broker(vec![duplicate]);
     assert_eq!(say(&mut twice, 10, COMMAND, b"one").len(), 3);
@@ -79,7 +80,7 @@ fn it_delivers_again_at_once_later_and_to_whoever_connects() {
 }
 
 #[test]
-fn no_invented_order_carries_the_operators_two_signatures_over_it() {
+fn no_invented_order_carries_two_operator_signatures() {
     for forgery in [OrderForgery::OwnKey, OrderForgery::Altered, OrderForgery::Spliced] {
         let invent = BrokerAction::Invent { kind: Kind::Confirm, forgery, count: 1, every_ms: 0 };
         let mut broker = broker(vec![Timed { start_ms: 500, duration_ms: 0, ..action(Direction::Down, invent) }]);
@@ -100,8 +101,9 @@ fn no_invented_order_carries_the_operators_two_signatures_over_it() {
     }
 }
 
+/// None is the unit's own and about that order.
 #[test]
-fn no_forged_acknowledgement_is_the_units_about_that_order() {
+fn no_forged_acknowledgement_verifies_for_that_order() {
     let hold = order(7, CommandKind::Hold);
     for forgery in [AckForgery::OwnKey, AckForgery::Altered, AckForgery::Replayed] {
         let drop = action(Direction::Down, BrokerAction::Drop { only: Some(Kind::Hold) });

@@ -23,8 +23,9 @@ use crate::testing::{at, setup, turn};
 
 const FEED: ChannelKey = ChannelKey([4; 32]);
 
+/// The console hears the gateway's messages as the gateway's own.
 #[test]
-fn without_a_plan_the_console_hears_what_the_gateway_said_as_the_gateways_own() {
+fn empty_plan_passes_the_feed_unchanged() {
     let mut insider = insider(vec![]);
     let mut gate = BusGate::new(Topic::Feed, NodeId::GATEWAY, FEED, Span::ms(300));
     for (ms, sequence) in [(100, 1), (200, 2)] {
@@ -36,8 +37,9 @@ fn without_a_plan_the_console_hears_what_the_gateway_said_as_the_gateways_own() 
     }
 }
 
+/// The insider has no unit's key and can still do all three.
 #[test]
-fn it_withholds_keeps_and_says_younger_what_it_cannot_sign() {
+fn reports_are_withheld_held_and_made_younger() {
     let keep = FeedAction::Withhold { keep: Some(Mode::Ready) };
     let mut chooser = insider(vec![keep]);
     assert_eq!(fed(&mut chooser, 100, 1, Mode::HoldSafe), []);
@@ -55,7 +57,7 @@ fn it_withholds_keeps_and_says_younger_what_it_cannot_sign() {
 }
 
 #[test]
-fn no_report_that_it_changes_carries_its_units_signature() {
+fn no_changed_report_carries_its_units_signature() {
     for forgery in [FeedForgery::Altered, FeedForgery::ReSigned, FeedForgery::Relabelled] {
         let mut insider = insider(vec![FeedAction::Forge { forgery, mode: Mode::HoldSafe }]);
         let out = fed(&mut insider, 100, 1, Mode::Ready);
@@ -72,7 +74,7 @@ fn no_report_that_it_changes_carries_its_units_signature() {
 }
 
 #[test]
-fn it_swallows_what_the_operator_asks_for_and_passes_the_rest() {
+fn planned_requests_are_swallowed_others_pass() {
     let mut insider = insider(vec![FeedAction::Swallow { only: Some(Kind::Hold) }]);
     let mut said = Vec::new();
     for (kind, passed) in [(CommandKind::Hold, false), (CommandKind::Enable, true)] {
@@ -90,7 +92,7 @@ fn it_swallows_what_the_operator_asks_for_and_passes_the_rest() {
 }
 
 #[test]
-fn what_it_does_is_told_before_it_is_done() {
+fn each_action_is_logged_before_it_happens() {
     let mut insider = insider(vec![FeedAction::Replay]);
     let mut said = Vec::new();
     for ms in [100, 200] {

@@ -17,7 +17,7 @@ fn passing() -> Vec<DatagramAction> {
 }
 
 #[test]
-fn outside_of_its_window_and_in_the_other_direction_an_action_on_datagrams_leaves_them_as_they_are() {
+fn datagrams_outside_window_or_direction_pass_unchanged() {
     for action in passing() {
         // A growing delay is none at the instant at which its window opens.
         let opens = if matches!(action, DatagramAction::Delay { ms: 0, .. }) { 101 } else { 100 };
@@ -36,8 +36,9 @@ fn outside_of_its_window_and_in_the_other_direction_an_action_on_datagrams_leave
     }
 }
 
+/// The time is the same at any place in the window.
 #[test]
-fn what_is_held_is_held_for_as_long_as_the_plan_says_wherever_in_the_window_it_comes() {
+fn held_datagrams_wait_the_planned_time() {
     let held = |action: DatagramAction, ms: u64| {
         let mut relay = datagrams(vec![timed(100, 2000, action)]);
         turn(&mut relay, at(ms), &up(1), &mut Vec::new());
@@ -51,7 +52,7 @@ fn what_is_held_is_held_for_as_long_as_the_plan_says_wherever_in_the_window_it_c
 }
 
 #[test]
-fn jitter_holds_by_no_more_than_it_says_and_by_different_times() {
+fn jitter_varies_within_its_bound() {
     let mut relay = datagrams(vec![timed(0, 10_000, DatagramAction::Jitter { ms: 30 })]);
     let mut said = Vec::new();
     (0..200).for_each(|n| drop(turn(&mut relay, at(n * 50), &up(n as u8), &mut said)));
@@ -70,7 +71,7 @@ fn jitter_holds_by_no_more_than_it_says_and_by_different_times() {
 }
 
 #[test]
-fn copies_are_as_many_and_as_far_apart_as_the_plan_says() {
+fn copies_have_planned_number_and_spacing() {
     let mut relay =
         datagrams(vec![timed(0, 100, DatagramAction::Duplicate { copies: 2, every_ms: 15, permille: 1000 })]);
     let mut said = Vec::new();
@@ -83,7 +84,7 @@ fn copies_are_as_many_and_as_far_apart_as_the_plan_says() {
 }
 
 #[test]
-fn what_is_sent_a_counted_number_of_times_ends_with_its_window() {
+fn counted_sending_ends_with_its_window() {
     let garbage = DatagramAction::Inject { content: Content::Garbage, count: 9, every_ms: 50 };
     let replay = DatagramAction::Replay { lag_ms: 10, count: 9, every_ms: 50 };
     for action in [garbage, replay, DatagramAction::Reoriginate { count: 9, every_ms: 50 }] {
@@ -99,7 +100,7 @@ fn what_is_sent_a_counted_number_of_times_ends_with_its_window() {
 }
 
 #[test]
-fn outside_of_its_window_and_in_the_other_direction_an_action_on_a_stream_leaves_it_as_it_is() {
+fn streams_outside_window_or_direction_pass_unchanged() {
     for action in [
         StreamAction::Delay { ms: 40 },
         StreamAction::Stall,
@@ -122,7 +123,7 @@ fn outside_of_its_window_and_in_the_other_direction_an_action_on_a_stream_leaves
 }
 
 #[test]
-fn a_stream_is_held_for_as_long_as_the_plan_says() {
+fn stream_is_held_for_the_planned_time() {
     for (action, at_ms, due_ms) in [
         (StreamAction::Delay { ms: 40 }, 150, 190),
         (StreamAction::Delay { ms: 40 }, 299, 339),
@@ -137,7 +138,7 @@ fn a_stream_is_held_for_as_long_as_the_plan_says() {
 }
 
 #[test]
-fn a_relay_draws_from_its_seed_and_from_nothing_else() {
+fn relay_draws_from_its_seed_alone() {
     let of = |seed: u64| {
         let setup = wire::setup::Setup { seed, ..setup(NodeId::RELAY_TELEMETRY, 1) };
         let actions = vec![

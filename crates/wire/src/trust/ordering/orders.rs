@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_the_counter_is_out_of_reach_from_anywhere() {
+    fn counter_end_is_out_of_reach() {
         let mut counters = Counters::default();
         let mut enable = |boot, n| give(&mut counters, &intent(boot, n, CommandKind::Enable));
         assert!(matches!(enable(1, u64::MAX), Err(Refusal::Ahead { furthest: Sequence(FIRST), .. })));
@@ -221,8 +221,9 @@ mod tests {
         assert_eq!(enable(2, 1), Ok(()));
     }
 
+    /// One from far ahead moves no counter.
     #[test]
-    fn a_hold_is_refused_only_if_it_is_the_same_one_and_one_from_far_ahead_moves_nothing() {
+    fn hold_is_refused_only_as_exact_repetition() {
         let mut counters = Counters::default();
         assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
         assert_eq!(give(&mut counters, &intent(1, 3, CommandKind::Hold)), Ok(()));
@@ -233,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn more_commands_are_remembered_than_the_rates_let_through_while_a_nonce_is_good() {
+    fn command_memory_exceeds_rates_within_nonce_life() {
         let ms = crate::bounds::Bounds::GROUND.command_limit_ms;
         let through = [RateClass::Away, RateClass::Withdraw, RateClass::Hold].map(|class| {
             let Allowance { burst, per_s } = class.allowance();
@@ -243,14 +244,15 @@ mod tests {
     }
 
     #[test]
-    fn a_hold_makes_void_what_was_given_before_it_and_kept_back() {
+    fn hold_voids_earlier_withheld_commands() {
         let mut counters = Counters::default();
         assert_eq!(give(&mut counters, &intent(1, 9, CommandKind::Hold)), Ok(()));
         assert!(matches!(give(&mut counters, &intent(1, 8, CommandKind::Resume)), Err(Refusal::Duplicate { .. })));
     }
 
+    /// A thief of the key has used up the next ids.
     #[test]
-    fn a_thief_who_uses_up_the_next_ids_does_not_keep_the_operator_from_holding() {
+    fn used_up_ids_do_not_block_hold() {
         let mut counters = Counters::default();
         for n in 1..=9 {
             assert_eq!(give(&mut counters, &intent(1, n, CommandKind::Disarm)), Ok(()));
@@ -258,8 +260,9 @@ mod tests {
         assert_eq!(give(&mut counters, &intent(1, 4, CommandKind::Hold)), Ok(()), "another command under a used id");
     }
 
+    /// The console started too often unheard.
     #[test]
-    fn an_operator_whose_console_started_too_often_unheard_is_heard_again_after_a_few_holds() {
+    fn few_holds_reconcile_an_unheard_console() {
         let mut counters = Counters::default();
         assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
         let resume = |counters: &mut Counters| give(counters, &intent(10, 9, CommandKind::Resume));
@@ -270,8 +273,9 @@ mod tests {
         assert_eq!(resume(&mut counters), Ok(()));
     }
 
+    /// It moves it no further than a HOLD of the next boot does.
     #[test]
-    fn a_hold_from_any_boot_moves_the_counter_no_further_than_a_hold_of_the_next_ones_does() {
+    fn hold_from_any_boot_moves_counter_boundedly() {
         for boot in [1 + STEP_BOOT, 2 + STEP_BOOT, u32::MAX] {
             let mut counters = Counters::default();
             assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));

@@ -1,5 +1,5 @@
-//! Receipts of the messages of an insider, or of a sensor under a fault: the actor's own entry against the inputs of the core that they were
-//! for.
+//! Receipts of the messages of an insider, or of a sensor under a fault: the actor's own entry against the inputs of
+//! the core that they were for.
 //!
 //! The two share the hash of the very bytes (`evidence::sights`). That some record of the insider's arrived is none: an honest
 //! one of its own would do for that.
@@ -76,7 +76,7 @@ fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
     counted > written && s.at >= last
 }
 
-/// A sight of a mouth.
+/// A sight at a core's input.
 struct Seen {
     at: Micros,
     reader: NodeId,
