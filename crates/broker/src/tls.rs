@@ -1,13 +1,13 @@
 //! The TLS front: what a client must prove before a byte of MQTT is read, and who it then is.
 //!
-//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::vet` holds it. What the
+//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::certificates` holds it. What the
 //! identity may do is [`crate::acl`].
 
 use std::sync::Arc;
 
+use link::certificates::list::Revocations;
+use link::certificates::tls;
 use link::pki::{self, Credential, PkiError};
-use link::vet::list::Revocations;
-use link::vet::tls;
 use rustls::pki_types::CertificateDer;
 use tokio_rustls::TlsAcceptor;
 use wire::id::PeerId;

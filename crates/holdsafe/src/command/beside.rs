@@ -6,7 +6,7 @@ use console::beside::{Beside, Evidence, Sight};
 use evidence::Micros;
 use evidence::passed::{Passed, recorded};
 use explain::explain;
-use link::mouth::MouthError;
+use link::input_journal::JournalError;
 use perception::stages::Stages;
 use results::report::explained_in_seconds;
 use runner::checked::Checked;
@@ -44,7 +44,7 @@ impl Beheld {
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
         let unread =
-            |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
+            |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
         let mut frames = recorded(run.path(), &entries).map_err(unread)?.passed;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };

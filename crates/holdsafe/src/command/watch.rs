@@ -12,7 +12,7 @@ use std::time::Duration;
 use console::site::Site;
 use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
-use link::mouth::{Entry, MouthError};
+use link::input_journal::{Entry, JournalError};
 use live::keep;
 use runner::checked::{Checked, Unverified};
 use runner::failure::{Exit, Failure};
@@ -112,8 +112,8 @@ impl Place {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
     let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
-    let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
-    let unopened = |why: MouthError| {
+    let unread = |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
+    let unopened = |why: JournalError| {
         let says = format!(
             "{}: {why}; is this the folder that `live --out` was given, and has the run begun?",
             path.display()
@@ -196,7 +196,7 @@ struct News {
 }
 
 impl News {
-    fn of(log: &mut Follow) -> Result<Self, MouthError> {
+    fn of(log: &mut Follow) -> Result<Self, JournalError> {
         let mut news = News::default();
         log.news(|entry| match entry {
             Entry::Output(Output::Text { text, picture }) => news.newest = Some((text, picture)),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Property};
-use link::mouth::{Entry, Reader, Writer};
+use link::input_journal::{Entry, Reader, Writer};
 use live::child::Services;
 use live::trial::{Judged, conclude};
 use live::{Aftermath, Options, run};

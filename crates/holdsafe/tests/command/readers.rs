@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use link::mouth::{Header, Writer};
+use link::input_journal::{Header, Writer};
 use serde_json::Value;
 use wire::core::{Input, Output};
 use wire::id::{Boot, NodeId};

@@ -50,7 +50,7 @@ fn is_one_message(body: &[u8]) -> bool {
 
 /// Verdict on a datagram from an unknown peer before there is an association: passed if it may open one, else the
 /// reason.
-pub fn at_the_door(datagram: &[u8]) -> Verdict {
+pub fn before_association(datagram: &[u8]) -> Verdict {
     match split(datagram).next() {
         _ if opens_association(datagram) => Verdict::Passed,
         Some(Split::Record(raw)) if raw.content == HANDSHAKE && raw.epoch == 0 => Verdict::BadHello,

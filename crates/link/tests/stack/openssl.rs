@@ -4,13 +4,13 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime};
 
+use link::certificates::Fault;
 use link::dtls::listen::listen;
 use link::dtls::session::{SessionEvent, Settings};
 use link::guard::GuardMode;
 use link::guard::observe::{ObservationLog, Verdict};
 use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, Role};
-use link::vet::Fault;
 use tokio::sync::mpsc;
 use wire::id::PeerId;
 

@@ -11,7 +11,7 @@ use crate::drive::{DriveError, Opened};
 use crate::dtls::session::SessionStats;
 use crate::files;
 use crate::guard::observe::Observation;
-use crate::mouth::{Header, Writer};
+use crate::input_journal::{Header, Writer};
 use crate::spec::ServiceSpec;
 use crate::stream::StreamLog;
 use crate::witness::WitnessLog;

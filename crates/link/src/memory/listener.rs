@@ -10,6 +10,7 @@ use tokio::time::Instant;
 use wire::id::{PeerId, SessionId};
 
 use super::{ROOM, lock};
+use crate::certificates::list::Revocations;
 use crate::dtls::listen::{Listener, Port, accept};
 use crate::dtls::path::{INLET, Outlet, Path};
 use crate::dtls::session::{SessionCounters, SessionEvent, SessionHandle, SessionStats, Settings};
@@ -18,7 +19,6 @@ use crate::guard::observe::{Observation, ObservationLog};
 use crate::guard::{GuardMode, hello};
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError};
-use crate::vet::list::Revocations;
 
 /// Observations that wait to be read, and answers to strangers that do.
 const TOLD: usize = 1 << 16;
