@@ -33,7 +33,7 @@ pub struct Header {
     pub started: Instant,
 }
 
-/// One thing that passed the mouth.
+/// One input or output of a core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Entry {
     /// Fed to the core at `now`.
@@ -84,8 +84,8 @@ enum EntryRef<'a> {
 /// A log could not be read.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// Not a mouth log.
-    #[error("no mouth log: the first bytes are wrong")]
+    /// Not an input journal.
+    #[error("no input journal: the first bytes are wrong")]
     Magic,
     /// The file ends inside an entry (a killed writer leaves this).
     #[error("cut off inside the entry at byte {at}")]
@@ -201,7 +201,7 @@ impl<R: Read> Reader<R> {
     /// Reads magic and header.
     ///
     /// # Errors
-    /// When these are not those of a mouth log.
+    /// When these are not those of an input journal.
     pub fn new(mut source: R) -> Result<Self, JournalError> {
         let mut magic = [0; MAGIC.len()];
         let filled = fill(&mut source, &mut magic)?;

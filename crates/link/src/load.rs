@@ -42,7 +42,7 @@ pub struct Asked {
     pub sessions: usize,
     /// Records that each sends in a second.
     pub rate: u32,
-    /// Datagrams a second that are no record, from one stranger.
+    /// Datagrams a second that are no record, from one unknown peer.
     pub flood: u32,
     /// Duration.
     pub seconds: u64,

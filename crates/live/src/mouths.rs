@@ -1,4 +1,4 @@
-//! Feeds every core's mouth log of a live run back into a fresh core, right after the run: the keys that the cores sign
+//! Feeds every core's input journal of a live run back into a fresh core, right after the run: the keys that the cores sign
 //! with are still in memory then, and nowhere else.
 
 use std::collections::VecDeque;

@@ -115,7 +115,7 @@ pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, E
     seen
 }
 
-/// Everything that passed the mouth of `member`, each with the time of the run at which its core was fed.
+/// Every input and output of `member`'s core, each with the time of the run at which its core was fed.
 fn passed(
     cast: &Cast,
     member: &Member,

@@ -21,7 +21,7 @@ use wire::policy::Policy;
 use wire::setup::{Secret, Setup};
 use wire::time::{Instant, Span};
 
-/// Length of a door's cookie.
+/// Length of a cookie.
 const COOKIE: usize = 32;
 /// A hello with a cookie may be longer than any that is looked at.
 const ROOM_FOR_A_COOKIE: usize = 1024;

@@ -9,7 +9,7 @@ use link::loopback::LoopbackAddr;
 use link::recorded::{entries, frames_in};
 use link::spec::{Control, MAX_SPEC, ServiceSpec, SpecError};
 use live::child::Line;
-use live::keep::held_in;
+use live::store::held_in;
 use wire::audit::{Entry, Head};
 
 /// Memory for the frames of one recording here.

@@ -20,8 +20,8 @@ use super::layout::{Layouts, MAX_SAVED};
 use super::replay::{Seek, Tape};
 use super::{Picture, Window, Wish, theme};
 use crate::act::Act;
-use crate::beside::Beside;
 use crate::shown::Shown;
+use crate::sidecar::Sidecar;
 use crate::site::Site;
 
 /// Least time between two pictures drawn because one came.
@@ -51,8 +51,8 @@ pub trait Source {
         None
     }
     /// Evidence of a moment of the recording.
-    fn beside(&mut self, _at: Instant) -> Beside {
-        Beside::default()
+    fn sidecar(&mut self, _at: Instant) -> Sidecar {
+        Sidecar::default()
     }
     /// Goes elsewhere in the recording.
     fn seek(&mut self, _to: Seek) {}
@@ -207,10 +207,10 @@ impl App for Program {
         // A recording stands still when nobody moves it.
         let lain = if tape.is_some() { Span::ZERO } else { lain(now, self.made) };
         let shown = Shown::clone(&shown).older(lain);
-        let beside = tape.as_ref().map(|_| self.source.beside(shown.at));
+        let sidecar = tape.as_ref().map(|_| self.source.sidecar(shown.at));
         let untaken = self.untaken.is_some_and(|since| now - since < UNTAKEN_FOR);
-        let (tape, beside) = (tape.as_ref(), beside.as_ref());
-        let picture = Picture { shown: &shown, behind: behind(lain), untaken, tape, beside };
+        let (tape, sidecar) = (tape.as_ref(), sidecar.as_ref());
+        let picture = Picture { shown: &shown, behind: behind(lain), untaken, tape, sidecar };
         let wishes = self.window.draw(ui, &picture);
         self.grant(wishes, now);
     }

@@ -45,7 +45,7 @@ pub enum Seek {
 }
 
 /// The bar. `beside` is whether the evidence beside it is looked at, where there is some.
-pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: &mut Vec<Wish>) {
+pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes: &mut Vec<Wish>) {
     let mut seek = |to: Seek| wishes.push(Wish::Seek(to));
     ui.horizontal(|ui| {
         ui.label(RichText::new("REPLAY").strong().color(Palette::of(ui).advice));
@@ -66,8 +66,8 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: 
         if ui.add_enabled(later.is_some(), Button::new("Next change")).clicked() {
             seek(Seek::To(later.map_or(tape.length, |moment| moment.at)));
         }
-        if let Some(beside) = beside {
-            ui.toggle_value(beside, "Evidence");
+        if let Some(sidecar) = sidecar {
+            ui.toggle_value(sidecar, "Evidence");
         }
         let time = format!("run time {} of {}", tape.time(tape.at), tape.time(tape.length));
         ui.label(RichText::new(time).monospace());

@@ -10,11 +10,11 @@ use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::time::Span;
 
 use super::app::{CURRENT, MOST_OFTEN};
-use super::beside::{Textures, one};
+use super::sidecar::{Textures, one};
 use super::sign::{Shape, Tone};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};
-use crate::beside::Sight;
+use crate::sidecar::Sight;
 
 /// Between two pictures, points.
 const GAP: f32 = 8.0;

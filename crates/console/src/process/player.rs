@@ -35,7 +35,7 @@ pub enum PlayerError {
     /// The file needed to view it is missing.
     #[error("{0}; is this the folder that `live --out` was given?")]
     Reading(String),
-    /// Its console's mouth log cannot be read.
+    /// Its console's input journal cannot be read.
     #[error("the console's mouth log: {0}")]
     Mouth(#[from] JournalError),
     /// The core cannot be made.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use console::beside::{Image, Sight};
 use console::gui::sensors::{Content, Sensed};
 use console::gui::theme;
+use console::sidecar::{Image, Sight};
 use eframe::egui::{Theme, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;

@@ -10,7 +10,7 @@
 //!
 //! What guards and the launcher note does not go by way of the recorder and is under no seal of its; their chains, signatures
 //! and heads are judged like everybody's. Where among the entries of others a seal stands is not sealed, nor where a witness's
-//! entry does. Every byte of a run's files is covered elsewhere (`keep::whole`).
+//! entry does. Every byte of a run's files is covered elsewhere (`live::store::whole`).
 
 mod held;
 pub mod sweep;

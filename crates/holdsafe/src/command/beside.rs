@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use console::beside::{Beside, Evidence, Sight};
+use console::sidecar::{Evidence, Sidecar, Sight};
 use evidence::Micros;
 use evidence::passed::{Passed, recorded};
 use explain::explain;
@@ -70,10 +70,10 @@ impl Evidence for Beheld {
         u64::try_from(-self.ahead).ok().map(Instant)
     }
 
-    fn at(&mut self, at: Instant) -> Beside {
-        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Beside::default() };
+    fn at(&mut self, at: Instant) -> Sidecar {
+        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Sidecar::default() };
         let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);
         let because = change.and_then(|place| Some(Arc::clone(&self.changes.get(place)?.1)));
-        Beside { sensed: self.sensed(on_run), because }
+        Sidecar { sensed: self.sensed(on_run), because }
     }
 }

@@ -9,8 +9,8 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use console::beside::Sight;
 use console::gui::sensors::{self, Sensed, Sensors};
+use console::sidecar::Sight;
 use link::clock::trace_us;
 use link::drive::FLUSH_EVERY;
 use link::input_journal::{Entry, JournalError};

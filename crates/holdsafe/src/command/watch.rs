@@ -13,7 +13,7 @@ use console::site::Site;
 use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::input_journal::{Entry, JournalError};
-use live::keep;
+use live::store;
 use runner::checked::{Checked, Unverified};
 use runner::failure::{Exit, Failure};
 use runner::{Context, checked, out, runs};
@@ -137,7 +137,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::NoEvidence, says));
     }
     // Nothing verifies a run that goes on; one that is over is looked at like any other recording.
-    let over = news.finished || run.join(keep::HELD).exists();
+    let over = news.finished || run.join(store::HELD).exists();
     let checked = over.then(|| checked::run(&run)).transpose()?;
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
@@ -180,7 +180,7 @@ struct Over {
 
 /// The site that the run was planned on; of one that cannot be read nothing is drawn.
 fn site(run: &Path) -> Site {
-    keep::read_site(run).unwrap_or_else(|why| {
+    store::read_site(run).unwrap_or_else(|why| {
         link::note!("{}: the page shows no geofence and no route: {why}", run.display());
         Site::default()
     })

@@ -31,7 +31,7 @@ pub(super) fn flip_a_bit(run: &Path) {
 fn cover(run: &Path) {
     let file = run.join("held.json");
     let mut held: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
-    held["files"] = serde_json::to_value(live::keep::whole::survey(run).unwrap()).unwrap();
+    held["files"] = serde_json::to_value(live::store::whole::survey(run).unwrap()).unwrap();
     fs::write(file, held.to_string()).unwrap();
 }
 

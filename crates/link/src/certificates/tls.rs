@@ -114,7 +114,7 @@ impl ServerCertVerifier for Verifier {
         _: &[u8],
         now: UnixTime,
     ) -> Result<ServerCertVerified, Error> {
-        let expected = self.expected.ok_or_else(|| Error::General("nobody was dialled".to_owned()))?;
+        let expected = self.expected.ok_or_else(|| Error::General("no peer was dialled".to_owned()))?;
         self.checks.verify(leaf, more, Presenter::Listener(expected), now).map(|_| ServerCertVerified::assertion())
     }
 

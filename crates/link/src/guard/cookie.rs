@@ -20,7 +20,7 @@ use tokio::time::Instant;
 use super::hello;
 use super::observe::Verdict;
 
-/// Handshakes that may be open before strangers have to show that they receive.
+/// Handshakes that may be open before unknown peers have to prove that they receive.
 pub const CALM: usize = 16;
 
 /// Addresses that may stand on the list.
@@ -42,20 +42,20 @@ pub enum Answer {
     Refuse(Verdict),
 }
 
-/// A door with a key of its own.
+/// A cookie exchange with a key of its own.
 pub struct CookieExchange {
     key: hmac::Key,
     proved: BTreeMap<SocketAddr, Instant>,
 }
 
 impl CookieExchange {
-    /// A door; `None` when the host has no randomness.
+    /// A cookie exchange; `None` when the host has no randomness.
     pub fn new() -> Option<Self> {
         let key = hmac::Key::generate(hmac::HMAC_SHA256, &SystemRandom::new()).ok()?;
         Some(Self { key, proved: BTreeMap::new() })
     }
 
-    /// Decides on a datagram of a stranger while `open` handshakes are open.
+    /// Decides on a datagram of an unknown peer while `open` handshakes are open.
     pub fn judge(&mut self, from: SocketAddr, datagram: &[u8], open: usize, now: Instant) -> Answer {
         let verdict = hello::before_association(datagram);
         let (Verdict::Passed, Some(parts)) = (verdict, hello::parts(datagram)) else {

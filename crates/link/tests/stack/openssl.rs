@@ -1,4 +1,4 @@
-//! Another implementation at the door: `openssl s_client -dtls1_2` with a good certificate and with others.
+//! Another implementation as a client: `openssl s_client -dtls1_2` with a good certificate and with others.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
