@@ -1,4 +1,4 @@
-//! Attacks by those who hold somebody's key or certificate: rights, roles, standing, counters, rates, values.
+//! Attacks by holders of a key or certificate: rights, roles, standing, counters, rates, values.
 
 use evidence::Property;
 use evidence::trial::Outcome;

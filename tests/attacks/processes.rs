@@ -33,7 +33,7 @@ fn plant_brakes_by_lease_after_autonomy_dies() {
     }
 }
 
-/// Whether it drives or stands when autonomy ends.
+/// For a driving and for a standing unit, when autonomy ends.
 #[test]
 fn plant_lease_ends_with_the_last_set_point() {
     for ready in variations("autonomy_ends") {

@@ -142,7 +142,7 @@ fn holds_within_th(name: &str) {
     }
 }
 
-/// Whether or not one fix gives it away.
+/// With and without a single revealing fix.
 #[test]
 fn localisation_jump_holds_in_time() {
     holds_within_th("localisation_jump");

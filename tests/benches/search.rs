@@ -15,7 +15,7 @@ use parallel::progress::{Progress, Stop, Talk};
 use proptest::collection::vec;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use scenario::{Alphabet, Setup, Weakness, Weaknesses};
-use search::{Cause, Ground, Letter, Moments, Quest, Strategy, Test, Word, ends_in};
+use search::{Action, AttackSequence, Cause, Moments, RunConfig, SearchConfig, Strategy, Test, ends_in};
 
 /// Of the shipped lists: one letter at any time, one at a certain time, two letters.
 const WEAKNESSES: [&str; 3] = ["freshness-path", "late-path", "jump-stations"];
@@ -42,7 +42,7 @@ fn main() {
 
 /// What one seed came to.
 struct Answer {
-    word: Word,
+    word: AttackSequence,
     found: u64,
     shrunk: u64,
 }
@@ -60,27 +60,27 @@ fn listed(root: &Path, name: &str) -> Weakness {
     list.weakness.iter().find(|weakness| weakness.name.as_str() == name).expect("it is listed").clone()
 }
 
-fn ground(root: &Path, weakness: &Weakness) -> Ground {
+fn ground(root: &Path, weakness: &Weakness) -> SearchConfig {
     let file = |folder: &str, name: &str| -> PathBuf { root.join(format!("scenarios/{folder}{name}.toml")) };
     let scenario = scenario::load(&file("", weakness.scenario.as_str())).expect("a valid scenario");
     let mut setup = Setup::load(root, &scenario, None, false).expect("its setup");
     weakness.waive.iter().for_each(|check| check.waive(&mut setup.policy));
     let alphabet = Alphabet::load(&file("alphabets/", weakness.alphabet.as_str())).expect("a valid alphabet");
-    Ground::new(scenario, setup, 1, alphabet).expect("it runs")
+    SearchConfig::new(scenario, setup, 1, alphabet).expect("it runs")
 }
 
-fn holdsafe(ground: &Ground, weakness: &Weakness, seed: u64) -> Option<Answer> {
+fn holdsafe(ground: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
     let test = ends_in(&weakness.find);
-    let quest = Quest { strategy: Strategy::Guided, seed, budget: u64::from(BUDGET), first: true };
-    let hunted = ground.hunt(quest, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
-    let nominal = ground.try_word(&Word::default()).expect("it runs");
+    let quest = RunConfig { strategy: Strategy::Guided, seed, budget: u64::from(BUDGET), first: true };
+    let hunted = ground.search(quest, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
+    let nominal = ground.try_word(&AttackSequence::default()).expect("it runs");
     let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
     let (cause, found) = hunted.found.into_iter().next()?;
     let shrunk = ground.shrink(&found.tried.word, &test, &cause, &moments).expect("it runs");
     Some(Answer { word: shrunk.word, found: found.trial, shrunk: shrunk.executions })
 }
 
-fn proptest(ground: &Ground, weakness: &Weakness, seed: u64) -> Option<Answer> {
+fn proptest(ground: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
     let alphabet = &ground.alphabet;
     let (first, last) = alphabet.begins();
     // A number is a share of its range, so that one strategy serves every move and shrinks each number towards its weakest.
@@ -92,9 +92,9 @@ fn proptest(ground: &Ground, weakness: &Weakness, seed: u64) -> Option<Answer> {
             let place = |(range, share): (&scenario::Range, u16)| {
                 ((u64::from(share) * u64::from(range.last() + 1)) >> 16) as u32
             };
-            Letter { begins, kind, places: ranges.map(place).collect() }
+            Action { begins, kind, places: ranges.map(place).collect() }
         };
-        Word::new(drawn.into_iter().map(letter).collect())
+        AttackSequence::new(drawn.into_iter().map(letter).collect())
     };
     let (tried, failed, test) = (Cell::new(0), Cell::new(0), ends_in(&weakness.find));
     let test: Test<'_> = &test;
@@ -123,7 +123,7 @@ fn proptest(ground: &Ground, weakness: &Weakness, seed: u64) -> Option<Answer> {
     }
 }
 
-fn told(ground: &Ground, all: &[Timed]) -> String {
+fn told(ground: &SearchConfig, all: &[Timed]) -> String {
     let answers: Vec<(&Answer, f64)> = all.iter().filter_map(|(answer, ms)| Some((answer.as_ref()?, *ms))).collect();
     let median = |of: &dyn Fn(&(&Answer, f64)) -> f64| {
         let mut values: Vec<f64> = answers.iter().map(of).collect();

@@ -4,7 +4,7 @@ use evidence::Witnessed;
 use explain::{Explanation, Log, Place, Stage, explain, why_not};
 use holdsafe_tests::{Ready, root, shipped};
 use scenario::Alphabet;
-use search::{Letter, Word};
+use search::{Action, AttackSequence};
 use twin::trial::Run;
 use wire::event::{Event, Interface, Sensor};
 use wire::id::{NodeId, PeerId, UnitId};
@@ -76,9 +76,9 @@ fn lost(mut ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> (Run, Explana
         // Every length of these alphabets goes from 50 ms on in steps of 10; what else varies is at its first value.
         let lasts = (lasts - 50) / 10;
         let places = (0..alphabet.moves[kind].ranges().count()).map(|i| if i == 0 { lasts } else { 0 }).collect();
-        Letter { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places }
+        Action { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places }
     });
-    ready.scenario = Word::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
+    ready.scenario = AttackSequence::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
     let run = ready.run(1);
     let told = explain(&run.evidence.entries, &run.evidence.bounds);
     let loss = told.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{moves:?}: no loss"));
@@ -113,9 +113,10 @@ fn holding_link_differs_from_a_stalled_gateway() {
         let (mut ready, alphabet) = (shipped("nominal"), alphabet(name));
         let letters = moves.iter().map(|(name, begins, places)| {
             let kind = alphabet.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
-            Letter { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places: places.to_vec() }
+            Action { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places: places.to_vec() }
         });
-        ready.scenario = Word::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
+        ready.scenario =
+            AttackSequence::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
         ready
     };
     let place = |ready: &Ready| {
@@ -127,7 +128,7 @@ fn holding_link_differs_from_a_stalled_gateway() {
     // For 3.97 s, by 2.08 s.
     assert_eq!(place(&of("path", &[("hold", 3_750, &[392, 207])])), (Place::Telemetry, vec![]));
     let mut cut = of("path", &[("cut", 4_090, &[48])]);
-    let dies = Word::new(vec![Letter { begins: 563, kind: 3, places: vec![] }]);
+    let dies = AttackSequence::new(vec![Action { begins: 563, kind: 3, places: vec![] }]);
     let processes = alphabet("processes");
     assert_eq!(processes.moves[3].name.as_str(), "gateway-ends");
     cut.scenario = dies.in_scenario(&processes, &cut.scenario).expect("it fits");
@@ -139,7 +140,7 @@ fn holding_link_differs_from_a_stalled_gateway() {
 fn late_hold_of_a_hung_console_is_recognised() {
     // In that alphabet the operator gives a HOLD at 7 s.
     let mut ready = shipped("nominal");
-    ready.scenario = Word::default().in_scenario(&alphabet("stations"), &ready.scenario).expect("it fits");
+    ready.scenario = AttackSequence::default().in_scenario(&alphabet("stations"), &ready.scenario).expect("it fits");
     let loss = first_loss(ready, "processes", &[("console-hangs", 4_830, 3_000)]);
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Console, &[][..]), "{loss:#?}");
 }
@@ -150,7 +151,8 @@ fn stalled_gateway_is_told_by_other_units() {
     for lasts in [1_200, 2_400, 4_000] {
         for (moved, of, place) in [("gateway-hangs", "processes", Place::Gateway), ("cut", "path", Place::Telemetry)] {
             let mut ready = shipped("nominal");
-            ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
+            ready.scenario =
+                AttackSequence::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
             let loss = first_loss(ready, of, &[(moved, 4_600, lasts)]);
             assert_eq!((loss.origin.place, &loss.origin.or[..]), (place, &[][..]), "{moved} for {lasts}: {loss:#?}");
         }
@@ -162,7 +164,8 @@ fn stalled_gateway_is_told_by_other_units() {
 fn ambiguous_link_and_gateway_are_both_named() {
     for (moved, of) in [("gateway-hangs", "processes"), ("cut", "path")] {
         let mut ready = shipped("nominal");
-        ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
+        ready.scenario =
+            AttackSequence::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
         let (run, _) = lost(ready, of, &[(moved, 5_300, 4_000)]);
         let of_a_teammate = |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, peer, .. } if *peer != PeerId::UNIT_A);
         let entries: Vec<Witnessed> =
@@ -184,7 +187,7 @@ fn swallowed_order_traces_to_the_session_takeover() {
     let kind = stations.moves.iter().position(|m| m.name.as_str() == "take-session").expect("a move of it");
     let begins = 4_500 / stations.tick_ms.unsigned() as u32;
     // For 1.5 s: to 6.0 s. The operator gives a HOLD at 7 s.
-    let theft = Word::new(vec![Letter { begins, kind, places: vec![145] }]);
+    let theft = AttackSequence::new(vec![Action { begins, kind, places: vec![145] }]);
     ready.scenario = theft.in_scenario(&stations, &ready.scenario).expect("it fits");
     let loss = first_loss(ready, "broker", &[("drop-holds", 6_300, 2_500)]);
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");

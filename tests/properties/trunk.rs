@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use holdsafe_tests::{Ready, shipped};
 use scenario::{Alphabet, Scenario};
-use search::{Ground, Moments, Word};
+use search::{AttackSequence, Moments, SearchConfig};
 use twin::part::Part;
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, start, start_following};
@@ -38,10 +38,10 @@ fn run_along_a_trunk_is_unchanged_under_attack() {
     let ready = shipped("nominal");
     for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
         let alphabet = Alphabet::load(&file.path()).expect("a shipped alphabet");
-        let nothing = Word::default().in_scenario(&alphabet, &ready.scenario).expect("it fits");
+        let nothing = AttackSequence::default().in_scenario(&alphabet, &ready.scenario).expect("it fits");
         let known = Arc::new(baseline(&nothing, &ready.setup, 1).expect("it runs"));
-        let ground = Ground::new(ready.scenario.clone(), ready.setup.clone(), 1, alphabet).expect("it runs");
-        let nominal = ground.try_word(&Word::default()).expect("it runs");
+        let ground = SearchConfig::new(ready.scenario.clone(), ready.setup.clone(), 1, alphabet).expect("it runs");
+        let nominal = ground.try_word(&AttackSequence::default()).expect("it runs");
         let moments = Moments::of(&nominal, &ground.alphabet, &ready.setup.bounds);
         let words = ground.words(1, &moments, 10_000).expect("few words");
         let (mut followed, mut left) = (0, 0);

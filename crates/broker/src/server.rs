@@ -14,11 +14,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
+use link::certificates::list::Revocations;
+use link::certificates::{CertificateVerifier, Fault, Presenter, Refused};
 use link::loopback::{AddressRefused, LoopbackAddr};
 use link::pki::{Credential, PkiError, remaining_life};
 use link::stream::{StreamLog, watched};
-use link::vet::list::Revocations;
-use link::vet::{Fault, Presenter, Refused, Vet};
 use mqtt5::broker::client_handler::ClientHandler;
 use mqtt5::broker::config::BrokerConfig;
 use mqtt5::broker::resource_monitor::{ResourceLimits, ResourceMonitor};
@@ -119,7 +119,7 @@ impl Server {
         let revocations = Revocations::of(credential).map_err(PkiError::from)?;
         let trust = Trust {
             acceptor: tls::acceptor(credential, &revocations)?,
-            vet: Vet::new(credential, &revocations)?,
+            verifier: CertificateVerifier::new(credential, &revocations)?,
             revocations: revocations.clone(),
         };
         let listener = TcpListener::bind(at.socket()).await?;
@@ -172,7 +172,7 @@ impl Drop for Server {
 /// Whom it takes for whom.
 struct Trust {
     acceptor: TlsAcceptor,
-    vet: Vet,
+    verifier: CertificateVerifier,
     revocations: Revocations,
 }
 
@@ -377,7 +377,7 @@ impl Trust {
                 () = &mut over => return Refused { fault: Fault::Expired, got: "a certificate that has ended".to_owned() },
                 () = list.changed() => {}
             }
-            if let Err(refused) = self.vet.check(chain, Presenter::Dialler) {
+            if let Err(refused) = self.verifier.check(chain, Presenter::Dialler) {
                 return refused;
             }
         }

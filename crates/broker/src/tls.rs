@@ -1,13 +1,13 @@
 //! The TLS front: the proof that a client gives before a byte of MQTT is read, and the identity it then has.
 //!
-//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::vet` holds it. The rights of the
+//! TLS 1.3 only, both sides with a certificate of the run's own authority, no resumption: `link::certificates` holds it. The rights of the
 //! identity are [`crate::acl`].
 
 use std::sync::Arc;
 
+use link::certificates::list::Revocations;
+use link::certificates::tls;
 use link::pki::{self, Credential, PkiError};
-use link::vet::list::Revocations;
-use link::vet::tls;
 use rustls::pki_types::CertificateDer;
 use tokio_rustls::TlsAcceptor;
 use wire::id::PeerId;

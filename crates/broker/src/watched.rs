@@ -8,13 +8,13 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use link::certificates::list::Revocations;
 use link::loopback::LoopbackAddr;
 use link::mqtt::Mqtt;
 use link::pki::{Credential, PkiError};
 use link::relay::StreamRelay;
 use link::spec::RelayLeg;
 use link::stream::StreamLog;
-use link::vet::list::Revocations;
 use link::witness::StreamSight;
 use rustls::{ClientConfig, KeyLog};
 use tokio::sync::mpsc;
@@ -148,7 +148,7 @@ impl Client {
         secrets: &Secrets,
     ) -> Result<Self, WatchError> {
         let revocations = Revocations::of(credential).map_err(PkiError::from)?;
-        let mut tls: ClientConfig = link::vet::tls::client(credential, PeerId::BROKER, &revocations)?;
+        let mut tls: ClientConfig = link::certificates::tls::client(credential, PeerId::BROKER, &revocations)?;
         tls.key_log = Arc::new(secrets.clone());
         let seen = Bytes::default();
         let at = watcher(server.address(), seen.clone())?;

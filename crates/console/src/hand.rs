@@ -20,7 +20,7 @@ use crate::shown::{Shown, nonce_for};
 
 /// Consequence of an act.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Deed {
+pub enum Consequence {
     /// None further.
     Nothing,
     /// An order is given.
@@ -52,7 +52,7 @@ impl Hand {
     }
 
     /// The consequence of `act`, judged by the shown values.
-    pub fn judge(&mut self, numbered: &Numbered, shown: &Shown) -> Result<Deed, Unable> {
+    pub fn judge(&mut self, numbered: &Numbered, shown: &Shown) -> Result<Consequence, Unable> {
         if shown.role == Role::View || shown.marks.replay {
             return Err(Unable::Role);
         }
@@ -65,25 +65,25 @@ impl Hand {
             Act::Withdraw => self.withdraw(),
             Act::Acknowledge(alarm, since) => {
                 let stands = |a: &&crate::alarm::ShownAlarm| a.alarm == alarm && a.since == since && !a.acknowledged;
-                shown.alarms.iter().find(stands).map(|_| Deed::Note(alarm, since)).ok_or(Unable::NoAlarm)
+                shown.alarms.iter().find(stands).map(|_| Consequence::Note(alarm, since)).ok_or(Unable::NoAlarm)
             }
         }
     }
 
-    fn now(&mut self, order: Order, shown: &Shown) -> Result<Deed, Unable> {
+    fn now(&mut self, order: Order, shown: &Shown) -> Result<Consequence, Unable> {
         let deed = give(order, Text::new(""), shown)?;
         self.prepared = None;
         self.confirmed.clear();
         Ok(deed)
     }
 
-    fn prepare(&mut self, serial: u64, order: Order, shown: &Shown) -> Result<Deed, Unable> {
+    fn prepare(&mut self, serial: u64, order: Order, shown: &Shown) -> Result<Consequence, Unable> {
         shown.unable(&order).map_or(Ok(()), Err)?;
         self.prepared = Some(Prepared { serial, order, since: shown.at, until: shown.at + PREPARED_FOR });
-        Ok(Deed::Nothing)
+        Ok(Consequence::Nothing)
     }
 
-    fn confirm(&mut self, order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
+    fn confirm(&mut self, order: Order, reason: Text<64>, shown: &Shown) -> Result<Consequence, Unable> {
         let prepared = self.prepared.filter(|prepared| prepared.order == order).ok_or(Unable::NotPrepared)?;
         if shown.at >= prepared.until {
             return Err(Unable::Lapsed);
@@ -96,12 +96,12 @@ impl Hand {
         Ok(deed)
     }
 
-    fn withdraw(&mut self) -> Result<Deed, Unable> {
+    fn withdraw(&mut self) -> Result<Consequence, Unable> {
         if self.prepared.take().is_none() && self.confirmed.is_empty() {
             return Err(Unable::NotPrepared);
         }
         self.confirmed.clear();
-        Ok(Deed::Nothing)
+        Ok(Consequence::Nothing)
     }
 
     /// Links the person's order to its signed intent.
@@ -155,7 +155,7 @@ impl Hand {
     }
 }
 
-fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
+fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Consequence, Unable> {
     shown.unable(&order).map_or(Ok(()), Err)?;
     let wish = match order {
         Order::Revoke(who) => Wish::Revoke(who, Giver::Person),
@@ -164,7 +164,7 @@ fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
             Wish::Intend { step: None, unit, kind, nonce, reason: reason.as_str().to_owned() }
         }
     };
-    Ok(Deed::Wish(wish))
+    Ok(Consequence::Wish(wish))
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ pub const MAX_PAST: usize = 256;
 pub enum Incident {
     /// A unit was reported in another mode than before, by this cause.
     Mode(UnitId, Mode, Cause),
-    /// An order was given here, by whom.
+    /// An order was given here, with its source.
     Ordered(Order, Giver),
     /// An alarm was raised.
     Raised(Alarm),

@@ -8,7 +8,6 @@ pub mod act;
 pub mod age;
 pub mod alarm;
 pub mod alarms;
-pub mod beside;
 pub mod display;
 #[cfg(feature = "gui")]
 pub mod gui;
@@ -29,6 +28,7 @@ mod picture;
 pub mod process;
 mod retrace;
 pub mod shown;
+pub mod sidecar;
 pub mod site;
 pub mod skew;
 #[cfg(feature = "process")]
@@ -55,7 +55,7 @@ use wire::time::{Instant, Span};
 use crate::display::{REPEAT, Witness};
 use crate::intake::Intake;
 use crate::intent::Issuer;
-use crate::model::{Desk, Model};
+use crate::model::{Model, Station};
 use crate::operator::{MAX_STEPS, Operator, Step};
 use crate::shown::{Marks, Shown};
 use crate::watch::Watch;
@@ -136,7 +136,7 @@ impl Console {
         }
         let gate = setup.gate(Topic::Feed, setup.bounds.freshness())?;
         let ablation = (!setup.policy.is_full()).then(|| setup.policy.name.clone());
-        let desk = Desk {
+        let station = Station {
             operator: config.operator,
             role: config.role,
             marks: Marks { ablation, ..Marks::default() },
@@ -149,7 +149,7 @@ impl Console {
         let mut console = Self {
             intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate, &config.units),
             watch: Some(Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now)),
-            model: Model::new(&config.units, desk, &setup.policy),
+            model: Model::new(&config.units, station, &setup.policy),
             witness: Witness::default(),
             look: operator.deadline(now),
             operator,

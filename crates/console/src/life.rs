@@ -124,7 +124,7 @@ pub struct ShownCommand {
     pub id: CommandId,
     /// Its signed intent, which everything about it names.
     pub intent: IntentHash,
-    /// To whom.
+    /// Addressee.
     pub unit: UnitId,
     /// Kind of the command.
     pub kind: CommandKind,

@@ -29,7 +29,7 @@ pub const MAX_LOST: usize = 48;
 
 /// The identity of a display: operator and role.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Desk {
+pub struct Station {
     /// The node that issues the commands.
     pub operator: NodeId,
     /// Permissions of the person here.
@@ -38,7 +38,7 @@ pub struct Desk {
     pub marks: Marks,
     /// The platform's bounds.
     pub bounds: Bounds,
-    /// Whom the operator can have struck, and whether that was asked for.
+    /// Identities that the operator can have revoked, and whether that was requested.
     pub revocable: Vec<(NodeId, bool)>,
     /// Units that take part, and are silent until something of theirs is accepted.
     pub awaited: Vec<UnitId>,
@@ -91,7 +91,7 @@ struct Link {
 /// The model.
 #[derive(Clone, Debug)]
 pub struct Model {
-    desk: Desk,
+    station: Station,
     limits: Limits,
     units: Vec<(UnitId, Option<Heard>)>,
     links: BTreeMap<PeerId, Link>,
@@ -129,10 +129,10 @@ struct Losses {
 
 impl Model {
     /// A model of `units` before any message.
-    pub fn new(units: &[UnitId], desk: Desk, policy: &Policy) -> Self {
+    pub fn new(units: &[UnitId], station: Station, policy: &Policy) -> Self {
         Self {
-            limits: Limits::new(&desk.bounds, policy),
-            desk,
+            limits: Limits::new(&station.bounds, policy),
+            station,
             units: units.iter().map(|unit| (*unit, None)).collect(),
             links: BTreeMap::new(),
             fed: None,
@@ -261,9 +261,9 @@ impl Model {
         self.history.note(now, Incident::Ordered(order, by));
     }
 
-    /// It was asked for `who` to be struck: an order when it is asked for the first time.
+    /// The revocation of `who` was requested: an order on the first request.
     pub fn revoked(&mut self, now: Instant, who: NodeId, by: Giver) {
-        let first = self.desk.revocable.iter_mut().find(|(of, asked)| *of == who && !*asked);
+        let first = self.station.revocable.iter_mut().find(|(of, asked)| *of == who && !*asked);
         if let Some((_, asked)) = first {
             *asked = true;
             self.ordered(now, Order::Revoke(who), by);
@@ -313,16 +313,16 @@ impl Model {
         let (past, past_more) = self.history.shown();
         Shown {
             at: now,
-            operator: self.desk.operator,
-            role: self.desk.role,
-            marks: self.desk.marks.clone(),
-            bounds: self.desk.bounds,
+            operator: self.station.operator,
+            role: self.station.role,
+            marks: self.station.marks.clone(),
+            bounds: self.station.bounds,
             limits: self.limits,
             units: self.units.iter().filter_map(unit).collect(),
             silent: self
                 .units
                 .iter()
-                .filter(|(unit, heard)| heard.is_none() && self.desk.awaited.contains(unit))
+                .filter(|(unit, heard)| heard.is_none() && self.station.awaited.contains(unit))
                 .map(|(unit, _)| *unit)
                 .collect(),
             links: self.links.iter().filter_map(|(peer, link)| self.shown_link(now, *peer, link)).collect(),
@@ -337,7 +337,7 @@ impl Model {
                 .collect(),
             losses: self.losses.iter().map(|(peer, n)| (*peer, n.total)).filter(|(_, n)| *n > 0).collect(),
             commands: self.commands.shown(),
-            revocable: self.desk.revocable.clone(),
+            revocable: self.station.revocable.clone(),
             alarms,
             alarms_more,
             past,

@@ -85,7 +85,7 @@ pub enum Action {
     Arm(Class),
     /// Use the authority that is displayed.
     Confirm,
-    /// Strike this identity from the roll.
+    /// Revoke this identity.
     Revoke(NodeId),
     /// Set these values.
     Configure(Settings),
@@ -109,7 +109,7 @@ pub enum Wish {
     },
     /// Confirm a staged command.
     Release(IntentHash),
-    /// Ask for an identity to be struck from the roll.
+    /// Request the revocation of an identity.
     Revoke(NodeId, Giver),
 }
 

@@ -12,7 +12,7 @@ use wire::time::Instant;
 
 use crate::Console;
 use crate::act::Answer;
-use crate::hand::Deed;
+use crate::hand::Consequence;
 use crate::life::Giver;
 use crate::operator::Wish;
 use crate::shown::Shown;
@@ -32,7 +32,7 @@ impl Console {
         any
     }
 
-    /// A person did something: judged once, answered, and told to the instrument plane, whatever comes of it.
+    /// An act of a person: judged once, answered, and reported to the instrument plane with any result.
     pub(crate) fn act(&mut self, now: Instant, bytes: &[u8]) {
         let by = self.model.shown(now).operator;
         let read = self.model.hand().read(bytes);
@@ -46,9 +46,9 @@ impl Console {
             Err(unable) => Err(unable),
         };
         let outcome = outcome.map(|deed| match deed {
-            Deed::Nothing => None,
-            Deed::Wish(wish) => self.carry_out(now, wish),
-            Deed::Note(alarm, since) => {
+            Consequence::Nothing => None,
+            Consequence::Wish(wish) => self.carry_out(now, wish),
+            Consequence::Note(alarm, since) => {
                 self.model.acknowledge(now, &alarm, since);
                 None
             }

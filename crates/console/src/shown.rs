@@ -131,7 +131,7 @@ impl ShownUnit {
 /// A session at the gateway as drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ShownLink {
-    /// With whom.
+    /// The peer.
     pub peer: PeerId,
     /// True if it stands, by the last word of the gateway and as old as that.
     pub open: Labelled<bool>,
@@ -198,7 +198,7 @@ pub struct Shown {
     pub losses: Vec<(PeerId, u32)>,
     /// Commands of this console, oldest first.
     pub commands: Vec<ShownCommand>,
-    /// Whom the operator can have struck, and whether that was asked for.
+    /// Identities that the operator can have revoked, and whether that was requested.
     pub revocable: Vec<(NodeId, bool)>,
     /// Alarms, the most urgent first.
     pub alarms: Vec<ShownAlarm>,

@@ -4,7 +4,7 @@
 //! depends on no clock, no chance and no other file, so the same results give the same bytes. No code here judges a trial or computes a
 //! bound; a report adds no statement to its results.
 //!
-//! `results` reads, `objects` and `measured` are the inputs; `story` is the summary of one run, from its recording. `page` makes the HTML
+//! `results` reads, `objects` and `measured` are the inputs; `summary` is the summary of one run, from its recording. `page` makes the HTML
 //! file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from `tried`, one
 //! view of a variation's results. `evaluation` sets the paper's claims against results.
 
@@ -21,7 +21,7 @@ pub mod pdf;
 pub mod results;
 mod sarif;
 mod sbom;
-pub mod story;
+pub mod summary;
 pub mod tried;
 
 pub use evaluation::evaluation;
@@ -40,7 +40,7 @@ pub struct Dossier {
     /// Results.
     pub results: results::Results,
     /// Runs that are told one by one.
-    pub stories: Vec<story::Story>,
+    pub stories: Vec<summary::RunSummary>,
     /// Every recording that was read or lies among the results, whether its run is told or not.
-    pub recordings: Vec<story::Recording>,
+    pub recordings: Vec<summary::Recording>,
 }

@@ -10,7 +10,7 @@ mod latency;
 mod matrix;
 mod missions;
 mod provenance;
-mod story;
+mod summary;
 mod verdict;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -75,7 +75,7 @@ fn sections(dossier: &Dossier) -> Vec<Section> {
     let section = |id, title, body: Markup| Section { id, title, body: body.into_string() };
     vec![
         section("matrix", "The threat matrix", matrix::section(dossier)),
-        section("runs", "Runs over time", html! { @for story in &dossier.stories { (story::section(story)) } }),
+        section("runs", "Runs over time", html! { @for story in &dossier.stories { (summary::section(story)) } }),
         section("missions", "How far missions came", missions::section(dossier)),
         section("latency", "How soon", latency::section(dossier)),
         section("curves", "How strong an attack may be", curves::section(dossier)),
@@ -89,7 +89,7 @@ fn sections(dossier: &Dossier) -> Vec<Section> {
 /// Every figure of the page, in its order.
 pub fn figures(dossier: &Dossier) -> Vec<Figure> {
     let mut all = matrix::figures(dossier);
-    all.extend(dossier.stories.iter().map(story::drawn));
+    all.extend(dossier.stories.iter().map(summary::drawn));
     all.extend(latency::figures(dossier));
     all.extend(curves::figures(dossier));
     all.extend(cost::figures(dossier));
@@ -148,7 +148,7 @@ fn slug(name: &str) -> String {
 mod tests {
     use super::*;
     use crate::results::Results;
-    use crate::story::{Lasted, Recording, Refusals, Story};
+    use crate::summary::{Lasted, Recording, Refusals, RunSummary};
 
     fn dossier() -> Dossier {
         let mut results = Results::default();
@@ -159,7 +159,7 @@ mod tests {
         let lasted = |what: &str| Lasted { what: what.to_owned(), from: 1.0, to: 2.0 };
         let refused =
             Refusals { by: "gateway".to_owned(), reason: "stale".to_owned(), n: 3, at: vec![lasted("stale")] };
-        let story = Story {
+        let story = RunSummary {
             name: "</style><script>alert(1)</script>".to_owned(),
             seconds: 9.0,
             flaw: Some("cut".to_owned()),

@@ -5,7 +5,7 @@
 use std::io::BufReader;
 use std::path::Path;
 
-use link::mouth::{self, MouthError};
+use link::input_journal::{self, JournalError};
 use wire::core::{Input, Topic};
 use wire::id::NodeId;
 use wire::time::Instant;
@@ -50,23 +50,23 @@ pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
 ///
 /// # Errors
 /// When an input journal is damaged before its end, or they hold more than [`ROOM`].
-pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, MouthError> {
+pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, JournalError> {
     let Recorded { mut passed, mut left_out } = Recorded::default();
     let mut room = ROOM;
     for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
         let Ok(file) = link::files::open(&directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
         let Some(first) = entries.iter().find(|w| w.entry.node == reader) else { continue };
         let on_run = |now: Instant| now.0.saturating_add(first.at).saturating_sub(first.entry.at.0);
-        for entry in mouth::Reader::new(BufReader::new(file))? {
+        for entry in input_journal::Reader::new(BufReader::new(file))? {
             let (now, input) = match entry {
-                Ok(mouth::Entry::Input { now, input }) => (now, input),
-                Ok(mouth::Entry::Output(_)) => continue,
-                Ok(mouth::Entry::LeftOut { .. }) => {
+                Ok(input_journal::Entry::Input { now, input }) => (now, input),
+                Ok(input_journal::Entry::Output(_)) => continue,
+                Ok(input_journal::Entry::LeftOut { .. }) => {
                     left_out += 1;
                     continue;
                 }
                 // Its writer was killed.
-                Err(MouthError::Truncated { .. }) => break,
+                Err(JournalError::Truncated { .. }) => break,
                 Err(error) => return Err(error),
             };
             let Some(of) = kept(reader, on_run(now), &input) else { continue };

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use gateway::admit::Boundary;
 use gateway::session::Session;
 use link::clock::thread_cpu_us;
-use link::guard::door::{Answer, CALM, Door};
+use link::guard::cookie::{Answer, CALM, CookieExchange};
 use link::loopback::LoopbackAddr;
 use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Role};
@@ -99,15 +99,15 @@ fn strangers() {
     for (what, datagram, open) in [
         ("noise, refused", &b"noise"[..], 0),
         ("a hello whose lengths are broken, refused", &broken, 0),
-        ("a sound hello at a busy door, challenged", &hello, CALM),
+        ("a sound hello at a busy exchange, challenged", &hello, CALM),
     ] {
-        let mut door = Door::new().expect("randomness");
+        let mut exchange = CookieExchange::new().expect("randomness");
         let now = now();
         let mut rounds: Vec<(f64, u64)> = (0..ROUNDS)
             .map(|_| {
                 timed(|| {
                     for _ in 0..RECORDS {
-                        let answer = black_box(door.judge(from, black_box(datagram), open, now.into()));
+                        let answer = black_box(exchange.judge(from, black_box(datagram), open, now.into()));
                         assert_eq!(matches!(answer, Answer::Challenge(_)), open > 0);
                     }
                 })

@@ -9,7 +9,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use link::clock::HostClock;
-use link::mouth::{self, Entry};
+use link::input_journal::{self, Entry};
 use serde::Serialize;
 use topology::Cast;
 use twin::{Twin, clock};
@@ -99,7 +99,8 @@ impl Delays {
             let clock = HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 };
             let file = run_dir.join("mouth").join(format!("{node}.cbor"));
             let log = link::files::open(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-            let log = mouth::Reader::new(BufReader::new(log)).map_err(|e| format!("{}: {e}", file.display()))?;
+            let log =
+                input_journal::Reader::new(BufReader::new(log)).map_err(|e| format!("{}: {e}", file.display()))?;
             let mut at = 0;
             for entry in log {
                 match entry.map_err(|e| format!("{}: {e}", file.display()))? {

@@ -6,6 +6,7 @@
 //! A process is `spec` (its specification) → its core → [`drive::run`].
 
 pub mod bus;
+pub mod certificates;
 pub mod clock;
 pub mod crypto;
 pub mod display;
@@ -15,11 +16,11 @@ pub mod files;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod guard;
+pub mod input_journal;
 pub mod instrument;
 pub mod load;
 pub mod loopback;
 pub mod memory;
-pub mod mouth;
 pub mod mqtt;
 pub mod pki;
 pub mod process;
@@ -30,6 +31,5 @@ pub mod sockets;
 pub mod spec;
 pub mod stream;
 pub mod terminal;
-pub mod vet;
 pub mod web;
 pub mod witness;

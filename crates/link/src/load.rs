@@ -13,6 +13,7 @@ use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval};
 use wire::id::PeerId;
 
+use crate::certificates::list::Revocations;
 use crate::dtls::DtlsError;
 use crate::dtls::dial::{Dialler, dial};
 use crate::dtls::listen::{Listener, listen};
@@ -21,7 +22,6 @@ use crate::guard::GuardMode;
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Authority, Credential, PkiError, Role};
 use crate::sockets;
-use crate::vet::list::Revocations;
 
 /// Length of a valid record, in bytes: about that of a report.
 const RECORD: usize = 300;
@@ -42,7 +42,7 @@ pub struct Asked {
     pub sessions: usize,
     /// Records that each sends in a second.
     pub rate: u32,
-    /// Datagrams a second that are no record, from one stranger.
+    /// Datagrams a second that are no record, from one unknown peer.
     pub flood: u32,
     /// Duration.
     pub seconds: u64,

@@ -25,12 +25,12 @@ use tokio::task::JoinHandle;
 use wire::core::{Input, Subject};
 use wire::id::PeerId;
 
+use crate::certificates::list::Revocations;
+use crate::certificates::tls;
 use crate::clock::trace_us;
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError, dns_name};
 use crate::stream::{Mouth, StreamLog, Witness};
-use crate::vet::list::Revocations;
-use crate::vet::tls;
 
 /// Publications that may wait to be sent.
 pub const OUTBOUND: usize = 256;

@@ -48,7 +48,7 @@ pub enum PkiError {
     #[error(transparent)]
     List(#[from] ListRefused),
     /// The URI is not a name of the closed set.
-    #[error("peer certificate names `{0}`, which is nobody here")]
+    #[error("peer certificate names `{0}`, which is unknown here")]
     UnknownName(String),
 }
 

@@ -41,7 +41,7 @@ pub struct ServiceSpec {
     pub seed: u64,
     /// The host's clock.
     pub clock: HostClock,
-    /// The run's directory (mode 0700): mouth logs, observations, the instrument socket.
+    /// The run's directory (mode 0700): input journals, observations, the instrument socket.
     pub run_dir: PathBuf,
     /// Shared-memory domains this process takes part in.
     #[serde(default)]
@@ -76,7 +76,7 @@ pub struct ServiceSpec {
     /// outsider's, and counted apart.
     #[serde(default = "any_port")]
     pub own: LoopbackAddr,
-    /// Room for the mouth log, in bytes; 0 for none.
+    /// Room for the input journal, in bytes; 0 for none.
     #[serde(default = "default_mouth_bytes")]
     pub mouth_bytes: u64,
     /// The core's own configuration.

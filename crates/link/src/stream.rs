@@ -125,7 +125,7 @@ impl Witness {
     }
 }
 
-/// A stream with a mouth.
+/// A stream with a delivery witness.
 #[derive(Debug)]
 pub struct Mouth<S> {
     inner: S,
@@ -208,7 +208,7 @@ pub fn watched(stream: TcpStream, log: StreamLog) -> Result<(TcpStream, Witness)
 async fn carry(mouth: Mouth<TcpStream>, end: UnixStream) {
     let (mut from_network, mut to_network) = tokio::io::split(mouth);
     let (mut from_end, mut to_end) = end.into_split();
-    // A failed direction is an ended one; which side ended it, the mouth knows.
+    // A failed direction is an ended one; which side ended it, the witness knows.
     let inward = async {
         let _ = tokio::io::copy(&mut from_network, &mut to_end).await;
         let _ = to_end.shutdown().await;

@@ -127,9 +127,9 @@ pub fn remove() -> std::io::Result<Leftovers> {
 /// Removes the remains of killed runs, before another adds to them.
 pub(super) fn make_room() {
     match remove() {
-        Ok(found) if found.removed > 0 => tracing::info!(runs = found.removed, "removed what killed runs left"),
+        Ok(found) if found.removed > 0 => tracing::info!(runs = found.removed, "removed the remains of killed runs"),
         Ok(_) => {}
-        Err(error) => tracing::warn!(%error, "what killed runs left was not looked for"),
+        Err(error) => tracing::warn!(%error, "remains of killed runs were not searched for"),
     }
 }
 

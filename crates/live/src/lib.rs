@@ -7,13 +7,13 @@
 pub mod child;
 mod disk;
 pub mod janitor;
-pub mod keep;
 pub mod leftovers;
 pub mod mouths;
 mod process;
 pub mod remains;
 pub mod service;
 mod spec;
+pub mod store;
 pub mod trial;
 pub mod vet;
 mod witness;
@@ -120,7 +120,7 @@ pub struct Aftermath {
     pub logs: Logs,
 }
 
-/// The folder of a run that is over, with recording and mouth logs, to be read as long as this lives.
+/// The folder of a run that is over, with recording and input journals, to be read as long as this lives.
 #[derive(Debug)]
 pub struct Logs {
     folder: PathBuf,
@@ -141,7 +141,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     leftovers::make_room();
     let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
-    keep::site(&places.run_dir, cast).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
+    store::site(&places.run_dir, cast).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
     let (lines_in, lines) = channel();
     let mut company = Company {
@@ -191,7 +191,7 @@ fn gathered(
     stats: &[(NodeId, Value)],
 ) -> Result<(Vec<Logged>, Verification, Held), LiveError> {
     let start_us = held.start_us;
-    // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
+    // A dead recorder wrote nothing more, nor did one with a full disk; then the input journals of the others are the second place where entries are.
     if !held.cut_short
         && let Some(hands) = cast.hands()
     {

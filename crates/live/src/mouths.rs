@@ -1,11 +1,11 @@
-//! Feeds every core's mouth log of a live run back into a fresh core, right after the run: the keys that the cores sign
+//! Feeds every core's input journal of a live run back into a fresh core, right after the run: the keys that the cores sign
 //! with are still in memory then, and nowhere else.
 
 use std::collections::VecDeque;
 use std::io::BufReader;
 use std::path::Path;
 
-use link::mouth::{self, Divergence, ReplayError};
+use link::input_journal::{self, Divergence, ReplayError};
 use serde::{Deserialize, Serialize};
 use topology::{Cast, Member};
 use twin::part::Part;
@@ -53,13 +53,13 @@ fn one(member: &Member, run_dir: &Path) -> CoreReplay {
     }
 }
 
-fn feed(member: &Member, log: &Path) -> Result<mouth::Replayed, String> {
+fn feed(member: &Member, log: &Path) -> Result<input_journal::Replayed, String> {
     let file = link::files::open(log).map_err(|e| e.to_string())?;
-    let log = mouth::Reader::new(BufReader::new(file)).map_err(|e| e.to_string())?;
+    let log = input_journal::Reader::new(BufReader::new(file)).map_err(|e| e.to_string())?;
     let mut core = part(member, log.header().started).map_err(|e| e.to_string())?;
     let early = std::iter::from_fn(|| core.output()).collect();
     let mut woken = Woken { core, early, fed: false };
-    mouth::replay(log, &mut woken).map_err(|e| {
+    input_journal::replay(log, &mut woken).map_err(|e| {
         let told = if let ReplayError::Diverged(differs) = &e { diverged(differs) } else { e.to_string() };
         told.chars().take(MAX_TOLD).collect()
     })

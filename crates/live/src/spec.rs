@@ -28,9 +28,9 @@ use super::remains::{Remains, SCRATCH};
 /// Paths of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
-    /// Recording, mouth logs, guard logs.
+    /// Recording, input journals, guard logs.
     pub run_dir: PathBuf,
-    /// True if these are somebody's to keep.
+    /// True if these are kept after the run.
     kept: bool,
     /// Sockets and shared-memory roots; removed at the end.
     pub temporary: PathBuf,

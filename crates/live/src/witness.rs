@@ -9,8 +9,8 @@ use adversary::insider::{InsiderRecorder, Kept};
 use evidence::log::Logged;
 use evidence::sights::{Claims, Running};
 use evidence::verification::HeldHead;
+use link::input_journal;
 use link::instrument::Frame;
-use link::mouth;
 use link::recorded;
 use link::recorder::Recording;
 use serde_json::Value;
@@ -75,7 +75,7 @@ pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> 
     for member in &cast.members {
         let node = member.node();
         passed(cast, member, run_dir, start_us, |at, entry| {
-            if let mouth::Entry::Output(Output::Audit { bytes }) = entry {
+            if let input_journal::Entry::Output(Output::Audit { bytes }) = entry {
                 log.push(Logged { at, node, bytes });
             }
         });
@@ -91,7 +91,7 @@ pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged])
     let mut seen = Vec::new();
     for member in cast.members.iter().filter(|_| !claims.is_empty()) {
         passed(cast, member, run_dir, start_us, |at, entry| {
-            if let mouth::Entry::Input { input, .. } = &entry {
+            if let input_journal::Entry::Input { input, .. } = &entry {
                 seen.extend(claims.sight(member.node(), input).map(|event| (at, event)));
             }
         });
@@ -107,7 +107,7 @@ pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, E
     for member in cast.members.iter().filter(|m| watched.contains(&m.node())) {
         let node = member.node();
         passed(cast, member, run_dir, start_us, |at, entry| {
-            if matches!(entry, mouth::Entry::Input { .. }) && running.told(node, at) {
+            if matches!(entry, input_journal::Entry::Input { .. }) && running.told(node, at) {
                 seen.push((at, Event::Ran { node }));
             }
         });
@@ -115,17 +115,25 @@ pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, E
     seen
 }
 
-/// Everything that passed the mouth of `member`, each with the time of the run at which its core was fed.
-fn passed(cast: &Cast, member: &Member, run_dir: &Path, start_us: u64, mut each: impl FnMut(u64, mouth::Entry)) {
+/// Every input and output of `member`'s core, each with the time of the run at which its core was fed.
+fn passed(
+    cast: &Cast,
+    member: &Member,
+    run_dir: &Path,
+    start_us: u64,
+    mut each: impl FnMut(u64, input_journal::Entry),
+) {
     let clock = super::spec::clock(cast, member.host);
     // One log for each start; the second is there when it was started again.
     for boot in ["", "-2"] {
         let file = link::files::open(&run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
-        let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { continue };
+        let Some(mouth) = file.ok().and_then(|file| input_journal::Reader::new(BufReader::new(file)).ok()) else {
+            continue;
+        };
         let mut now = mouth.header().started;
         // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
         for entry in mouth.map_while(Result::ok) {
-            if let mouth::Entry::Input { now: fed, .. } = &entry {
+            if let input_journal::Entry::Input { now: fed, .. } = &entry {
                 now = *fed;
             }
             each(clock.trace_at(now).saturating_sub(start_us), entry);

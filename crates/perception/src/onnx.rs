@@ -94,7 +94,7 @@ pub enum OnnxError {
         why: &'static str,
     },
     /// Something that no detector needs.
-    #[error("the model has {what} at byte {at}; docs/researcher/detector.md says what one may be made of")]
+    #[error("the model has {what} at byte {at}; docs/researcher/detector.md lists the permitted parts")]
     Unwanted {
         /// Offset.
         at: usize,

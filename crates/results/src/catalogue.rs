@@ -47,7 +47,7 @@ pub struct Row {
     pub interface: String,
     /// The requirement under test.
     pub requirement: Requirement,
-    /// Where its real mechanism runs; an n from elsewhere is no evidence of it.
+    /// Places at which its real mechanism runs; an n from elsewhere is no evidence of it.
     pub evidence: Vec<Evidence>,
     /// Required containment.
     pub containment: String,

@@ -8,4 +8,4 @@ pub mod catalogue;
 pub mod mode;
 pub mod report;
 pub mod reproduction;
-pub mod story;
+pub mod summary;

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
 use evidence::trial::Outcome;
-use live::keep;
-use live::keep::VERDICT;
+use live::store;
+use live::store::VERDICT;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -115,8 +115,8 @@ fn trial(path: PathBuf) -> Result<Checked, Failure> {
     let (events, sealed, findings) = match crate::verified::verify(&path) {
         Ok(Verified { events, sealed, findings, .. }) => (events, sealed, findings),
         // Without keys and heads nothing can be told of it, which is no better than what does not hold.
-        Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(keep::HELD) => {
-            (0, false, vec![format!("{}: {message}: without it nothing is verified; is the run over?", keep::HELD)])
+        Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(store::HELD) => {
+            (0, false, vec![format!("{}: {message}: without it nothing is verified; is the run over?", store::HELD)])
         }
         Err(error) => return Err(error.into()),
     };

@@ -8,7 +8,7 @@ use evidence::verification::Held;
 use evidence::{Evidence, Verdict, Witnessed};
 use live::child::Services;
 use live::mouths::CoreReplay;
-use live::{LiveError, keep};
+use live::{LiveError, store};
 use oracle::judged;
 use parallel::progress::Stop;
 use results::mode::Mode;
@@ -27,7 +27,7 @@ use super::verified;
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;
 
-/// The mouth log of one core fed back into it.
+/// Replay of one core's input journal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MouthReplay {
     /// Core.
@@ -61,8 +61,8 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
             let run = twin::trial::conclude(cast, twin, setup);
             let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
             let Some(directory) = &setup.run_dir else { return Ok(trial) };
-            keep::recording(directory, &run.log).map_err(EngineError::failed)?;
-            keep::events(directory, &run.evidence).map_err(EngineError::failed)?;
+            store::recording(directory, &run.log).map_err(EngineError::failed)?;
+            store::events(directory, &run.evidence).map_err(EngineError::failed)?;
             held(directory, &run.held, trial)
         }
         Mode::Stack => stacks::trial(scenario, seed).map_err(EngineError::failed),
@@ -72,8 +72,8 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
 
 /// Writes how a trial ended, and last of all `held.json`, which covers every file in `directory`.
 fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineError> {
-    keep::verdict(directory, &trial).map_err(EngineError::failed)?;
-    let held = keep::held(directory, held).map_err(EngineError::failed)?;
+    store::verdict(directory, &trial).map_err(EngineError::failed)?;
+    let held = store::held(directory, held).map_err(EngineError::failed)?;
     Ok(Trial { held: Some(held), ..trial })
 }
 
@@ -141,13 +141,13 @@ fn live_trial(
 ) -> Result<Trial, EngineError> {
     let run = run_live(scenario, setup, seed, stop, view)?;
     if let Some(directory) = &setup.run_dir {
-        keep::events(directory, &run.evidence)
-            .and_then(|()| keep::replays(directory, &run.replays))
-            .and_then(|()| keep::console(directory, &run.cast, &run.evidence.entries))
+        store::events(directory, &run.evidence)
+            .and_then(|()| store::replays(directory, &run.replays))
+            .and_then(|()| store::console(directory, &run.cast, &run.evidence.entries))
             .map_err(EngineError::failed)?;
         // What cannot be thinned stays whole: that costs room and nothing else.
-        if let Err(why) = keep::thinned(directory, &run.replays, setup.frames) {
-            link::note!("{}: mouth logs stay whole: {why}", directory.display());
+        if let Err(why) = store::thinned(directory, &run.replays, setup.frames) {
+            link::note!("{}: input journals stay whole: {why}", directory.display());
         }
     }
     let host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);

@@ -1,7 +1,7 @@
 //! The shared part of all verbs: running many trials, keeping their results, and reading recorded runs.
 //!
 //! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario, `bring` loads a detector from a
-//! file, `ground` prepares a search. `engine` runs one trial in any mode, `batch` many, with `retry`, and `kept` and `lines` for resuming; `out` writes the
+//! file, `search_config` prepares a search. `engine` runs one trial in any mode, `batch` many, with `retry`, and `kept` and `lines` for resuming; `out` writes the
 //! run directory. `runs` finds recorded runs, `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
 //! begins a program of verbs, `interrupt` watches for Ctrl-C.
 
@@ -12,7 +12,6 @@ mod context;
 pub mod engine;
 pub mod error;
 pub mod failure;
-pub mod ground;
 mod interrupt;
 pub mod kept;
 pub mod lines;
@@ -21,6 +20,7 @@ pub mod plan;
 pub mod recorded;
 pub mod retry;
 pub mod runs;
+pub mod search_config;
 pub mod start;
 pub mod verified;
 

@@ -65,7 +65,7 @@ impl Lines {
         let mut line = vec![0; at.bytes as usize];
         self.file.read_exact_at(&mut line, at.from)?;
         serde_json::from_slice(&line).map_err(|e| {
-            let changed = format!("{}, byte {}: {e}; did somebody else write there?", self.path.display(), at.from);
+            let changed = format!("{}, byte {}: {e}; did another program write there?", self.path.display(), at.from);
             Failure::new(Exit::Environment, changed)
         })
     }

@@ -126,8 +126,7 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
 pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Result<Planned, Failure> {
     let variation = if wanted.sabotage {
         if !is_attacked(&variation.scenario) {
-            let message =
-                format!("`{}` injects nothing whose receipt could be denied", variation.scenario.name.as_str());
+            let message = format!("`{}` has no injection with a receipt to deny", variation.scenario.name.as_str());
             return Err(Failure::new(Exit::Usage, message));
         }
         Variation { scenario: variation.scenario.sabotaged(), ..variation }

@@ -2,7 +2,7 @@
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Verdict, Witnessed};
-use live::keep;
+use live::store;
 use oracle::judged::findings;
 use wire::bounds::Bounds;
 use wire::id::NodeId;
@@ -32,12 +32,12 @@ impl Recorded {
     pub fn read(run: &Checked) -> Result<Recorded, EngineError> {
         let (mut entries, flaw) = engine::recorded(run)?;
         let flaw = run.invalid().map(str::to_owned).or(flaw);
-        let told = keep::told(run.path()).and_then(|told| Some((told.start(&entries)?, told.bounds)));
+        let told = store::told(run.path()).and_then(|told| Some((told.start(&entries)?, told.bounds)));
         let (start, bounds) = told.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));
         entries.iter_mut().for_each(|w| w.at = w.at.saturating_sub(start));
         // The launcher's word is beside a live run's recording, and no part of what is verified; the twin's has it.
         if !entries.iter().any(|w| w.entry.node == NodeId::CAMPAIGN) {
-            entries.extend(keep::launched(run.path()));
+            entries.extend(store::launched(run.path()));
         }
         entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
         Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })

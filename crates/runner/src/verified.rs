@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use evidence::log::{Logged, by_recorder};
 use evidence::verification::{Held, LogVerifier};
 use link::instrument::Frame;
-use live::keep;
+use live::store;
 use serde::Serialize;
 
 use crate::error::EngineError;
@@ -49,8 +49,8 @@ fn not_a_run(file: PathBuf, message: String) -> EngineError {
 /// file beside them.
 pub fn verify(run: &Path) -> Result<Verified, EngineError> {
     readable(run)?;
-    let (held, digest) = keep::read_held(run).map_err(|e| not_a_run(run.join(keep::HELD), e.to_string()))?;
-    let differences = held.files.as_ref().map(|files| keep::whole::differences(run, files)).transpose();
+    let (held, digest) = store::read_held(run).map_err(|e| not_a_run(run.join(store::HELD), e.to_string()))?;
+    let differences = held.files.as_ref().map(|files| store::whole::differences(run, files)).transpose();
     let mut findings = differences.map_err(|e| not_a_run(run.to_owned(), e.to_string()))?.unwrap_or_default();
     let log = match logged(run, held.knows_witnesses()) {
         // Of a file that is another's, or gone, that is said already.

@@ -18,7 +18,7 @@ use wire::bounds::Bounds;
 
 use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
-use super::word::{Letter, Word, move_of};
+use super::sequence::{Action, AttackSequence, move_of};
 
 /// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
@@ -113,7 +113,7 @@ impl<'a> Drawer<'a> {
     }
 
     /// The next word.
-    pub(super) fn word(&mut self) -> Word {
+    pub(super) fn word(&mut self) -> AttackSequence {
         let fresh = self.strategy != Strategy::Guided || self.learned.known().is_empty() || !self.fresh_is_stale();
         self.drawn.push_back(fresh);
         if !fresh {
@@ -129,7 +129,7 @@ impl<'a> Drawer<'a> {
         let longest = self.longest();
         let length = 1 + self.below(longest);
         let nominal = self.nominal.clone();
-        Word::new((0..length).map(|_| self.letter(&nominal)).collect())
+        AttackSequence::new((0..length).map(|_| self.letter(&nominal)).collect())
     }
 
     /// More often so the fewer of the newest fresh words showed something new: while they do, they see more than changed ones.
@@ -152,13 +152,13 @@ impl<'a> Drawer<'a> {
         self.learned.take_nearest(n)
     }
 
-    pub(super) fn letter(&mut self, moments: &Moments) -> Letter {
+    pub(super) fn letter(&mut self, moments: &Moments) -> Action {
         let kind = match self.strategy {
             Strategy::Uniform | Strategy::Transitions => self.below(self.alphabet.moves.len() as u32) as usize,
             Strategy::Guided => self.dealt(),
         };
         let begins = self.moment(moments);
-        Letter { begins, kind, places: self.places(kind, moments) }
+        Action { begins, kind, places: self.places(kind, moments) }
     }
 
     /// A move: from the deck until each was dealt once, then every other time by its worth.
@@ -211,7 +211,7 @@ impl<'a> Drawer<'a> {
     }
 
     pub(super) fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
-        let letter = Letter { begins: 0, kind: of, places: Vec::new() };
+        let letter = Action { begins: 0, kind: of, places: Vec::new() };
         let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
         ranges.iter().map(|range| self.place(range, moments)).collect()
     }
@@ -260,7 +260,7 @@ mod tests {
         Drawer::new(alphabet, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Nearness::new())
     }
 
-    fn lesson(word: &Word, new: bool, nearness: Nearness) -> Lesson {
+    fn lesson(word: &AttackSequence, new: bool, nearness: Nearness) -> Lesson {
         Lesson { known: Known { word: word.clone(), moments: Moments::default() }, new, nearness }
     }
 
@@ -325,7 +325,7 @@ mod tests {
         let alphabet = alphabet();
         let (first, last) = alphabet.begins();
         let wanted = first + (last - first) / 3;
-        let near = |word: &Word| {
+        let near = |word: &AttackSequence| {
             let off = word.letters().iter().map(|letter| letter.begins.abs_diff(wanted)).min().unwrap_or(last);
             1_000_u32.saturating_sub(off)
         };

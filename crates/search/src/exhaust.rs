@@ -2,12 +2,12 @@
 //! each change of mode, in words of up to k letters. So there is "none up to k" in place of "none found".
 
 use super::moments::Moments;
-use super::tried::Ground;
-use super::word::{Letter, Word};
+use super::sequence::{Action, AttackSequence};
+use super::tried::SearchConfig;
 
-impl Ground {
+impl SearchConfig {
     /// The words of exactly `k` letters; none where there are more than `most` of them.
-    pub fn words(&self, k: usize, moments: &Moments, most: usize) -> Option<Vec<Word>> {
+    pub fn words(&self, k: usize, moments: &Moments, most: usize) -> Option<Vec<AttackSequence>> {
         let letters = self.letters(moments);
         if choices(letters.len(), k).is_none_or(|n| n > most) {
             return None;
@@ -21,18 +21,18 @@ impl Ground {
             });
             words = longer.collect();
         }
-        let word = |chosen: Vec<usize>| Word::new(chosen.into_iter().map(|i| letters[i].clone()).collect());
+        let word = |chosen: Vec<usize>| AttackSequence::new(chosen.into_iter().map(|i| letters[i].clone()).collect());
         Some(words.into_iter().map(word).collect())
     }
 
-    fn letters(&self, moments: &Moments) -> Vec<Letter> {
+    fn letters(&self, moments: &Moments) -> Vec<Action> {
         let (first, _) = self.alphabet.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
         let mut letters = Vec::new();
         for (kind, table) in self.alphabet.moves.iter().enumerate() {
             let (weakest, strongest) = (vec![0; table.ranges().count()], table.strongest());
             for begins in &begins {
-                letters.extend([&weakest, &strongest].map(|places| Letter {
+                letters.extend([&weakest, &strongest].map(|places| Action {
                     begins: *begins,
                     kind,
                     places: places.clone(),

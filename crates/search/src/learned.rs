@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::moments::Moments;
-use super::word::Word;
+use super::sequence::AttackSequence;
 use oracle::{AT_LIMIT, Limit, Nearness};
 
 /// So many of the newest fresh words say how often a fresh word still shows something new.
@@ -20,7 +20,7 @@ const FARTHEST: u32 = 2 * AT_LIMIT;
 /// A word worth changing.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
-    pub(super) word: Word,
+    pub(super) word: AttackSequence,
     /// The moments of its run.
     pub(super) moments: Moments,
 }

@@ -3,31 +3,31 @@
 //!
 //! Terms: a *move* is an action type of an `Alphabet`, the attack space; a *letter* is one action, with its moment and its
 //! numbers; a *word* is an attack sequence, all actions of one trial. A *cause* is the class of a trial with the first property it
-//! broke. `word` is the sequence and the scenario that it makes, `tried` one trial of it, `coverage` the situations it showed,
+//! broke. `sequence` is the sequence and the scenario that it makes, `tried` one trial of it, `coverage` the situations it showed,
 //! `moments` the times that may matter, `learned` the state of a search run, `draw` the strategies, `vary` variations of
-//! sequences, `hunt` the loop, `exhaust` every sequence up to a length, `shrink` the smallest, `interior` one away from its edge,
+//! sequences, `run` the loop, `exhaust` every sequence up to a length, `shrink` the smallest, `robust` one away from its edge,
 //! `sample` sequences drawn at random for comparison with live runs. The list of properties, their verdicts and approaches are
 //! `oracle`'s.
 
 mod coverage;
 mod draw;
 mod exhaust;
-mod hunt;
-mod interior;
 mod learned;
 mod moments;
 pub mod rare;
+mod robust;
+mod run;
 mod sample;
+mod sequence;
 mod shrink;
 mod tried;
 mod vary;
-mod word;
 
 pub use coverage::Coverage;
 pub use draw::Strategy;
-pub use hunt::{Found, HuntRow, Hunted, NearestRow, Quest};
 pub use moments::Moments;
+pub use run::{Found, HuntRow, NearestRow, RunConfig, RunResult};
 pub use sample::{Drawn, Stratum};
+pub use sequence::{Action, AttackSequence};
 pub use shrink::{Margin, Shrunk};
-pub use tried::{Cause, Ground, Test, Tried, ends_in};
-pub use word::{Letter, Word};
+pub use tried::{Cause, SearchConfig, Test, Tried, ends_in};

@@ -12,10 +12,10 @@ use scenario::{Scenario, Setup};
 use serde::{Deserialize, Serialize};
 
 use super::draw::Strategy;
-use super::hunt::Quest;
 use super::moments::Moments;
-use super::tried::{Cause, Ground, Test, Tried};
-use super::word::{Letter, Word, move_of};
+use super::run::RunConfig;
+use super::sequence::{Action, AttackSequence, move_of};
+use super::tried::{Cause, SearchConfig, Test, Tried};
 
 /// Distance from an edge that still is next to it, milliseconds.
 const NEXT_MS: i64 = 20;
@@ -27,7 +27,7 @@ const WORDS: u64 = 500;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stratum {
-    /// It is a finding in the twin, and stays one with everything a little stronger, earlier and later ([`Ground::inside`]).
+    /// It is a finding in the twin, and stays one with everything a little stronger, earlier and later ([`SearchConfig::inside`]).
     Finding,
     /// It arrives in the twin and is no finding.
     Safe,
@@ -60,7 +60,7 @@ pub struct Drawn {
     pub outcome: Outcome,
 }
 
-impl Ground {
+impl SearchConfig {
     /// Draws a sequence; `found` defines a finding. `None` where none was met: there is no such sequence, or it is rare.
     ///
     /// # Errors
@@ -89,13 +89,13 @@ impl Ground {
     }
 
     /// The first of the words drawn with this seed that `test` finds.
-    fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, Word)>, String> {
-        let quest = Quest { strategy: Strategy::Uniform, seed, budget: WORDS, first: true };
-        let hunted = self.hunt(quest, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
+    fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, AttackSequence)>, String> {
+        let quest = RunConfig { strategy: Strategy::Uniform, seed, budget: WORDS, first: true };
+        let hunted = self.search(quest, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
         Ok(hunted.found.into_iter().next().map(|(cause, found)| (cause, found.tried.word)))
     }
 
-    fn drawn(&self, word: &Word) -> Result<Drawn, String> {
+    fn drawn(&self, word: &AttackSequence) -> Result<Drawn, String> {
         let outcome = self.try_word(word)?.trial.outcome;
         let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let word = word.told(&self.alphabet);
@@ -115,11 +115,11 @@ impl Ground {
         found: Test<'_>,
         rng: &mut ChaCha8Rng,
         stop: &Stop,
-    ) -> Result<Option<(Ground, Word)>, String> {
+    ) -> Result<Option<(SearchConfig, AttackSequence)>, String> {
         let plain = Setup { rendered: false, ..self.setup.clone() };
-        let plain = Ground::new(self.scenario.clone(), plain, self.seed, self.alphabet.in_milliseconds())?;
+        let plain = SearchConfig::new(self.scenario.clone(), plain, self.seed, self.alphabet.in_milliseconds())?;
         let Some((cause, word)) = plain.first(found, rng.next_u64(), stop)? else { return Ok(None) };
-        let nominal = plain.try_word(&Word::default())?;
+        let nominal = plain.try_word(&AttackSequence::default())?;
         let moments = Moments::of(&nominal, &plain.alphabet, &plain.setup.bounds);
         let shrunk = plain.shrink(&word, found, &cause, &moments)?.word;
         let (Some(length), steps) = (pick(&plain.lengths(&shrunk), rng).cloned(), offset(rng)) else { return Ok(None) };
@@ -132,7 +132,7 @@ impl Ground {
     }
 
     /// The lengths of time of a shrunk word that have an edge, which the weakest of its range has not.
-    fn lengths(&self, word: &Word) -> Vec<Length> {
+    fn lengths(&self, word: &AttackSequence) -> Vec<Length> {
         let mut lengths = Vec::new();
         for (letter, of) in word.letters().iter().enumerate() {
             let of = move_of(&self.alphabet, of);
@@ -152,7 +152,7 @@ impl Ground {
 /// One number of a word, which counts time in milliseconds.
 #[derive(Clone, Debug)]
 struct Length {
-    letters: Vec<Letter>,
+    letters: Vec<Action>,
     letter: usize,
     number: usize,
     last: u32,
@@ -164,10 +164,10 @@ impl Length {
     }
 
     /// The word with the number there.
-    fn at(&self, place: u32) -> Word {
+    fn at(&self, place: u32) -> AttackSequence {
         let mut letters = self.letters.clone();
         letters[self.letter].places[self.number] = place;
-        Word::new(letters)
+        AttackSequence::new(letters)
     }
 
     /// The least place at which it holds, below one next to where it stands. None where it holds at 0, or not at that one.
@@ -213,12 +213,12 @@ mod tests {
     use crate::ends_in;
     use scenario::{Alphabet, find_root, load};
 
-    fn ground() -> Ground {
+    fn ground() -> SearchConfig {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
-        Ground::new(scenario, setup, 1, alphabet).unwrap()
+        SearchConfig::new(scenario, setup, 1, alphabet).unwrap()
     }
 
     #[test]
@@ -238,7 +238,7 @@ mod tests {
         let mut ground = ground();
         ground.alphabet = ground.alphabet.in_milliseconds();
         let kind = ground.alphabet.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();
-        let word = Word::new(vec![Letter { begins: 100, kind, places: vec![300, 0] }]);
+        let word = AttackSequence::new(vec![Action { begins: 100, kind, places: vec![300, 0] }]);
         let lengths = ground.lengths(&word);
         assert_eq!(lengths.len(), 1, "the weakest of a range has no edge");
         let edge = |least: u32| lengths[0].edge(|place| Ok(place >= least)).unwrap();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
-use super::word::{Letter, Word};
+use super::sequence::{Action, AttackSequence};
 use evidence::Property;
 use evidence::trial::{Outcome, Trial};
 use oracle::{Nearness, judged};
@@ -11,13 +11,13 @@ use scenario::{Alphabet, Scenario, Setup};
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, conclude, start, start_following};
 
-/// The longest run that is kept as a baseline, seconds: everything that was said in it is in memory, of a rendered one a few
+/// The longest run that is kept as a baseline, seconds: all its messages are in memory, of a rendered one a few
 /// megabytes a second.
 const LONGEST_TRUNK_S: f64 = 60.0;
 
 /// Configuration of a search: a scenario and its setup, one seed, and the attack space.
 #[derive(Clone)]
-pub struct Ground {
+pub struct SearchConfig {
     /// The scenario without any word.
     pub scenario: Scenario,
     /// Its setup.
@@ -56,7 +56,7 @@ pub fn ends_in(classes: &[Outcome]) -> impl Fn(&Tried) -> Option<Cause> + Sync +
 #[derive(Clone, Debug)]
 pub struct Tried {
     /// The word.
-    pub word: Word,
+    pub word: AttackSequence,
     /// The judged trial.
     pub trial: Trial,
     /// The first property that was found broken, where one was.
@@ -77,13 +77,13 @@ impl Tried {
     }
 }
 
-impl Ground {
+impl SearchConfig {
     /// Of `scenario`, which is run once without any word.
     ///
     /// # Errors
     /// Why it cannot be run.
     pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
-        let nothing = Word::default().in_scenario(&alphabet, &scenario)?;
+        let nothing = AttackSequence::default().in_scenario(&alphabet, &scenario)?;
         let kept = nothing.duration_s.get() <= LONGEST_TRUNK_S;
         let baseline =
             kept.then(|| baseline(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
@@ -98,7 +98,7 @@ impl Ground {
         let (begins, _) = self.alphabet.begins();
         for (kind, of) in self.alphabet.moves.iter().enumerate() {
             for places in [vec![0; of.ranges().count()], of.strongest()] {
-                let word = Word::new(vec![Letter { begins, kind, places }]);
+                let word = AttackSequence::new(vec![Action { begins, kind, places }]);
                 word.in_scenario(&self.alphabet, &self.scenario).map_err(|why| {
                     let (alphabet, scenario) = (self.alphabet.name.as_str(), self.scenario.name.as_str());
                     format!("move {} of alphabet {alphabet} does not fit `{scenario}`: {why}", of.name.as_str())
@@ -114,7 +114,7 @@ impl Ground {
     /// # Errors
     ///
     /// The action that does not fit.
-    pub fn as_regression(&self, word: &Word, found: &[Outcome], why: &str) -> Result<Scenario, String> {
+    pub fn as_regression(&self, word: &AttackSequence, found: &[Outcome], why: &str) -> Result<Scenario, String> {
         let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let never =
             |outcome: &Outcome| found.contains(outcome) || matches!(outcome, Outcome::Invalid | Outcome::Unsafe);
@@ -131,7 +131,7 @@ impl Ground {
     ///
     /// # Errors
     /// Which letter does not fit the scenario, or why it cannot be run.
-    pub fn try_word(&self, word: &Word) -> Result<Tried, String> {
+    pub fn try_word(&self, word: &AttackSequence) -> Result<Tried, String> {
         let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let before = link::clock::thread_cpu_us();
         let started = match &self.baseline {
@@ -168,9 +168,10 @@ mod tests {
         let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
-        let kept = |seconds: f64| Ground::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
+        let kept =
+            |seconds: f64| SearchConfig::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
         let (short, long) = (kept(LONGEST_TRUNK_S), kept(LONGEST_TRUNK_S + 1.0));
         assert!(short.baseline.is_some() && long.baseline.is_none());
-        assert_eq!(long.try_word(&Word::default()).unwrap().trial.outcome, Outcome::Nominal);
+        assert_eq!(long.try_word(&AttackSequence::default()).unwrap().trial.outcome, Outcome::Nominal);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::draw::Drawer;
 use super::learned::{Known, Near};
-use super::word::{Letter, Word, move_of};
+use super::sequence::{Action, AttackSequence, move_of};
 use oracle::AT_LIMIT;
 
 /// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
@@ -13,7 +13,7 @@ const BEYOND: [u32; 5] = [0, 1, 2, 4, 8];
 
 impl Drawer<'_> {
     /// A variation of the sequence nearest to a limit: half of them moved by the distance, where that is a length of time.
-    pub(super) fn nearer(&mut self, near: &Near) -> Word {
+    pub(super) fn nearer(&mut self, near: &Near) -> AttackSequence {
         match self.below(4) {
             0 => self.changed(&near.known),
             1 => self.nudged(&near.known),
@@ -22,7 +22,7 @@ impl Drawer<'_> {
     }
 
     /// The same sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
-    fn aimed(&mut self, near: &Near) -> Option<Word> {
+    fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
         let limit = near.limit.ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.alphabet().tick_ms.unsigned();
@@ -45,11 +45,11 @@ impl Drawer<'_> {
             }
             Some(n) => letters[some].places[n] = moved(letters[some].places[n], ranges[n].step).min(ranges[n].last()),
         }
-        Some(Word::new(letters))
+        Some(AttackSequence::new(letters))
     }
 
     /// The same word with one number or moment moved a little, at every scale alike.
-    fn nudged(&mut self, known: &Known) -> Word {
+    fn nudged(&mut self, known: &Known) -> AttackSequence {
         let mut letters = known.word.letters().to_vec();
         let some = self.below(letters.len() as u32) as usize;
         let ranges: Vec<_> = move_of(self.alphabet(), &letters[some]).ranges().copied().collect();
@@ -63,7 +63,7 @@ impl Drawer<'_> {
                 letters[some].places[n] = self.moved(letters[some].places[n], (last / NUDGE).max(1)).min(last);
             }
         }
-        Word::new(letters)
+        AttackSequence::new(letters)
     }
 
     /// Up or down by 1, 2, 4 and so on, at most by `most`.
@@ -74,21 +74,21 @@ impl Drawer<'_> {
     }
 
     /// The same word with one thing changed.
-    pub(super) fn changed(&mut self, known: &Known) -> Word {
+    pub(super) fn changed(&mut self, known: &Known) -> AttackSequence {
         let mut letters = known.word.letters().to_vec();
         let some = self.below(letters.len() as u32) as usize;
         match (self.below(5), letters.get(some).cloned()) {
             (0, _) if (letters.len() as u32) < self.longest() => letters.push(self.letter(&known.moments)),
             (1, Some(_)) if letters.len() > 1 => drop(letters.remove(some)),
-            (2 | 0, Some(letter)) => letters[some] = Letter { begins: self.moment(&known.moments), ..letter },
+            (2 | 0, Some(letter)) => letters[some] = Action { begins: self.moment(&known.moments), ..letter },
             (3 | 1, Some(letter)) => {
                 let places = self.places(letter.kind, &known.moments);
-                letters[some] = Letter { places, ..letter };
+                letters[some] = Action { places, ..letter };
             }
-            (_, Some(letter)) => letters[some] = Letter { begins: letter.begins, ..self.letter(&known.moments) },
+            (_, Some(letter)) => letters[some] = Action { begins: letter.begins, ..self.letter(&known.moments) },
             (_, None) => letters.push(self.letter(&known.moments)),
         }
-        Word::new(letters)
+        AttackSequence::new(letters)
     }
 }
 
@@ -112,8 +112,8 @@ mod tests {
         let mut drawer = Drawer::new(&alphabet, &bounds, Strategy::Guided, 1, Moments::default(), &Nearness::new());
         // Held up for 1 s by 500 ms, 2.5 s into the run, 100 ms short of the limit.
         let kind = alphabet.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
-        let letter = Letter { begins: 250, kind, places: vec![95, 49] };
-        let word = Word::new(vec![letter.clone()]);
+        let letter = Action { begins: 250, kind, places: vec![95, 49] };
+        let word = AttackSequence::new(vec![letter.clone()]);
         let way = AT_LIMIT - 100 * AT_LIMIT / bounds.to_hold_safe_ms as u32;
         let known = Known { word: word.clone(), moments: Moments::default() };
         let near = |limit| Near { limit, way, known: known.clone(), tried: 0 };

@@ -127,7 +127,7 @@ fn over_dtls(
         pair.peer(target).map_err(|_| StackError::NoAssociation)?;
         let list = authority.revoke(&[&adversary.credential])?;
         pair.revoke(target, list).map_err(link::pki::PkiError::from)?;
-        match pair.vet(target) {
+        match pair.verify_peer(target) {
             Ok(peer) => showing.breaches.push(format!("the session of {peer}, who is revoked, stands")),
             Err(refused) => showing.refused(refused.fault.name()),
         }

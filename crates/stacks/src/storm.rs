@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use link::dtls::listen::{HALF_OPEN, PEERS};
 use link::guard::observe::{Verdict, digest};
-use link::memory::hall::{Crowd, genuine_hello, storm};
+use link::memory::listener::{Crowd, genuine_hello, storm};
 use link::pki::{Authority, Role};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};

@@ -3,7 +3,7 @@
 //! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', the filters' notes on both
 //! [`super::guard`]'s.
 
-use link::guard::hello::at_the_door;
+use link::guard::hello::before_association;
 use link::guard::record::{Split, split};
 use wire::core::{Input, Side};
 use wire::event::{Event, GuardVerdict};
@@ -220,7 +220,7 @@ impl Twin {
             }
             return;
         }
-        let verdict = at_the_door(bytes).told();
+        let verdict = before_association(bytes).told();
         if verdict == GuardVerdict::Passed {
             guard.half_open = self.now + HANDSHAKE_LIMIT;
             let over = Happening::Unfinished { bytes: bytes.to_vec() };

@@ -1,6 +1,6 @@
 //! Actions of an attack sequence, by the names of their types: all that the reference knows of it.
 
-use search::{Ground, Word};
+use search::{AttackSequence, SearchConfig};
 
 /// One move at one moment.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +27,7 @@ impl Deed {
 
 impl Deeds {
     /// Those of a word.
-    pub(super) fn of(ground: &Ground, word: &Word) -> Self {
+    pub(super) fn of(ground: &SearchConfig, word: &AttackSequence) -> Self {
         let tick = ground.alphabet.tick_ms.unsigned() as f64;
         let done = word.letters().iter().map(|letter| {
             let of = &ground.alphabet.moves[letter.kind];

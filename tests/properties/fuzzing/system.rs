@@ -3,7 +3,7 @@
 use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
 use scenario::Name;
-use search::{Cause, Found, Ground, Hunted, Letter, Moments, Tried, Word};
+use search::{Action, AttackSequence, Cause, Found, Moments, RunResult, SearchConfig, Tried};
 
 use super::assertions::{self, Assertion, Facts};
 use super::deeds::Deeds;
@@ -15,7 +15,7 @@ use super::witness::Witness;
 const LONGER: u32 = 50;
 
 pub(super) struct System {
-    ground: Ground,
+    ground: SearchConfig,
     reference: Reference,
     moments: Moments,
 }
@@ -24,8 +24,8 @@ impl System {
     /// Ready for every sequence of `transitions`.
     pub(super) fn new(transitions: &Transitions) -> Self {
         let Transitions { mission, setup, alphabet, .. } = transitions;
-        let ground = Ground::new(mission.clone(), setup.clone(), 1, alphabet.clone()).expect("the mission runs");
-        let nominal = ground.try_word(&Word::default()).expect("the mission runs");
+        let ground = SearchConfig::new(mission.clone(), setup.clone(), 1, alphabet.clone()).expect("the mission runs");
+        let nominal = ground.try_word(&AttackSequence::default()).expect("the mission runs");
         let moments = Moments::of(&nominal, alphabet, &setup.bounds);
         Self { reference: Reference::of(&nominal, &setup.bounds), ground, moments }
     }
@@ -33,20 +33,20 @@ impl System {
     /// The first failure among the words of `transitions`, shrunk, in words; none where there is none.
     pub(super) fn first_failure(&self, transitions: &Transitions) -> Option<String> {
         let test = |tried: &Tried| self.broken(tried, assertions::all());
-        let hunted = self.hunt(transitions, &test);
+        let hunted = self.search(transitions, &test);
         hunted.found.iter().next().map(|(cause, found)| self.failure(cause, found, &test))
     }
 
     /// True if any of the words of `transitions` breaks this one assertion.
     pub(super) fn breaks(&self, transitions: &Transitions, assertion: &'static Assertion) -> bool {
         let test = |tried: &Tried| self.broken(tried, std::iter::once(assertion));
-        !self.hunt(transitions, &test).found.is_empty()
+        !self.search(transitions, &test).found.is_empty()
     }
 
-    fn hunt(&self, transitions: &Transitions, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> Hunted {
+    fn search(&self, transitions: &Transitions, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> RunResult {
         let budget = transitions.quest.budget;
         let (progress, stop) = (Progress::new("fuzzing", budget as usize, Talk::Quiet), Stop::default());
-        let hunted = self.ground.hunt(transitions.quest, test, parallel::cores(), &progress, &stop);
+        let hunted = self.ground.search(transitions.quest, test, parallel::cores(), &progress, &stop);
         let hunted = hunted.expect("every word fits the mission");
         let all = hunted.trials == budget;
         assert!(all || !hunted.found.is_empty(), "{} words were tried", hunted.trials);
@@ -76,13 +76,13 @@ impl System {
     }
 
     /// The changes of mode when every silence lasts longer; `None` for a sequence with any other action.
-    fn longer(&self, word: &Word) -> Option<Vec<Change>> {
+    fn longer(&self, word: &AttackSequence) -> Option<Vec<Change>> {
         let silent = Deeds::of(&self.ground, word).only("path", &["cut", "cut-up", "cut-down"]);
-        let longer = |letter: &Letter| {
+        let longer = |letter: &Action| {
             let places = letter.places.iter().map(|place| place + LONGER).collect();
-            Letter { places, ..letter.clone() }
+            Action { places, ..letter.clone() }
         };
-        let longer = Word::new(word.letters().iter().map(longer).collect());
+        let longer = AttackSequence::new(word.letters().iter().map(longer).collect());
         silent.then(|| changes(&self.ground.try_word(&longer).expect("it fits as the shorter one does")))
     }
 

@@ -2,7 +2,7 @@
 
 use evidence::ablation::Switch;
 use scenario::{Alphabet, Scenario, Setup};
-use search::{Quest, Strategy};
+use search::{RunConfig, Strategy};
 
 /// Sequences of each attack space by default.
 const CASES: u64 = 48;
@@ -12,7 +12,7 @@ pub(super) struct Transitions {
     pub(super) mission: Scenario,
     pub(super) setup: Setup,
     pub(super) alphabet: Alphabet,
-    pub(super) quest: Quest,
+    pub(super) quest: RunConfig,
 }
 
 impl Transitions {
@@ -22,7 +22,7 @@ impl Transitions {
         let alphabet = Alphabet::load(&file).expect("a shipped alphabet");
         let ready = holdsafe_tests::shipped("nominal");
         let budget = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
-        let quest = Quest { strategy: Strategy::Guided, seed: 1, budget, first: true };
+        let quest = RunConfig { strategy: Strategy::Guided, seed: 1, budget, first: true };
         Self { mission: ready.scenario, setup: ready.setup, alphabet, quest }
     }
 

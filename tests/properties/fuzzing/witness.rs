@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use evidence::log::hashes;
-use search::{Ground, Word};
+use search::{AttackSequence, SearchConfig};
 use twin::trial::{conclude, start};
 use wire::audit::Entry;
 use wire::command::CommandKind;
@@ -73,7 +73,7 @@ pub(super) struct Shown {
 
 impl Witness {
     /// Of a word, run again.
-    pub(super) fn of(ground: &Ground, word: &Word) -> Self {
+    pub(super) fn of(ground: &SearchConfig, word: &AttackSequence) -> Self {
         let scenario = word.in_scenario(&ground.alphabet, &ground.scenario).expect("it was run before");
         let (cast, mut twin) = start(&scenario, &ground.setup, ground.seed, true).expect("it was run before");
         twin.run_until(cast.duration / 2);

@@ -184,7 +184,7 @@ impl Log {
         self.altered(from, Sensor::Thermal, FaultKind::Dropout, NodeId::PERCEPTION)
     }
 
-    /// The sim says at `ms` that a fault changed a message, and the mouth of `reader` takes it in.
+    /// The sim says at `ms` that a fault changed a message, and `reader`'s core receives it.
     pub(crate) fn altered(&mut self, ms: u64, sensor: Sensor, kind: FaultKind, reader: NodeId) -> &mut Log {
         let topic = if reader == NodeId::PERCEPTION { Topic::Candidates } else { Topic::Navigation };
         self.add(ms, NodeId::SIM, Event::Altered { sensor, kind, hash: ms });

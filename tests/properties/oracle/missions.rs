@@ -101,7 +101,7 @@ fn attack_owes_steps_due_before_it() {
     assert_eq!(judged(&lost(Log::whole(), Mode::PrepareToAct, 5000), confirms, None).outcome, Outcome::Degraded);
 }
 
-/// None owes nothing.
+/// An empty one owes no step.
 #[test]
 fn stated_mission_is_owed_at_any_time() {
     let log = || lost(unarmed(), Mode::Ready, 1500);

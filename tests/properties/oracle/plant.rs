@@ -90,7 +90,7 @@ fn p9_plant_drives_before_enable() {
     assert!(breaks.contains(&Property::P9), "{breaks:?}");
 }
 
-/// When it had time to brake.
+/// Given time to brake.
 #[test]
 fn p3_holding_unit_stops_with_its_lease() {
     let held = |ms: u64, asked: i32, speed: i32| {

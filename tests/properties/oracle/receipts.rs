@@ -66,7 +66,7 @@ fn unlogged_bus_refusals_count_by_account() {
 }
 
 /// A log in which the relay says at 4 s that it did `deed` to ten bytes at 100 of the direction to the unit, and the
-/// mouth there says `seen`, by milliseconds.
+/// witness there reports `seen`, by milliseconds.
 fn tampered(deed: StreamEffect, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u64)]) -> Log {
     let mut log = Log::whole();
     log.planned.push(Planned::Stream(deed).into());

@@ -6,14 +6,14 @@ use std::sync::OnceLock;
 use adversary::plan::{Direction, StreamAction, StreamRelayConfig, Timed};
 use adversary::relay::StreamRelay;
 use broker::acl::{self, MAX_TOPIC_LEN, Pattern, Verb};
-use link::guard::door::{Answer, CALM, Door};
+use link::certificates::list::Revocations;
+use link::certificates::{CertificateVerifier, Presenter};
+use link::guard::cookie::{Answer, CALM, CookieExchange};
 use link::guard::hello;
 use link::guard::observe::Verdict;
 use link::guard::record::{HEADER, Split, split};
 use link::loopback::LoopbackAddr;
 use link::pki::{self, Authority, Credential, Role};
-use link::vet::list::Revocations;
-use link::vet::{Presenter, Vet};
 use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output, Side, Subject};
 use wire::id::{Boot, NodeId, PeerId, SessionId, WorldId};
@@ -21,7 +21,7 @@ use wire::policy::Policy;
 use wire::setup::{Secret, Setup};
 use wire::time::{Instant, Span};
 
-/// Length of a door's cookie.
+/// Length of a cookie.
 const COOKIE: usize = 32;
 /// A hello with a cookie may be longer than any that is looked at.
 const ROOM_FOR_A_COOKIE: usize = 1024;
@@ -56,7 +56,7 @@ pub fn datagram(bytes: &[u8]) -> bool {
 /// An unknown peer's datagram that opens an association has its parts, and takes a cookie; no other passes the cookie
 /// exchange, and its answer is no longer than the datagram.
 pub fn door(bytes: &[u8]) -> bool {
-    let (verdict, opens) = (hello::at_the_door(bytes), hello::opens_association(bytes));
+    let (verdict, opens) = (hello::before_association(bytes), hello::opens_association(bytes));
     assert_eq!(verdict == Verdict::Passed, opens);
     if opens {
         let parts = hello::parts(bytes).expect("a sound hello has its parts");
@@ -73,7 +73,7 @@ pub fn door(bytes: &[u8]) -> bool {
         let asked = hello::verify_request(7, cookie);
         assert_eq!(hello::requested_cookie(&asked), Some(cookie));
     }
-    let mut door = Door::new().expect("the host has randomness");
+    let mut door = CookieExchange::new().expect("the host has randomness");
     let from = LoopbackAddr::on_port(1).socket();
     match door.judge(from, bytes, CALM, tokio::time::Instant::now()) {
         Answer::Challenge(asked) => {
@@ -87,21 +87,21 @@ pub fn door(bytes: &[u8]) -> bool {
 }
 
 /// This process's own authority, which signed no input from outside.
-fn authority() -> &'static (Credential, Revocations, Vet) {
-    static AUTHORITY: OnceLock<(Credential, Revocations, Vet)> = OnceLock::new();
+fn authority() -> &'static (Credential, Revocations, CertificateVerifier) {
+    static AUTHORITY: OnceLock<(Credential, Revocations, CertificateVerifier)> = OnceLock::new();
     AUTHORITY.get_or_init(|| {
         link::crypto::init();
         let authority = Authority::new().expect("an authority");
         let own = authority.issue(PeerId::UNIT_A, Role::Both).expect("a certificate");
         let list = Revocations::of(&own).expect("the list beside it");
-        let vet = Vet::new(&own, &list).expect("a check");
-        (own, list, vet)
+        let verifier = CertificateVerifier::new(&own, &list).expect("a check");
+        (own, list, verifier)
     })
 }
 
 /// A certificate that an authority did not sign proves no peer; a list that it did not sign is not taken.
 pub fn certificate(bytes: &[u8]) -> bool {
-    let (own, list, vet) = authority();
+    let (own, list, verifier) = authority();
     let named = pki::peer_of(bytes);
     if let Ok(peer) = &named {
         let uri = peer.uri();
@@ -110,7 +110,7 @@ pub fn certificate(bytes: &[u8]) -> bool {
     assert!(named.is_err() || pki::remaining_life(bytes).is_ok(), "it has a name and no end");
     let presented = Credential { cert_der: bytes.to_vec(), ..own.clone() };
     for presenter in [Presenter::Dialler, Presenter::Listener(PeerId::UNIT_A)] {
-        let refused = vet.check(&presented.chain(), presenter).expect_err("nobody signed it");
+        let refused = verifier.check(&presented.chain(), presenter).expect_err("nobody signed it");
         assert!(refused.to_string().len() <= MAX_WORD, "{} bytes about it", refused.to_string().len());
     }
     assert!(list.replace(bytes.to_vec()).is_err(), "a list that nobody signed");

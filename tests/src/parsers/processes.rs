@@ -3,13 +3,13 @@
 use std::mem::size_of;
 
 use evidence::verification::{Held, HeldHead, LogVerifier, Verification};
+use link::input_journal::{self, JournalError};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;
-use link::mouth::{self, MouthError};
 use link::recorded::{entries, frames_in};
 use link::spec::{Control, MAX_SPEC, ServiceSpec, SpecError};
 use live::child::Line;
-use live::keep::held_in;
+use live::store::held_in;
 use wire::audit::{Entry, Head};
 
 /// Memory for the frames of one recording here.
@@ -81,7 +81,7 @@ pub fn frame(bytes: &[u8]) -> bool {
 
 /// An input journal gives its writer's entries, up to the first error, which has its place.
 pub fn mouth(bytes: &[u8]) -> bool {
-    let reader = match mouth::Reader::new(bytes) {
+    let reader = match input_journal::Reader::new(bytes) {
         Ok(reader) => reader,
         Err(error) => {
             placed(&error, bytes.len());
@@ -90,7 +90,7 @@ pub fn mouth(bytes: &[u8]) -> bool {
     };
     let (header, mut entries) = (reader.header(), reader);
     let (mut written, mut read) = (Vec::new(), Vec::new());
-    let mut writer = mouth::Writer::new(&mut written, header, u64::MAX).expect("memory takes it");
+    let mut writer = input_journal::Writer::new(&mut written, header, u64::MAX).expect("memory takes it");
     for entry in entries.by_ref() {
         match entry {
             Ok(entry) => {
@@ -102,22 +102,22 @@ pub fn mouth(bytes: &[u8]) -> bool {
     }
     assert!(entries.next().is_none(), "something behind its end");
     assert_eq!(writer.counts(), (read.len() as u64, 0));
-    let again = mouth::Reader::new(written.as_slice()).expect("a written log is one");
+    let again = input_journal::Reader::new(written.as_slice()).expect("a written log is one");
     assert_eq!(again.header(), header);
     assert_eq!(again.map(|entry| entry.expect("a written entry is one")).collect::<Vec<_>>(), read);
-    let again = mouth::Reader::new(written.as_slice()).expect("a written log is one");
-    let thinned = mouth::thin(again, std::io::sink(), 2).expect("a written log is whole");
+    let again = input_journal::Reader::new(written.as_slice()).expect("a written log is one");
+    let thinned = input_journal::thin(again, std::io::sink(), 2).expect("a written log is whole");
     assert_eq!(thinned.whole + thinned.left_out, read.len() as u64);
     !read.is_empty()
 }
 
-fn placed(error: &MouthError, length: usize) {
+fn placed(error: &JournalError, length: usize) {
     match error {
-        MouthError::Magic => {}
-        MouthError::Truncated { at } | MouthError::TooLong { at, .. } | MouthError::Malformed { at, .. } => {
+        JournalError::Magic => {}
+        JournalError::Truncated { at } | JournalError::TooLong { at, .. } | JournalError::Malformed { at, .. } => {
             assert!(*at <= length as u64, "{error}: behind its end");
         }
-        MouthError::Io(error) => panic!("memory does not fail: {error}"),
+        JournalError::Io(error) => panic!("memory does not fail: {error}"),
     }
 }
 

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use link::certificates::list::Revocations;
 use link::crypto;
 use link::loopback::LoopbackAddr;
 use link::mqtt::Mqtt;
 use link::pki::{Authority, Credential, Role, dns_name};
 use link::stream::StreamLog;
-use link::vet::list::Revocations;
 use rumqttc::{
     AsyncClient, Broker, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions, Packet,
     PublishNoticeError, PublishOptions, QoS, SubscribeNoticeError, TlsConfiguration, Transport,

@@ -107,7 +107,7 @@ impl eframe::App for Living {
             behind: self.take.behind,
             untaken: false,
             tape: self.take.tape.as_ref(),
-            beside: None,
+            sidecar: None,
         };
         let before = trace_us();
         let wishes = window.draw(ui, &picture);

@@ -4,8 +4,8 @@ use eframe::egui::{Align2, Color32, Label, RichText, Role, Stroke, Ui, WidgetInf
 use egui_plot::{GridMark, HLine, Line, LineStyle, Plot, PlotPoints, Text};
 use wire::time::Span;
 
-use super::desk::{Desk, PLOTTED};
 use super::theme::Palette;
+use super::view_state::{PLOTTED, ViewState};
 use super::words::{self, seconds};
 use crate::shown::Shown;
 
@@ -13,7 +13,7 @@ use crate::shown::Shown;
 const APART: usize = 90;
 
 /// The plot, and above it how fast each clock runs: ages rest on that.
-pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
+pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
     for unit in &shown.units {
         let text = format!("{}: {}", unit.unit, words::clock(unit.clock));
         ui.add(Label::new(RichText::new(text).small().weak()).truncate());
@@ -42,7 +42,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
             plot.hline(HLine::new(name, at).stroke(Stroke::new(1.0, color)).style(LineStyle::dashed_loose()));
             plot.text(name_at(name, [-back, at], Align2::LEFT_BOTTOM, color));
         }
-        for (at, (unit, ages)) in desk.ages.iter().enumerate() {
+        for (at, (unit, ages)) in view_state.ages.iter().enumerate() {
             let points = ages.iter().map(|(then, age)| [-in_seconds(shown.at.since(*then)), in_seconds(*age)]);
             // What has no bound is beyond every scale.
             let points: PlotPoints<'_> = points.map(|[x, y]| [x, y.min(back)]).collect();

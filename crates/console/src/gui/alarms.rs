@@ -3,10 +3,10 @@
 use eframe::egui::{Align, Button, Checkbox, Label, Layout, RichText, Role, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
 
-use super::desk::Desk;
 use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
+use super::view_state::ViewState;
 use super::words;
 use super::{Wish, command};
 use crate::act::Act;
@@ -18,7 +18,7 @@ use crate::shown::Shown;
 const MAX_SEARCH: usize = 64;
 
 /// The list, with its controls above.
-pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     let open = |alarm: &&ShownAlarm| !alarm.acknowledged;
     let dead = command::dead(shown);
     ui.horizontal_wrapped(|ui| {
@@ -29,11 +29,11 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         if command::able(ui, dead.or(none), Button::new("Acknowledge all")).clicked() {
             wishes.extend(shown.alarms.iter().filter(open).map(acknowledge));
         }
-        ui.add_enabled(!desk.past, Checkbox::new(&mut desk.acknowledged, "acknowledged too"));
-        ui.checkbox(&mut desk.past, "history");
+        ui.add_enabled(!view_state.past, Checkbox::new(&mut view_state.acknowledged, "acknowledged too"));
+        ui.checkbox(&mut view_state.past, "history");
         ui.horizontal(|ui| {
             let label = ui.label(RichText::new("search").weak());
-            let edit = TextEdit::singleline(&mut desk.search).char_limit(MAX_SEARCH).desired_width(110.0);
+            let edit = TextEdit::singleline(&mut view_state.search).char_limit(MAX_SEARCH).desired_width(110.0);
             ui.add(edit).labelled_by(label.id);
         });
         if shown.alarms_more > 0 {
@@ -41,12 +41,12 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
             ui.label(RichText::new(text).color(Palette::of(ui).caution));
         }
     });
-    let wanted = desk.search.to_lowercase();
-    if desk.past {
+    let wanted = view_state.search.to_lowercase();
+    if view_state.past {
         return happened(ui, shown, &wanted);
     }
     let fits = |alarm: &&ShownAlarm| {
-        (desk.acknowledged || !alarm.acknowledged) && alarm::words(&alarm.alarm).to_lowercase().contains(&wanted)
+        (view_state.acknowledged || !alarm.acknowledged) && alarm::words(&alarm.alarm).to_lowercase().contains(&wanted)
     };
     let listed: Vec<&ShownAlarm> = shown.alarms.iter().filter(fits).collect();
     if listed.is_empty() {

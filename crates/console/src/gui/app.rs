@@ -167,10 +167,10 @@ impl App for Program {
         // A recording stands still when nobody moves it.
         let lain = if tape.is_some() { Span::ZERO } else { lain(now, self.made) };
         let shown = Shown::clone(&shown).older(lain);
-        let beside = tape.as_ref().map(|_| self.source.beside(shown.at));
+        let sidecar = tape.as_ref().map(|_| self.source.sidecar(shown.at));
         let untaken = self.untaken.is_some_and(|since| now - since < UNTAKEN_FOR);
-        let (tape, beside) = (tape.as_ref(), beside.as_ref());
-        let picture = Picture { shown: &shown, behind: behind(lain), untaken, tape, beside };
+        let (tape, sidecar) = (tape.as_ref(), sidecar.as_ref());
+        let picture = Picture { shown: &shown, behind: behind(lain), untaken, tape, sidecar };
         let wishes = self.window.draw(ui, &picture);
         self.grant(wishes, now);
     }

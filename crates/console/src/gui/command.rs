@@ -11,8 +11,8 @@ use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::id::UnitId;
 
-use super::desk::Desk;
 use super::theme::Palette;
+use super::view_state::ViewState;
 use super::words;
 use super::{Wish, given, settings};
 use crate::act::{Act, Order, Prepared};
@@ -24,16 +24,16 @@ pub(super) const WIDTH: f32 = 292.0;
 const MAX_REASON: usize = 64;
 
 /// The keys that command, read before any control sees them: so HOLD works during typing.
-pub(super) fn keys(ui: &Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+pub(super) fn keys(ui: &Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     if dead(shown).is_some() {
         return;
     }
     for (key, modifiers) in pressed(ui) {
         match (key, modifiers.shift) {
-            (Key::F1, false) => wishes.push(hold(desk.unit)),
+            (Key::F1, false) => wishes.push(hold(view_state.unit)),
             (Key::F1, true) => wishes.extend(units(shown).map(hold)),
-            (Key::F9, _) => wishes.extend(shown.prepared.and_then(|prepared| confirm(desk, &prepared))),
-            (Key::Escape, _) if shown.prepared.is_some() => withdraw(desk, wishes),
+            (Key::F9, _) => wishes.extend(shown.prepared.and_then(|prepared| confirm(view_state, &prepared))),
+            (Key::Escape, _) if shown.prepared.is_some() => withdraw(view_state, wishes),
             _ => {}
         }
     }
@@ -63,19 +63,19 @@ pub(super) fn no_repeats(ui: &Ui) {
 }
 
 /// The column.
-pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
-    towards_safe(ui, desk, shown, wishes);
+pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
+    towards_safe(ui, view_state, shown, wishes);
     ui.add_space(2.0);
     ui.separator();
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         match &shown.prepared {
-            Some(prepared) => confirmation(ui, desk, shown, prepared, wishes),
-            None => choice(ui, desk, shown, wishes),
+            Some(prepared) => confirmation(ui, view_state, shown, prepared, wishes),
+            None => choice(ui, view_state, shown, wishes),
         }
         ui.separator();
         given::draw(ui, shown);
         if shown.prepared.is_none() {
-            revocations(ui, desk, shown, wishes);
+            revocations(ui, view_state, shown, wishes);
         }
     });
 }
@@ -88,18 +88,18 @@ fn units(shown: &Shown) -> impl Iterator<Item = UnitId> {
     shown.units.iter().map(|unit| unit.unit).chain(shown.silent.iter().copied())
 }
 
-fn confirm(desk: &mut Desk, prepared: &Prepared) -> Option<Wish> {
-    let reason = desk.reason.trim();
+fn confirm(view_state: &mut ViewState, prepared: &Prepared) -> Option<Wish> {
+    let reason = view_state.reason.trim();
     if reason.is_empty() {
         return None;
     }
     let act = Act::Confirm(prepared.order, Text::new(reason));
-    desk.put_down();
+    view_state.put_down();
     Some(Wish::Act(act))
 }
 
-fn withdraw(desk: &mut Desk, wishes: &mut Vec<Wish>) {
-    desk.put_down();
+fn withdraw(view_state: &mut ViewState, wishes: &mut Vec<Wish>) {
+    view_state.put_down();
     wishes.push(Wish::Act(Act::Withdraw));
 }
 
@@ -115,19 +115,19 @@ pub(super) fn dead(shown: &Shown) -> Option<&'static str> {
     }
 }
 
-fn towards_safe(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+fn towards_safe(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     let palette = Palette::of(ui);
     let dead = dead(shown);
     if let Some(why) = dead {
         ui.label(RichText::new(why).color(palette.caution).strong());
     }
-    let text = RichText::new(format!("HOLD {}   F1", desk.unit)).size(20.0).strong();
+    let text = RichText::new(format!("HOLD {}   F1", view_state.unit)).size(20.0).strong();
     let button = match dead {
         None => Button::new(text.color(palette.on_block)).fill(palette.strong).stroke(Stroke::new(1.0, palette.line)),
         Some(_) => lifeless(text, palette),
     };
     if wide(ui, dead, 56.0, button) {
-        wishes.push(hold(desk.unit));
+        wishes.push(hold(view_state.unit));
     }
     let half = vec2((ui.available_width() - 6.0) / 2.0, 28.0);
     let small = |text: String| match dead {
@@ -138,8 +138,8 @@ fn towards_safe(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wi
         if able(ui, dead, small("HOLD ALL   Shift F1".to_owned()).min_size(half)).clicked() {
             wishes.extend(units(shown).map(hold));
         }
-        if able(ui, dead, small(format!("Disarm {}", desk.unit)).min_size(half)).clicked() {
-            wishes.push(Wish::Act(Act::Now(Order::Command(desk.unit, CommandKind::Disarm))));
+        if able(ui, dead, small(format!("Disarm {}", view_state.unit)).min_size(half)).clicked() {
+            wishes.push(Wish::Act(Act::Now(Order::Command(view_state.unit, CommandKind::Disarm))));
         }
     });
 }
@@ -166,57 +166,57 @@ fn wide(ui: &mut Ui, dead: Option<&str>, height: f32, button: Button<'_>) -> boo
 }
 
 /// Orders away from safe for the chosen unit, on the chosen track.
-fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
-    let mut kinds = vec![CommandKind::Configure(desk.settings(shown)), CommandKind::Enable, CommandKind::Resume];
-    if let Some((_, track)) = desk.track.filter(|(unit, _)| *unit == desk.unit) {
+fn orders(view_state: &ViewState, shown: &Shown) -> Vec<Order> {
+    let mut kinds = vec![CommandKind::Configure(view_state.settings(shown)), CommandKind::Enable, CommandKind::Resume];
+    if let Some((_, track)) = view_state.track.filter(|(unit, _)| *unit == view_state.unit) {
         kinds.push(CommandKind::Arm(track));
     }
-    let held = shown.unit(desk.unit).and_then(|unit| unit.state.fresh()).and_then(|state| state.authority);
+    let held = shown.unit(view_state.unit).and_then(|unit| unit.state.fresh()).and_then(|state| state.authority);
     kinds.extend(held.map(|held| CommandKind::Confirm(held.track)));
-    kinds.into_iter().map(|kind| Order::Command(desk.unit, kind)).collect()
+    kinds.into_iter().map(|kind| Order::Command(view_state.unit, kind)).collect()
 }
 
 /// First step: choose; second step: arm. An order with a failed interlock names the first beside it.
-fn choice(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+fn choice(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     heading(ui, "Away from safe: choose, arm, confirm");
-    let orders = orders(desk, shown);
+    let orders = orders(view_state, shown);
     for order in &orders {
-        order_row(ui, desk, shown, order);
+        order_row(ui, view_state, shown, order);
         if let Order::Command(unit, CommandKind::Configure(mut values)) = *order
-            && desk.order == Some(*order)
+            && view_state.order == Some(*order)
         {
             settings::edit(ui, &mut values);
-            desk.values = Some(values);
-            desk.order = Some(Order::Command(unit, CommandKind::Configure(values)));
+            view_state.values = Some(values);
+            view_state.order = Some(Order::Command(unit, CommandKind::Configure(values)));
         }
     }
-    let orders = self::orders(desk, shown);
+    let orders = self::orders(view_state, shown);
     if !orders.iter().any(|order| matches!(order, Order::Command(_, CommandKind::Arm(_)))) {
         ui.label(RichText::new("To arm: choose a track in table or map.").weak().small());
     }
-    let chosen = desk.order.filter(|order| orders.contains(order));
+    let chosen = view_state.order.filter(|order| orders.contains(order));
     chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
 }
 
 /// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind a
 /// button.
-fn revocations(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+fn revocations(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     if shown.revocable.is_empty() {
         return;
     }
     ui.separator();
-    let open = desk.revoking;
+    let open = view_state.revoking;
     if able(ui, dead(shown), Button::selectable(open, "Revoke an identity ...")).clicked() {
-        desk.put_down();
-        desk.revoking = !open;
+        view_state.put_down();
+        view_state.revoking = !open;
     }
-    if !desk.revoking {
+    if !view_state.revoking {
         return;
     }
     for (who, _) in &shown.revocable {
-        order_row(ui, desk, shown, &Order::Revoke(*who));
+        order_row(ui, view_state, shown, &Order::Revoke(*who));
     }
-    let chosen = desk.order.filter(|order| matches!(order, Order::Revoke(_)));
+    let chosen = view_state.order.filter(|order| matches!(order, Order::Revoke(_)));
     chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
 }
 
@@ -234,15 +234,15 @@ fn arm(ui: &mut Ui, shown: &Shown, order: &Order, wishes: &mut Vec<Wish>) {
     }
 }
 
-fn order_row(ui: &mut Ui, desk: &mut Desk, shown: &Shown, order: &Order) {
+fn order_row(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Order) {
     let why_not = shown.interlocks(order).into_iter().find(|predicate| !predicate.holds);
-    let chosen = desk.order == Some(*order);
+    let chosen = view_state.order == Some(*order);
     ui.horizontal(|ui| {
         let text = RichText::new(words::order(order));
         let text = if why_not.is_some() { text.color(Palette::of(ui).weak) } else { text };
         let text = if dead(shown).is_some() { text.strikethrough() } else { text };
         if able(ui, dead(shown), RadioButton::new(chosen, text)).clicked() {
-            desk.order = Some(*order);
+            view_state.order = Some(*order);
         }
         if let Some(failing) = &why_not {
             let says = format!("{}: {}", failing.name, failing.value);
@@ -252,28 +252,28 @@ fn order_row(ui: &mut Ui, desk: &mut Desk, shown: &Shown, order: &Order) {
 }
 
 /// Third step: the consequence, the time left, the reason, and the two ways out.
-fn confirmation(ui: &mut Ui, desk: &mut Desk, shown: &Shown, prepared: &Prepared, wishes: &mut Vec<Wish>) {
+fn confirmation(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, prepared: &Prepared, wishes: &mut Vec<Wish>) {
     let palette = Palette::of(ui);
     countdown(ui, shown, prepared);
     ui.add(Label::new(RichText::new(words::consequence(&prepared.order)).size(14.0).color(palette.strong)).wrap());
     let label = ui.label(RichText::new("Reason: it goes into the signed order").weak());
-    let edit = TextEdit::singleline(&mut desk.reason).hint_text("required").char_limit(MAX_REASON);
+    let edit = TextEdit::singleline(&mut view_state.reason).hint_text("required").char_limit(MAX_REASON);
     let edit = ui.add(edit.desired_width(f32::INFINITY)).labelled_by(label.id);
     // What is seen is what will be signed.
-    desk.reason = Text::<MAX_REASON>::new(&desk.reason).as_str().to_owned();
+    view_state.reason = Text::<MAX_REASON>::new(&view_state.reason).as_str().to_owned();
     // Whoever armed goes on typing.
     if ui.memory(|memory| memory.focused().is_none()) {
         edit.request_focus();
     }
-    let ready = !desk.reason.trim().is_empty();
+    let ready = !view_state.reason.trim().is_empty();
     let text = RichText::new(format!("CONFIRM: {}   F9", words::order(&prepared.order))).size(15.0).strong();
     let (fill, ink) = if ready { (palette.mark, palette.on_block) } else { (palette.raised, palette.weak) };
     let missing = (!ready).then_some("no reason is given yet");
     if wide(ui, missing, 38.0, Button::new(text.color(ink)).fill(fill).wrap()) {
-        wishes.extend(confirm(desk, prepared));
+        wishes.extend(confirm(view_state, prepared));
     }
     if wide(ui, None, 26.0, Button::new("Disarm   Esc")) {
-        withdraw(desk, wishes);
+        withdraw(view_state, wishes);
     }
 }
 

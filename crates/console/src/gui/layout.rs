@@ -6,7 +6,7 @@ use eframe::egui::{Color32, Frame, Id, Margin, Style, Ui, Visuals, WidgetText};
 use egui_tiles::{Behavior, Linear, LinearDir, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
 use serde::{Deserialize, Serialize};
 
-use super::desk::Desk;
+use super::view_state::ViewState;
 use super::{Wish, ages, alarms, map, refusals, tracks, why};
 use crate::shown::Shown;
 use crate::site::Site;
@@ -270,7 +270,7 @@ fn holds_together(tree: &Tree<Pane>) -> bool {
 
 /// Draws panes of one picture.
 pub(super) struct Panes<'p> {
-    pub(super) desk: &'p mut Desk,
+    pub(super) view_state: &'p mut ViewState,
     pub(super) site: &'p Site,
     pub(super) shown: &'p Shown,
     pub(super) wishes: &'p mut Vec<Wish>,
@@ -282,12 +282,12 @@ impl Behavior<Pane> for Panes<'_> {
         Frame::new().fill(ui.visuals().panel_fill).inner_margin(margin).show(ui, |ui| {
             ui.set_min_size(ui.available_size());
             match pane {
-                Pane::Map => map::draw(ui, self.desk, self.site, self.shown),
-                Pane::Tracks => tracks::draw(ui, self.desk, self.shown, self.wishes),
-                Pane::Why => why::draw(ui, self.desk, self.shown),
-                Pane::Ages => ages::draw(ui, self.desk, self.shown),
+                Pane::Map => map::draw(ui, self.view_state, self.site, self.shown),
+                Pane::Tracks => tracks::draw(ui, self.view_state, self.shown, self.wishes),
+                Pane::Why => why::draw(ui, self.view_state, self.shown),
+                Pane::Ages => ages::draw(ui, self.view_state, self.shown),
                 Pane::Refusals => refusals::draw(ui, self.shown),
-                Pane::Alarms => alarms::draw(ui, self.desk, self.shown, self.wishes),
+                Pane::Alarms => alarms::draw(ui, self.view_state, self.shown, self.wishes),
             }
         });
         UiResponse::None

@@ -13,11 +13,11 @@ use wire::id::{TrackId, UnitId};
 use wire::report::ReportedTrack;
 use wire::time::Span;
 
-use super::desk::Desk;
 use super::keys;
 use super::plan;
 use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
+use super::view_state::ViewState;
 use super::words::{metres, seconds};
 use crate::shown::{Shown, ShownUnit};
 use crate::site::{Place, Site};
@@ -100,24 +100,24 @@ struct Thing {
 }
 
 /// The map.
-pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
+pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, site: &Site, shown: &Shown) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     let all = around(site, shown);
-    let mut view = View { camera: desk.camera.unwrap_or_else(|| fit(&all, rect)), rect };
+    let mut view = View { camera: view_state.camera.unwrap_or_else(|| fit(&all, rect)), rect };
     if steer(ui, &response, &mut view) {
-        desk.camera = Some(view.camera);
+        view_state.camera = Some(view.camera);
     }
     let pressed = keys::on_map(ui, &response);
     if let Some(pressed) = pressed.filter(|pressed| pressed.to != Vec2::ZERO || pressed.zoom != 1.0) {
         view.camera.center[0] += pressed.to.x * STEP_PX / view.camera.scale;
         view.camera.center[1] += pressed.to.y * STEP_PX / view.camera.scale;
         zoom(&mut view, rect.center(), pressed.zoom);
-        desk.camera = Some(view.camera);
+        view_state.camera = Some(view.camera);
     }
     if response.double_clicked() || pressed.is_some_and(|pressed| pressed.fit) {
-        desk.camera = None;
+        view_state.camera = None;
     }
-    let things = things(desk, shown, &view);
+    let things = things(view_state, shown, &view);
     let painter = ui.painter_at(rect);
     let palette = Palette::of(ui);
     painter.rect_filled(rect, 0.0, palette.ground);
@@ -127,7 +127,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     if response.clicked()
         && let Some((unit, track)) = response.interact_pointer_pos().and_then(|at| nearest(&things, at))
     {
-        desk.look_at(unit, track);
+        view_state.look_at(unit, track);
     }
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, says(&things, &view)));
     if left_out > 0 {
@@ -142,7 +142,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     if response.has_focus() {
         keys::frame(ui, rect);
     }
-    buttons(ui, desk, view);
+    buttons(ui, view_state, view);
 }
 
 /// Legend of circles and symbols.
@@ -207,7 +207,7 @@ fn zoom(view: &mut View, about: Pos2, by: f32) {
     view.camera.center[1] += before[1] - after[1];
 }
 
-fn buttons(ui: &mut Ui, desk: &mut Desk, mut view: View) {
+fn buttons(ui: &mut Ui, view_state: &mut ViewState, mut view: View) {
     let mut corner = view.rect.right_top() + BUTTONS;
     for (sign, says, by) in [("+", "zoom in", 1.25), ("-", "zoom out", 0.8), ("fit", "fit the map", 0.0)] {
         let place = Rect::from_min_size(corner, Vec2::new(30.0, 20.0));
@@ -217,7 +217,7 @@ fn buttons(ui: &mut Ui, desk: &mut Desk, mut view: View) {
         if button.clicked() {
             let middle = view.rect.center();
             zoom(&mut view, middle, if by > 0.0 { by } else { 1.0 });
-            desk.camera = (by > 0.0).then_some(view.camera);
+            view_state.camera = (by > 0.0).then_some(view.camera);
         }
     }
 }
@@ -227,7 +227,7 @@ fn fastest(shown: &Shown) -> f32 {
     shown.bounds.max_speed_mm_s as f32 / 1000.0
 }
 
-fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
+fn things(view_state: &ViewState, shown: &Shown, view: &View) -> Vec<Thing> {
     let speed = fastest(shown);
     let may_be = |age: Span, freshness: Freshness| {
         let widest = if freshness == Freshness::Lost { WIDEST_LOST } else { WIDEST };
@@ -252,17 +252,17 @@ fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
                 sure: f32::from(track.confidence.min(1000)) / 1000.0,
                 track: Some(id),
                 yaw: None,
-                chosen: desk.track == Some(id),
+                chosen: view_state.track == Some(id),
             });
         }
-        things.push(unit_thing(desk, unit, view, may_be(unit.pose.age(), unit.pose.freshness())));
+        things.push(unit_thing(view_state, unit, view, may_be(unit.pose.age(), unit.pose.freshness())));
     }
     // The worst first, so that the fresh are painted above them; units above all.
     things.sort_by_key(|thing| (thing.chosen, thing.yaw.is_some(), std::cmp::Reverse(thing.freshness), thing.track));
     things
 }
 
-fn unit_thing(desk: &Desk, unit: &ShownUnit, view: &View, may_be: f32) -> Thing {
+fn unit_thing(view_state: &ViewState, unit: &ShownUnit, view: &View, may_be: f32) -> Thing {
     let (pose, freshness) = unit.pose.get();
     let (tone, _, word) = sign::freshness(freshness);
     Thing {
@@ -275,7 +275,7 @@ fn unit_thing(desk: &Desk, unit: &ShownUnit, view: &View, may_be: f32) -> Thing 
         sure: 1.0,
         track: None,
         yaw: Some(f32::from(pose.yaw_mrad) / 1000.0),
-        chosen: desk.unit == unit.unit,
+        chosen: view_state.unit == unit.unit,
     }
 }
 

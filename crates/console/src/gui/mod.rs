@@ -1,6 +1,6 @@
 //! The console's window: draws [`Shown`] and returns a person's wishes. All of egui is in here, and only egui.
 //!
-//! [`Window::draw`] is a function of the picture and of the window's own state (`desk`, `layout`); it reads no clock,
+//! [`Window::draw`] is a function of the picture and of the window's own state (`view_state`, `layout`); it reads no clock,
 //! counts no age and decides nothing. Panels that must always be seen stand fixed around the panes: the safety `strip`,
 //! the `command` column. Getting pictures and sending acts is left to [`app`].
 
@@ -12,19 +12,19 @@ pub mod theme;
 
 mod ages;
 mod alarms;
-mod beside;
 mod command;
 mod contour;
-mod desk;
 mod given;
 mod keys;
 mod map;
 mod plan;
 mod refusals;
 mod settings;
+mod sidecar;
 mod sign;
 mod strip;
 mod tracks;
+mod view_state;
 mod why;
 mod words;
 
@@ -32,13 +32,13 @@ use eframe::egui::{Button, CentralPanel, Frame, Margin, Panel, RichText, Role, T
 use wire::id::UnitId;
 use wire::time::Span;
 
-use self::beside::Textures;
-use self::desk::Desk;
 use self::layout::{Layouts, MAX_NAME, Panes, Preset};
+use self::sidecar::Textures;
 use self::theme::Palette;
+use self::view_state::ViewState;
 use crate::act::Act;
-use crate::beside::Beside;
 use crate::shown::Shown;
+use crate::sidecar::Sidecar;
 use crate::site::Site;
 use crate::source::{Seek, Tape};
 
@@ -67,13 +67,13 @@ pub struct Picture<'p> {
     /// Position of the recording, if it is one.
     pub tape: Option<&'p Tape>,
     /// The recording's evidence of that moment.
-    pub beside: Option<&'p Beside>,
+    pub sidecar: Option<&'p Sidecar>,
 }
 
 /// The window's content.
 #[derive(Debug)]
 pub struct Window {
-    desk: Desk,
+    view_state: ViewState,
     site: Site,
     layouts: Layouts,
     /// The typed name for a layout.
@@ -85,7 +85,7 @@ impl Window {
     /// A window over `site` that commands `unit` first.
     pub fn new(unit: UnitId, site: Site) -> Self {
         Self {
-            desk: Desk::new(unit),
+            view_state: ViewState::new(unit),
             site: site.sound(),
             layouts: Layouts::default(),
             name: String::new(),
@@ -100,18 +100,18 @@ impl Window {
 
     /// Draws a notice that no picture has come yet; returns the person's requests.
     pub fn wait(&mut self, ui: &mut Ui) -> Vec<Wish> {
-        let text = format!("Waiting for the console's core. F1 holds {}.", self.desk.unit);
+        let text = format!("Waiting for the console's core. F1 holds {}.", self.view_state.unit);
         CentralPanel::default().show(ui, |ui| ui.label(RichText::new(text).size(15.0)));
-        command::keys_unseen(ui, self.desk.unit)
+        command::keys_unseen(ui, self.view_state.unit)
     }
 
     /// Draws one frame; returns the person's requests.
     pub fn draw(&mut self, ui: &mut Ui, picture: &Picture<'_>) -> Vec<Wish> {
         let mut wishes = Vec::new();
         let shown = picture.shown;
-        self.desk.note(shown);
+        self.view_state.note(shown);
         command::no_repeats(ui);
-        command::keys(ui, &mut self.desk, shown, &mut wishes);
+        command::keys(ui, &mut self.view_state, shown, &mut wishes);
         let palette = Palette::of(ui);
         let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
         Panel::top("strip").resizable(false).frame(frame(8, 4)).show(ui, |ui| {
@@ -126,32 +126,32 @@ impl Window {
                 banner(ui, &format!("{nothing} {}. Hold by other means.", words::seconds(behind)));
                 ui.set_opacity(PAST);
             }
-            strip::draw(ui, &mut self.desk, shown);
+            strip::draw(ui, &mut self.view_state, shown);
         });
-        let beside = picture.beside.filter(|beside| picture.tape.is_some() && !beside.is_empty());
+        let sidecar = picture.sidecar.filter(|sidecar| picture.tape.is_some() && !sidecar.is_empty());
         if let Some(tape) = picture.tape {
-            let beside = beside.map(|_| &mut self.desk.beside);
+            let sidecar = sidecar.map(|_| &mut self.view_state.sidecar);
             Panel::bottom("replay")
                 .resizable(false)
                 .frame(frame(8, 4))
-                .show(ui, |ui| replay::draw(ui, tape, beside, &mut wishes));
+                .show(ui, |ui| replay::draw(ui, tape, sidecar, &mut wishes));
         }
-        if let Some(beside) = beside.filter(|_| self.desk.beside) {
+        if let Some(sidecar) = sidecar.filter(|_| self.view_state.sidecar) {
             Panel::bottom("beside")
                 .resizable(false)
                 .frame(frame(8, 4))
-                .show(ui, |ui| beside::draw(ui, &mut self.textures, beside));
+                .show(ui, |ui| sidecar::draw(ui, &mut self.textures, sidecar));
         }
         Panel::right("command").resizable(false).exact_size(command::WIDTH).frame(frame(8, 6)).show(ui, |ui| {
             Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));
-            command::draw(ui, &mut self.desk, shown, &mut wishes);
+            command::draw(ui, &mut self.view_state, shown, &mut wishes);
         });
         CentralPanel::default().frame(Frame::new().fill(palette.ground)).show(ui, |ui| {
             if picture.behind.is_some() {
                 ui.set_opacity(PAST);
             }
-            let (desk, site) = (&mut self.desk, &self.site);
-            self.layouts.now().draw(ui, &mut Panes { desk, site, shown, wishes: &mut wishes });
+            let (view_state, site) = (&mut self.view_state, &self.site);
+            self.layouts.now().draw(ui, &mut Panes { view_state, site, shown, wishes: &mut wishes });
         });
         wishes
     }

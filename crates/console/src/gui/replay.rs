@@ -17,7 +17,7 @@ fn time(tape: &Tape, at: Span) -> String {
 }
 
 /// The bar. `beside` is whether the evidence beside it is looked at, where there is some.
-pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: &mut Vec<Wish>) {
+pub(super) fn draw(ui: &mut Ui, tape: &Tape, sidecar: Option<&mut bool>, wishes: &mut Vec<Wish>) {
     let mut seek = |to: Seek| wishes.push(Wish::Seek(to));
     ui.horizontal(|ui| {
         ui.label(RichText::new("REPLAY").strong().color(Palette::of(ui).advice));
@@ -38,8 +38,8 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: 
         if ui.add_enabled(later.is_some(), Button::new("Next change")).clicked() {
             seek(Seek::To(later.map_or(tape.length, |moment| moment.at)));
         }
-        if let Some(beside) = beside {
-            ui.toggle_value(beside, "Evidence");
+        if let Some(sidecar) = sidecar {
+            ui.toggle_value(sidecar, "Evidence");
         }
         let time_of = format!("run time {} of {}", time(tape, tape.at), time(tape, tape.length));
         ui.label(RichText::new(time_of).monospace());

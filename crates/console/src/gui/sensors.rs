@@ -8,7 +8,7 @@ use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::time::Span;
 
 use super::app::{CURRENT, MOST_OFTEN};
-use super::beside::{Textures, one};
+use super::sidecar::{Textures, one};
 use super::sign::{Shape, Tone};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};

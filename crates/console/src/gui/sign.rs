@@ -1,4 +1,4 @@
-//! Signs: what stands for a mode, a freshness, a life — always a shape and a word, and a colour where it is abnormal.
+//! Signs of a mode, a freshness or a life: always a shape and a word, and a colour where it is abnormal.
 //!
 //! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.
 

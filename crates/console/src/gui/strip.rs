@@ -8,9 +8,9 @@ use wire::event::Freshness;
 use wire::id::UnitId;
 use wire::time::Instant;
 
-use super::desk::Desk;
 use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
+use super::view_state::ViewState;
 use super::words::{self, seconds};
 use crate::age::Labelled;
 use crate::shown::{Shown, ShownLink, ShownUnit, State};
@@ -26,18 +26,18 @@ const CELLS: [f32; 8] = [76.0, 236.0, 84.0, 196.0, 196.0, 136.0, 150.0, 170.0];
 const LINK: f32 = 320.0;
 
 /// The strip; a click on a unit's name chooses it.
-pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown) {
+pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
     ui.spacing_mut().item_spacing.y = 2.0;
     run(ui, shown);
     for unit in &shown.units {
         line(ui, |ui| {
-            name(ui, desk, unit.unit);
+            name(ui, view_state, unit.unit);
             unit_cells(ui, shown.at, unit);
         });
     }
     for unit in &shown.silent {
         line(ui, |ui| {
-            name(ui, desk, *unit);
+            name(ui, view_state, *unit);
             let says = format!("STATE {} nothing received", unit.name());
             sign::chip(ui, CELLS[1], (Tone::Alarm, Shape::Cross), "NOTHING RECEIVED", false, &says);
         });
@@ -48,11 +48,11 @@ fn line(ui: &mut Ui, content: impl FnOnce(&mut Ui)) {
     ui.allocate_ui_with_layout(vec2(ui.available_width(), LINE), Layout::left_to_right(Align::Center), content);
 }
 
-fn name(ui: &mut Ui, desk: &mut Desk, unit: UnitId) {
-    let chosen = desk.unit == unit;
+fn name(ui: &mut Ui, view_state: &mut ViewState, unit: UnitId) {
+    let chosen = view_state.unit == unit;
     let button = ui.add_sized([CELLS[0], 22.0], eframe::egui::Button::selectable(chosen, unit.name()));
     if button.clicked() {
-        desk.choose(unit);
+        view_state.choose(unit);
     }
 }
 

@@ -8,10 +8,10 @@ use wire::id::{TrackId, UnitId};
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
 
-use super::desk::Desk;
 use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
+use super::view_state::ViewState;
 use super::words::{metres, origin, seconds};
 use super::{Wish, command, map};
 use crate::act::{Act, Alarm};
@@ -69,16 +69,16 @@ const HEADS: [(&str, Option<Sort>); 8] = [
 const WIDTHS: [f32; 7] = [54.0, 62.0, 56.0, 72.0, 82.0, 36.0, 98.0];
 
 /// The table, which scrolls sideways where it does not fit. A click on a row looks at its track.
-pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
     for unit in shown.units.iter().filter(|unit| unit.lost_more > 0) {
         let text = format!("{}: {} more LOST, for which there was no room", unit.unit, unit.lost_more);
         ui.label(RichText::new(text).color(Tone::Advice.color(Palette::of(ui))));
     }
-    ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| table(ui, desk, shown, wishes));
+    ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| table(ui, view_state, shown, wishes));
 }
 
-fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
-    let rows = rows(shown, desk.sort);
+fn table(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let rows = rows(shown, view_state.sort);
     if rows.is_empty() {
         ui.weak("No unit reports a track.");
         return;
@@ -94,13 +94,13 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     let table = table.column(Column::remainder().at_least(48.0).clip(true));
     let table = table.header(ROW, |mut header| {
         for (name, sort) in HEADS {
-            header.col(|ui| head(ui, desk, name, sort));
+            header.col(|ui| head(ui, view_state, name, sort));
         }
     });
     table.body(|body| {
         body.rows(ROW, rows.len(), |mut row| {
             let Some(of) = rows.get(row.index()) else { return };
-            row.set_selected(desk.track == Some(of.id()));
+            row.set_selected(view_state.track == Some(of.id()));
             let chosen = cells(&mut row, of, shown, wishes);
             let response = row.response();
             let (unit, track) = of.id();
@@ -108,7 +108,7 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
             let says = format!("TRACK {unit} {} {} {word} {}", track.0, class(of), seconds(of.track.age()));
             response.widget_info(|| WidgetInfo::labeled(Role::Row, true, &says));
             if chosen || response.clicked() {
-                desk.look_at(unit, track);
+                view_state.look_at(unit, track);
             }
         });
     });
@@ -127,17 +127,17 @@ fn rows(shown: &Shown, by: Sort) -> Vec<Row<'_>> {
     rows
 }
 
-fn head(ui: &mut Ui, desk: &mut Desk, name: &str, sort: Option<Sort>) {
+fn head(ui: &mut Ui, view_state: &mut ViewState, name: &str, sort: Option<Sort>) {
     let Some(by) = sort else {
         ui.add(Label::new(RichText::new(name).weak()).truncate());
         return;
     };
     let text = RichText::new(name).weak();
-    let text = if desk.sort == by { text.underline() } else { text };
+    let text = if view_state.sort == by { text.underline() } else { text };
     let button = ui.add(Button::new(text).frame(false).min_size([0.0, 0.0].into()));
-    button.widget_info(|| WidgetInfo::selected(Role::Button, true, desk.sort == by, format!("order by {name}")));
+    button.widget_info(|| WidgetInfo::selected(Role::Button, true, view_state.sort == by, format!("order by {name}")));
     if button.clicked() {
-        desk.sort = by;
+        view_state.sort = by;
     }
 }
 

@@ -4,18 +4,18 @@ use eframe::egui::{Align, Label, Layout, RichText, Role, ScrollArea, Ui, WidgetI
 use wire::event::Freshness;
 use wire::mode::Mode;
 
-use super::desk::Desk;
 use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
+use super::view_state::ViewState;
 use super::words::{seconds, when};
 use crate::interlock::Predicate;
 use crate::shown::Shown;
 
 /// The conditions of the chosen unit.
-pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
-    let Some(unit) = shown.unit(desk.unit) else {
-        ui.label(format!("Nothing was received of {}: nothing is known of its state.", desk.unit));
+pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
+    let Some(unit) = shown.unit(view_state.unit) else {
+        ui.label(format!("Nothing was received of {}: nothing is known of its state.", view_state.unit));
         return;
     };
     let (state, freshness) = unit.state.get();

@@ -7,7 +7,7 @@
 use std::io::{BufReader, Read};
 use std::path::Path;
 
-use link::mouth::{self, Entry, MouthError};
+use link::input_journal::{self, Entry, JournalError};
 use wire::core::{Core, Input, Output, Topic};
 use wire::id::{Boot, NodeId, UnitId, WorldId};
 use wire::setup::{Secret, Setup};
@@ -35,9 +35,9 @@ pub enum PlayerError {
     /// The file needed to view it is missing.
     #[error("{0}; is this the folder that `run --live --out` was given?")]
     Reading(String),
-    /// Its console's mouth log cannot be read.
+    /// Its console's input journal cannot be read.
     #[error("the console's mouth log: {0}")]
-    Mouth(#[from] MouthError),
+    Mouth(#[from] JournalError),
     /// The core cannot be made.
     #[error(transparent)]
     Core(#[from] ConsoleError),
@@ -124,7 +124,7 @@ impl Player {
         let file = link::files::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
         let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
-        let log = mouth::Reader::new(BufReader::new(link::files::open(&log).map_err(MouthError::from)?))?;
+        let log = input_journal::Reader::new(BufReader::new(link::files::open(&log).map_err(JournalError::from)?))?;
         let header = log.header();
         let mut player = Self::of(&config, header.boot, header.started, turns(log)?)?;
         player.learn(truth(run_dir));
@@ -260,14 +260,14 @@ fn truth(run_dir: &Path) -> Vec<Happened> {
 }
 
 /// The inputs, each with the outputs that the replay needs.
-fn turns<R: Read>(log: mouth::Reader<R>) -> Result<Vec<Turn>, MouthError> {
+fn turns<R: Read>(log: input_journal::Reader<R>) -> Result<Vec<Turn>, JournalError> {
     let mut turns: Vec<Turn> = Vec::new();
     for entry in log {
         match entry {
             Ok(Entry::Input { now, input }) if turns.len() < MAX_TURNS => {
                 turns.push(Turn { now, input, said: Vec::new() });
             }
-            Ok(Entry::Input { .. }) | Err(MouthError::Truncated { .. }) => break,
+            Ok(Entry::Input { .. }) | Err(JournalError::Truncated { .. }) => break,
             // No console is fed sensor frames.
             Ok(Entry::LeftOut { .. }) => {}
             Ok(Entry::Output(output)) => {

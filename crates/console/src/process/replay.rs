@@ -10,8 +10,8 @@ use wire::time::{Instant, Span};
 use super::open;
 use super::player::{Player, PlayerError};
 use super::window::layout;
-use crate::beside::{Beside, Evidence};
 use crate::shown::Shown;
+use crate::sidecar::{Evidence, Sidecar};
 use crate::site::Site;
 use crate::source::{Looks, Seek, Source, Tape};
 
@@ -34,7 +34,7 @@ pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
 impl Recorded {
     /// Adds this evidence.
     #[must_use]
-    pub fn beside(mut self, evidence: Box<dyn Evidence>) -> Self {
+    pub fn sidecar(mut self, evidence: Box<dyn Evidence>) -> Self {
         evidence.began().into_iter().for_each(|began| self.player.count_from(began));
         Self { evidence: Some(evidence), ..self }
     }
@@ -97,8 +97,8 @@ impl Source for Running {
         Some(Tape { at, length, lead, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
     }
 
-    fn beside(&mut self, at: Instant) -> Beside {
-        self.evidence.as_mut().map_or_else(Beside::default, |evidence| evidence.at(at))
+    fn sidecar(&mut self, at: Instant) -> Sidecar {
+        self.evidence.as_mut().map_or_else(Sidecar::default, |evidence| evidence.at(at))
     }
 
     fn seek(&mut self, to: Seek) {

@@ -90,7 +90,7 @@ impl Bench {
         Self::around(console_of(units, policy, role, Vec::new(), Vec::new(), START))
     }
 
-    /// With the units A and B on the roll, of which only these take part.
+    /// With the units A and B admitted, of which only these take part.
     pub(crate) fn awaiting(awaited: &[UnitId]) -> Self {
         let (setup, config) =
             making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, Vec::new(), Vec::new());

@@ -45,7 +45,7 @@ fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// When the unit refuses too.
+/// Even if the unit refuses as well.
 #[test]
 fn noted_refusal_is_not_raised_again() {
     through(Role::Supervise, &refused_by_both(), &noted_once).unwrap();

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use console::process::ProcessConfig;
 use console::process::player::{Player, READING};
-use link::mouth::{Header, Writer};
+use link::input_journal::{Header, Writer};
 use wire::id::{Boot, NodeId, UnitId};
 use wire::mode::Mode;
 use wire::person::Role;

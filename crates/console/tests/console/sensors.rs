@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use console::beside::{Image, Sight};
+use console::sidecar::{Image, Sight};
 use console::gui::sensors::Content;
 use console::gui::theme;
 use console::source::Sensed;

@@ -3,10 +3,10 @@
 //! Behind it is the real console. The harness refuses controls without a name and glyphs that the fonts lack.
 
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
-use console::beside::{Beside, Image, Mark, Sight};
 use console::gui::layout::{Pane, Preset};
 use console::gui::{Picture, Window, Wish, theme};
 use console::life::Life;
+use console::sidecar::{Image, Mark, Sidecar, Sight};
 use console::source::{Seek, Tape};
 use eframe::egui::accesskit::Role as Kind;
 use eframe::egui::{Event, Key, Modifiers, Theme, Vec2, vec2};
@@ -35,7 +35,7 @@ pub(crate) struct Seat {
     pub(crate) tape: Option<Tape>,
     behind: Option<Span>,
     untaken: bool,
-    beside: Option<Beside>,
+    sidecar: Option<Sidecar>,
     invalid: Option<String>,
     acts: Vec<Act>,
     seeks: Vec<Seek>,
@@ -55,7 +55,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
         tape: None,
         behind: None,
         untaken: false,
-        beside: None,
+        sidecar: None,
         invalid: None,
         acts: Vec::new(),
         seeks: Vec::new(),
@@ -74,7 +74,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
             behind: seat.behind,
             untaken: seat.untaken,
             tape: seat.tape.as_ref(),
-            beside: seat.beside.as_ref(),
+            sidecar: seat.sidecar.as_ref(),
         };
         for wish in seat.window.draw(ui, &picture) {
             match wish {
@@ -664,7 +664,7 @@ fn evidence_is_shown_in_recordings_only() {
     let because = Some(
         "6900 ms: PREPARE_TO_ACT to HOLD_SAFE (lost:teammates)\n  cause  6700 ms  unit-b  contradicts itself".into(),
     );
-    seated.state_mut().beside = Some(Beside { sensed: Some((sights.into(), Span::ms(40))), because });
+    seated.state_mut().sidecar = Some(Sidecar { sensed: Some((sights.into(), Span::ms(40))), because });
     seated.run_steps(3);
     for evidence in ["SENSOR", "EVIDENCE", "contradicts itself"] {
         assert!(!says(&seated, evidence), "the picture is live");

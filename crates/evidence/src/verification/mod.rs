@@ -11,7 +11,7 @@
 //!
 //! The notes of guards and the launcher do not go by way of the recorder and are under no seal of its; their chains, signatures
 //! and heads are judged like everybody's. Where among the entries of others a seal stands is not sealed, nor where a witness's
-//! entry does. Every byte of a run's files is covered elsewhere (`live::keep::whole`).
+//! entry does. Every byte of a run's files is covered elsewhere (`live::store::whole`).
 
 mod held;
 pub mod sweep;

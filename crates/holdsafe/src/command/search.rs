@@ -11,11 +11,11 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
 use runner::failure::{Exit, Failure};
-use runner::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
 use runner::plan::Wanted;
+use runner::search_config::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
 use runner::{Context, engine, out};
 use scenario::{Name, Setup};
-use search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
+use search::{AttackSequence, Cause, Found, Moments, RunConfig, RunResult, SearchConfig, Shrunk, Strategy, ends_in};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -72,7 +72,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
     let asked = Asked { scenario: &args.scenario, alphabet: &args.alphabet, wanted, waive: &args.waive, misset: None };
     let ground = asked.ground(context)?;
-    let nominal = ground.try_word(&Word::default()).map_err(unfit)?;
+    let nominal = ground.try_word(&AttackSequence::default()).map_err(unfit)?;
     let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
     let threads = args.jobs.unwrap_or_else(parallel::cores);
     let hunted = match args.exhaust {
@@ -114,10 +114,10 @@ fn class(text: &str) -> Result<Outcome, String> {
     })
 }
 
-fn hunt(context: &Context, args: &Args, ground: &Ground, threads: usize) -> Result<Hunted, Failure> {
-    let quest = Quest { strategy: args.strategy, seed: args.draws, budget: args.budget, first: args.first };
+fn hunt(context: &Context, args: &Args, ground: &SearchConfig, threads: usize) -> Result<RunResult, Failure> {
+    let quest = RunConfig { strategy: args.strategy, seed: args.draws, budget: args.budget, first: args.first };
     let progress = Progress::new("search", args.budget as usize, context.talk);
-    let hunted = ground.hunt(quest, &ends_in(&args.find), threads, &progress, &context.stop);
+    let hunted = ground.search(quest, &ends_in(&args.find), threads, &progress, &context.stop);
     progress.finish();
     hunted.map_err(|why| stopped_or_unfit(context, why))
 }
@@ -125,11 +125,11 @@ fn hunt(context: &Context, args: &Args, ground: &Ground, threads: usize) -> Resu
 fn exhaust(
     context: &Context,
     args: &Args,
-    ground: &Ground,
+    ground: &SearchConfig,
     moments: &Moments,
     longest: usize,
     threads: usize,
-) -> Result<Hunted, Failure> {
+) -> Result<RunResult, Failure> {
     // The longest are the most: whether there are too many is known before any are made.
     let mut words = Vec::new();
     for k in (1..=longest).rev() {
@@ -138,7 +138,7 @@ fn exhaust(
         })?;
         words.push(more);
     }
-    let words: Vec<Word> = words.into_iter().rev().flatten().collect();
+    let words: Vec<AttackSequence> = words.into_iter().rev().flatten().collect();
     let progress = Progress::new("exhaustive search", words.len(), context.talk);
     let hunted = ground.try_all(&words, &ends_in(&args.find), threads, &progress, &context.stop);
     progress.finish();
@@ -148,7 +148,7 @@ fn exhaust(
 /// A finding: its file, and what would have stopped it.
 fn finding(
     args: &Args,
-    ground: &Ground,
+    ground: &SearchConfig,
     name: &str,
     (cause, found, shrunk): (&Cause, &Found, &Shrunk),
     dir: &Path,
@@ -185,7 +185,13 @@ fn finding(
 }
 
 /// What came of a finding live, under the seed under which the twin found it.
-fn confirm(context: &Context, args: &Args, ground: &Ground, cause: &Cause, word: &Word) -> Result<Confirmed, Failure> {
+fn confirm(
+    context: &Context,
+    args: &Args,
+    ground: &SearchConfig,
+    cause: &Cause,
+    word: &AttackSequence,
+) -> Result<Confirmed, Failure> {
     let Some(inside) = ground.inside(word, &ends_in(&args.find), cause).map_err(unfit)? else {
         return Ok(Confirmed::default());
     };
@@ -209,7 +215,7 @@ fn said(findings: &[String], broken: &str) -> Option<String> {
 }
 
 /// The waived checks of which each alone would have kept it from being a finding.
-fn stopped_by(args: &Args, ground: &Ground, word: &Word) -> Result<Vec<String>, Failure> {
+fn stopped_by(args: &Args, ground: &SearchConfig, word: &AttackSequence) -> Result<Vec<String>, Failure> {
     let mut stopped_by = Vec::new();
     for switch in Switch::all().into_iter().filter(|switch| switch.is_waived(&ground.setup.policy)) {
         let mut with = ground.clone();
@@ -221,6 +227,6 @@ fn stopped_by(args: &Args, ground: &Ground, word: &Word) -> Result<Vec<String>, 
     Ok(stopped_by)
 }
 
-fn policy_text(ground: &Ground) -> Result<String, Failure> {
+fn policy_text(ground: &SearchConfig) -> Result<String, Failure> {
     toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)
 }

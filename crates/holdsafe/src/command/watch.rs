@@ -19,8 +19,8 @@ use std::time::Duration;
 use console::site::Site;
 use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
-use link::mouth::{Entry, MouthError};
-use live::keep;
+use link::input_journal::{Entry, JournalError};
+use live::store;
 use runner::bring::Bring;
 use runner::checked::{Checked, Unverified};
 use runner::failure::{Exit, Failure};
@@ -144,8 +144,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
     let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
-    let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
-    let unopened = |why: MouthError| {
+    let unread = |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
+    let unopened = |why: JournalError| {
         let says = format!(
             "{}: {why}; is this the folder that `run --live --out` was given, and has the run begun?",
             path.display()
@@ -169,7 +169,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::NoEvidence, says));
     }
     // Nothing verifies a run that goes on; one that is over is looked at like any other recording.
-    let over = news.finished || run.join(keep::HELD).exists();
+    let over = news.finished || run.join(store::HELD).exists();
     let checked = over.then(|| checked::run(&run)).transpose()?;
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
@@ -212,7 +212,7 @@ struct Over {
 
 /// The site that the run was planned on; of one that cannot be read nothing is drawn.
 fn site(run: &Path) -> Site {
-    keep::read_site(run).unwrap_or_else(|why| {
+    store::read_site(run).unwrap_or_else(|why| {
         link::note!("{}: the page shows no geofence and no route: {why}", run.display());
         Site::default()
     })
@@ -228,7 +228,7 @@ struct News {
 }
 
 impl News {
-    fn of(log: &mut Follow) -> Result<Self, MouthError> {
+    fn of(log: &mut Follow) -> Result<Self, JournalError> {
         let mut news = News::default();
         log.news(|entry| match entry {
             Entry::Output(Output::Text { text, picture }) => news.newest = Some((text, picture)),

@@ -10,7 +10,7 @@ use evidence::verification::{Held, HeldClock};
 use link::instrument::Frame;
 use link::recorded::frames;
 use link::recorder::Recording;
-use live::keep;
+use live::store;
 use wire::id::NodeId;
 
 use super::evidence::recorded;
@@ -208,7 +208,7 @@ fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
 
 /// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives what is held of it.
 fn as_live(run: &Path) -> Held {
-    let (mut held, _) = keep::read_held(run).unwrap();
+    let (mut held, _) = store::read_held(run).unwrap();
     let all = frames(&run.join("recording")).unwrap();
     let mut witnesses: Vec<NodeId> = all.iter().map(|frame| frame.node).filter(|node| !by_recorder(*node)).collect();
     witnesses.sort();
@@ -226,7 +226,7 @@ fn as_live(run: &Path) -> Held {
 /// Makes the digests of a changed directory anew, as whoever changed it can.
 fn seal_anew(run: &Path, held: &Held) {
     fs::remove_file(run.join("held.json")).unwrap();
-    keep::held(run, held).unwrap();
+    store::held(run, held).unwrap();
 }
 
 #[test]
@@ -235,7 +235,7 @@ fn a_guards_own_log_that_ends_behind_its_first_entry_is_found_though_the_digests
     let run = recorded(dir.path(), "process_ends");
     let held = as_live(&run);
     assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
-    let (_, told) = keep::read_held(&run).unwrap();
+    let (_, told) = store::read_held(&run).unwrap();
     let logs: Vec<PathBuf> = files(&run).into_iter().filter(|file| file.parent().unwrap().ends_with("guard")).collect();
     assert!(logs.len() > 3, "{logs:?}");
     for log in logs {
@@ -259,7 +259,7 @@ fn a_guards_own_log_that_ends_behind_its_first_entry_is_found_though_the_digests
 fn a_directory_of_a_program_that_covered_less_says_what_is_not_covered() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
-    let (mut held, _) = keep::read_held(&run).unwrap();
+    let (mut held, _) = store::read_held(&run).unwrap();
     held.files = None;
     held.heads.retain(|head| by_recorder(head.node));
     held.keys.retain(|node, _| by_recorder(*node));

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Property};
-use link::mouth::{Entry, Reader, Writer};
+use link::input_journal::{Entry, Reader, Writer};
 use live::child::Services;
 use live::trial::{Judged, conclude};
 use live::{Aftermath, Options, run};
@@ -116,7 +116,7 @@ fn a_short_live_trial_is_nominal_its_cores_replay_and_one_time_wrong_in_a_mouth_
     let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
     assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");
     let mut lines = Vec::new();
-    live::keep::lines(&mut lines, &evidence).unwrap();
+    live::store::lines(&mut lines, &evidence).unwrap();
     let head: serde_json::Value = serde_json::from_slice(lines.split(|b| *b == b'\n').next().unwrap()).unwrap();
     assert_eq!(head["differences"][0].as_str(), Some(found.what.as_str()), "for the second judge");
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use link::mouth::{Header, Writer};
+use link::input_journal::{Header, Writer};
 use serde_json::Value;
 use wire::core::{Input, Output};
 use wire::id::{Boot, NodeId};
@@ -31,7 +31,7 @@ pub(super) fn flip_a_bit(run: &Path) {
 fn cover(run: &Path) {
     let file = run.join("held.json");
     let mut held: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
-    held["files"] = serde_json::to_value(live::keep::whole::survey(run).unwrap()).unwrap();
+    held["files"] = serde_json::to_value(live::store::whole::survey(run).unwrap()).unwrap();
     fs::write(file, held.to_string()).unwrap();
 }
 

@@ -12,13 +12,13 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use runner::failure::{Exit, Failure};
-use runner::ground::{Asked, stopped_or_unfit};
 use runner::kept::Kept;
 use runner::lines::Lines;
 use runner::plan::{Planned, Wanted};
-use runner::{Context, ground, out, plan};
+use runner::search_config::{Asked, stopped_or_unfit};
+use runner::{Context, out, plan, search_config};
 use scenario::{Name, Weakness};
-use search::{Drawn, Ground, Stratum, ends_in};
+use search::{Drawn, SearchConfig, Stratum, ends_in};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -110,10 +110,10 @@ struct Sources {
 
 impl Sources {
     fn of(context: &Context) -> Result<Self, Failure> {
-        let mut weaknesses = ground::weaknesses(context)?;
+        let mut weaknesses = search_config::weaknesses(context)?;
         // A waived check is said by a policy, which `run` takes; a bound that is set wrong by no file that it takes.
         weaknesses.retain(|weakness| weakness.waive.is_some());
-        Ok(Self { weaknesses, alphabets: ground::shipped(context, "alphabets")? })
+        Ok(Self { weaknesses, alphabets: search_config::shipped(context, "alphabets")? })
     }
 
     fn draw(&self, context: &Context, lot: Lot, stratum: Stratum, number: u64, dir: &Path) -> Result<Case, Failure> {
@@ -137,7 +137,7 @@ impl Sources {
     }
 
     /// One of the alphabets, under every check.
-    fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, Ground), Failure> {
+    fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let alphabet = one_of(&self.alphabets, rng)?;
         let wanted = Wanted { rendered: true, ..Wanted::default() };
         let ground = Asked { scenario: "nominal", alphabet, wanted, waive: &[], misset: None }.ground(context)?;
@@ -145,10 +145,14 @@ impl Sources {
     }
 
     /// One of the weaknesses, with its check waived by a policy of its name.
-    fn weakened(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, Ground), Failure> {
+    fn weakened(
+        &self,
+        context: &Context,
+        rng: &mut ChaCha8Rng,
+    ) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let weakness = one_of(&self.weaknesses, rng)?;
         let wanted = Wanted { rendered: true, ..Wanted::default() };
-        let mut ground = ground::of_weakness(context, weakness, wanted)?;
+        let mut ground = search_config::of_weakness(context, weakness, wanted)?;
         let name = weakness.name.as_str();
         name.clone_into(&mut ground.setup.policy_name);
         name.clone_into(&mut ground.setup.policy.name);
@@ -161,7 +165,7 @@ fn one_of<'a, T>(of: &'a [T], rng: &mut ChaCha8Rng) -> Result<&'a T, Failure> {
     of.get(i as usize).ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to draw words from"))
 }
 
-fn write(case: &Case, drawn: &Drawn, ground: &Ground, dir: &Path) -> Result<(), Failure> {
+fn write(case: &Case, drawn: &Drawn, ground: &SearchConfig, dir: &Path) -> Result<(), Failure> {
     let name = case.name();
     let parsed = Name::new(&name).map_err(Failure::internal)?;
     let text = drawn.scenario.to_file(&parsed).map_err(Failure::internal)?;

@@ -16,9 +16,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
-use runner::{Context, engine, ground, out, plan};
+use runner::{Context, engine, out, plan, search_config};
 use scenario::{Alphabet, Scenario};
-use search::{Letter, Word};
+use search::{Action, AttackSequence};
 use serde::Serialize;
 use stats::Share;
 use wire::event::Sensor;
@@ -44,7 +44,7 @@ pub struct Args {
 #[derive(Clone)]
 struct Fault<'a> {
     alphabet: &'a Alphabet,
-    letter: Letter,
+    letter: Action,
 }
 
 /// One run that counted.
@@ -114,8 +114,8 @@ struct Measured {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &Wanted::default())?;
     let base = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
-    let names = ground::shipped(context, "alphabets")?;
-    let alphabets = names.iter().map(|name| ground::alphabet(context, name)).collect::<Result<Vec<_>, _>>()?;
+    let names = search_config::shipped(context, "alphabets")?;
+    let alphabets = names.iter().map(|name| search_config::alphabet(context, name)).collect::<Result<Vec<_>, _>>()?;
     let progress = Progress::new("runs", args.runs as usize, context.talk);
     let seeds: Vec<u64> = (0..args.runs).map(|i| context.seed + i).collect();
     let rows = parallel::map(parallel::cores(), &seeds, |seed| {
@@ -240,7 +240,7 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
 fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scenario> {
     faults.iter().zip(kept).try_fold(base.clone(), |scenario, (fault, kept)| {
         let letters = if *kept { vec![fault.letter.clone()] } else { Vec::new() };
-        Word::new(letters).in_scenario(fault.alphabet, &scenario).ok()
+        AttackSequence::new(letters).in_scenario(fault.alphabet, &scenario).ok()
     })
 }
 
@@ -269,7 +269,7 @@ impl<'a> Fault<'a> {
         let begins = BEGINS_MS.0 + below(BEGINS_MS.1 - BEGINS_MS.0);
         let begins = (begins / alphabet.tick_ms.unsigned()) as u32;
         let places = alphabet.moves[kind].ranges().map(|range| below(u64::from(range.last()) + 1) as u32).collect();
-        Fault { alphabet, letter: Letter { begins, kind, places } }
+        Fault { alphabet, letter: Action { begins, kind, places } }
     }
 
     fn begins(&self) -> Micros {
@@ -283,7 +283,7 @@ impl<'a> Fault<'a> {
     }
 
     fn told(&self) -> String {
-        Word::new(vec![self.letter.clone()]).told(self.alphabet)
+        AttackSequence::new(vec![self.letter.clone()]).told(self.alphabet)
     }
 
     /// Where it can show to the services: what it is done to, and what depends on that alone.

@@ -2,7 +2,7 @@
 //!
 //! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied, and with each
 //! check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run leaves
-//! (`live::keep::lines`) and nothing that the oracle said. What it has no rule for it says, and that is counted apart: to
+//! (`live::store::lines`) and nothing that the oracle said. What it has no rule for it says, and that is counted apart: to
 //! abstain is no agreement.
 
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use evidence::{Evidence, SCHEMA_VERSION, Verdict};
-use live::keep;
+use live::store;
 use parallel::progress::Progress;
 use runner::failure::{Exit, Failure};
 use runner::plan::Planned;
@@ -203,7 +203,7 @@ impl Judge {
 
     fn ask(&mut self, evidence: &Evidence) -> Result<Second, Failure> {
         let Some(to) = &mut self.to else { return Err(Failure::internal("the second judge is gone")) };
-        keep::lines(to, evidence)?;
+        store::lines(to, evidence)?;
         to.write_all(b"{\"end\":true}\n")?;
         to.flush()?;
         let mut line = String::new();

@@ -10,12 +10,12 @@ use crate::report::{MinimaObject, MinimaRow, minima_table};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
-use runner::ground::{MOST_WORDS, stopped_or_unfit, unfit};
 use runner::out;
+use runner::search_config::{MOST_WORDS, stopped_or_unfit, unfit};
 use scenario::Weakness;
-use search::{Cause, Found, Ground, Moments, Shrunk, Strategy, Word, ends_in};
+use search::{AttackSequence, Cause, Found, Moments, SearchConfig, Shrunk, Strategy, ends_in};
 
-pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, Ground)], seeds: u64) -> Result<Exit, Failure> {
+pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, SearchConfig)], seeds: u64) -> Result<Exit, Failure> {
     let progress = Progress::new("findings shrunk", grounds.len() * seeds as usize, bench.context.talk);
     let mut rows = Vec::new();
     for ground in grounds {
@@ -35,15 +35,15 @@ pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, Ground)], seeds: u64)
 /// One row for each cause.
 fn minima(
     bench: &Bench<'_>,
-    (weakness, ground): &(Weakness, Ground),
+    (weakness, ground): &(Weakness, SearchConfig),
     seeds: u64,
     progress: &Progress,
 ) -> Result<Vec<MinimaRow>, Failure> {
-    let nominal = ground.try_word(&Word::default()).map_err(unfit)?;
+    let nominal = ground.try_word(&AttackSequence::default()).map_err(unfit)?;
     let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
     let all: Vec<u64> = (1..=seeds).collect();
     let shrunk = parallel::map(bench.threads, &all, |seed| {
-        let hunted = bench.hunt((weakness, ground), Strategy::Guided, *seed)?;
+        let hunted = bench.search((weakness, ground), Strategy::Guided, *seed)?;
         let shrink = |(cause, found): (Cause, Found)| {
             let shrunk = ground.shrink(&found.tried.word, &ends_in(&weakness.find), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)
@@ -68,7 +68,7 @@ fn minima(
 fn fewest(
     bench: &Bench<'_>,
     weakness: &Weakness,
-    ground: &Ground,
+    ground: &SearchConfig,
     moments: &Moments,
     cause: &Cause,
     below: usize,

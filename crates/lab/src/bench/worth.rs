@@ -12,11 +12,11 @@ use crate::report::{HuntsRow, WeaknessRow, WorthObject, worth_table};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
-use runner::ground::stopped_or_unfit;
 use runner::plan::Wanted;
-use runner::{Context, batch, ground, out};
+use runner::search_config::stopped_or_unfit;
+use runner::{Context, batch, out, search_config};
 use scenario::{Weakness, Weaknesses};
-use search::{Ground, Hunted, Quest, Strategy, ends_in};
+use search::{RunConfig, RunResult, SearchConfig, Strategy, ends_in};
 use stats::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
@@ -81,23 +81,23 @@ pub(super) struct Bench<'a> {
 
 impl Bench<'_> {
     /// One hunt for a first finding, on one thread.
-    pub(super) fn hunt(
+    pub(super) fn search(
         &self,
-        (weakness, ground): (&Weakness, &Ground),
+        (weakness, ground): (&Weakness, &SearchConfig),
         strategy: Strategy,
         seed: u64,
-    ) -> Result<Hunted, Failure> {
-        let quest = Quest { strategy, seed, budget: self.budget, first: true };
+    ) -> Result<RunResult, Failure> {
+        let quest = RunConfig { strategy, seed, budget: self.budget, first: true };
         let untold = Progress::new("", 0, Talk::Quiet);
-        let hunted = ground.hunt(quest, &ends_in(&weakness.find), 1, &untold, &self.context.stop);
+        let hunted = ground.search(quest, &ends_in(&weakness.find), 1, &untold, &self.context.stop);
         hunted.map_err(|why| stopped_or_unfit(self.context, why))
     }
 }
 
-fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Failure> {
+fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, SearchConfig)>, Failure> {
     let list = match &args.list {
         Some(file) => Weaknesses::load(file)?.weakness.to_vec(),
-        None => ground::weaknesses(context)?,
+        None => search_config::weaknesses(context)?,
     };
     let known = || list.iter().map(|weakness| weakness.name.as_str());
     if let Some(unknown) = args.only.iter().find(|name| !known().any(|known| known == name.as_str())) {
@@ -106,20 +106,20 @@ fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Fa
     }
     let chosen = |weakness: &&Weakness| args.only.is_empty() || args.only.iter().any(|n| n == weakness.name.as_str());
     let ground =
-        |weakness: &Weakness| Ok((weakness.clone(), ground::of_weakness(context, weakness, Wanted::default())?));
+        |weakness: &Weakness| Ok((weakness.clone(), search_config::of_weakness(context, weakness, Wanted::default())?));
     list.iter().filter(chosen).map(ground).collect()
 }
 
 fn compared(
     bench: &Bench<'_>,
     weakness: &Weakness,
-    ground: &Ground,
+    ground: &SearchConfig,
     draws: u64,
     progress: &Progress,
 ) -> Result<WeaknessRow, Failure> {
     let turns: Vec<(u64, Strategy)> = (1..=draws).flat_map(|seed| Strategy::ALL.map(|of| (seed, of))).collect();
     let hunted = parallel::map(bench.threads, &turns, |(seed, strategy)| {
-        let hunted = bench.hunt((weakness, ground), *strategy, *seed)?;
+        let hunted = bench.search((weakness, ground), *strategy, *seed)?;
         progress.step();
         Ok::<_, Failure>((*strategy, hunted))
     })?;
@@ -132,7 +132,7 @@ fn compared(
 }
 
 /// How many trials and how many CPU seconds it was until the first finding.
-fn waits(hunted: &Hunted) -> (Wait, Wait) {
+fn waits(hunted: &RunResult) -> (Wait, Wait) {
     match hunted.found.values().next() {
         Some(found) => {
             (Wait { waited: found.trial as f64, came: true }, Wait { waited: found.cpu_seconds, came: true })

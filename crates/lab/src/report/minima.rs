@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use results::report::new_table;
 use scenario::Weakness;
-use search::{Cause, Ground, Shrunk};
+use search::{Cause, SearchConfig, Shrunk};
 use serde::Serialize;
 
 use super::cost::Spread;
@@ -45,7 +45,13 @@ pub struct MinimaRow {
 
 impl MinimaRow {
     /// Of what was shrunk.
-    pub fn new(weakness: &Weakness, ground: &Ground, cause: &Cause, shrunk: &[Shrunk], fewer: Option<usize>) -> Self {
+    pub fn new(
+        weakness: &Weakness,
+        ground: &SearchConfig,
+        cause: &Cause,
+        shrunk: &[Shrunk],
+        fewer: Option<usize>,
+    ) -> Self {
         let mut counted = BTreeMap::new();
         for one in shrunk {
             *counted.entry(&one.word).or_insert(0_usize) += 1;

@@ -2,7 +2,7 @@
 //!
 //! The library's own listener runs a handshake inside its accept loop, so one silent ClientHello locks everyone out. Here
 //! each peer address has a bounded queue and a task; handshakes under way and sessions are bounded. An unknown peer first
-//! passes the cookie exchange ([`crate::guard::door`]), which keeps no state; of those let in, the oldest unfinished
+//! passes the cookie exchange ([`crate::guard::cookie`]), which keeps no state; of those let in, the oldest unfinished
 //! handshake makes room for the newest, so that silent peers keep no one out. Losses are counted.
 //!
 //! A datagram from outside of the run is judged like any other, by the same cookie exchange and guards. Only its accounts
@@ -22,12 +22,12 @@ use tokio::time::Instant;
 use super::path::{INLET, Outlet, Path};
 use super::session::{SessionCounters, SessionEvent, Settings, serve};
 use super::{DATAGRAM, DtlsError, server};
-use crate::guard::door::{Answer, Door};
+use crate::certificates::Fault;
+use crate::guard::cookie::{Answer, CookieExchange};
 use crate::guard::observe::Verdict;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
 use crate::sockets;
-use crate::vet::Fault;
 
 /// Handshakes that may be under way at once.
 pub const HALF_OPEN: usize = 64;
@@ -88,10 +88,11 @@ pub fn accept(
     settings: Settings,
     events: mpsc::Sender<SessionEvent>,
 ) -> Result<Listener, DtlsError> {
-    let door = Door::new().ok_or_else(|| std::io::Error::other("no randomness for the door's key"))?;
+    let exchange =
+        CookieExchange::new().ok_or_else(|| std::io::Error::other("no randomness for the exchange's key"))?;
     let outside = Settings { log: None, counters: Arc::default(), ..settings.clone() };
     let accept = Accept {
-        door,
+        exchange,
         credential: Arc::new(credential),
         settings,
         outside,
@@ -103,7 +104,7 @@ pub fn accept(
 }
 
 struct Accept {
-    door: Door,
+    exchange: CookieExchange,
     credential: Arc<Credential>,
     settings: Settings,
     /// The same for peers outside of the run: counters of their own, and no log.
@@ -169,7 +170,7 @@ impl Accept {
             return SessionCounters::add(&counters.strangers);
         };
         self.shaking.retain(|shaking| !shaking.over.load(Ordering::Relaxed));
-        match self.door.judge(from, bytes, self.shaking.len(), Instant::now()) {
+        match self.exchange.judge(from, bytes, self.shaking.len(), Instant::now()) {
             Answer::Admit => {
                 let settings = settings.clone();
                 self.admit(peer, bytes, out(peer), settings);

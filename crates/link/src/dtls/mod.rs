@@ -6,8 +6,8 @@
 //!
 //! [`dial`] opens and re-opens one session, [`listen`] accepts many; both report through [`SessionEvent`].
 
+mod cookie_retry;
 pub mod dial;
-mod knock;
 pub mod listen;
 pub mod path;
 pub mod session;
@@ -25,11 +25,11 @@ use rustls::pki_types::CertificateDer;
 use webrtc_util::conn::Conn;
 use wire::id::PeerId;
 
+use crate::certificates::list::Revocations;
+use crate::certificates::{CertificateVerifier, Fault, Presenter, Refused};
 use crate::guard::{GuardConn, GuardSettings};
 use crate::loopback::AddressRefused;
 use crate::pki::{Credential, PkiError, dns_name, remaining_life};
-use crate::vet::list::Revocations;
-use crate::vet::{Fault, Presenter, Refused, Vet};
 
 pub use self::session::{SessionEvent, SessionHandle};
 
@@ -102,7 +102,7 @@ pub struct Secure {
     peer: PeerId,
     life: Duration,
     chain: Vec<Vec<u8>>,
-    vet: Vet,
+    verifier: CertificateVerifier,
     presenter: Presenter,
 }
 
@@ -121,8 +121,8 @@ impl Secure {
     ///
     /// # Errors
     /// Why it is refused now.
-    pub fn vet(&self) -> Result<PeerId, Refused> {
-        check(&self.vet, &self.chain, self.presenter)
+    pub fn verify_peer(&self) -> Result<PeerId, Refused> {
+        check(&self.verifier, &self.chain, self.presenter)
     }
 
     /// The next application record.
@@ -201,7 +201,7 @@ struct Own<'a> {
 }
 
 /// The library can neither read a revocation list nor say why it refuses a certificate, so its own check is replaced by
-/// [`Vet`], for which it calls back; that it did is checked once it says that the handshake is complete.
+/// [`CertificateVerifier`], for which it calls back; that it did is checked once it says that the handshake is complete.
 async fn handshake(
     path: Arc<dyn Conn + Send + Sync>,
     mut config: Config,
@@ -209,9 +209,9 @@ async fn handshake(
     guard: GuardSettings,
 ) -> Result<Secure, DtlsError> {
     crate::crypto::init();
-    let (vet, presenter) = (Vet::new(own.credential, &own.revocations)?, own.presenter);
+    let (verifier, presenter) = (CertificateVerifier::new(own.credential, &own.revocations)?, own.presenter);
     let verdict: Arc<Mutex<Option<Result<PeerId, Refused>>>> = Arc::default();
-    let (judge, told) = (vet.clone(), verdict.clone());
+    let (judge, told) = (verifier.clone(), verdict.clone());
     config.insecure_skip_verify = true;
     config.client_auth = ClientAuthType::RequireAnyClientCert;
     config.verify_peer_certificate = Some(Arc::new(move |chain, _| {
@@ -235,12 +235,12 @@ async fn handshake(
     let chain = conn.connection_state().await.peer_certificates;
     let leaf = chain.first().ok_or_else(missing)?;
     let life = remaining_life(leaf)?.min(remaining_life(&own.credential.cert_der)?);
-    Ok(Secure { conn, peer, life, chain, vet, presenter })
+    Ok(Secure { conn, peer, life, chain, verifier, presenter })
 }
 
-fn check(vet: &Vet, chain: &[Vec<u8>], presenter: Presenter) -> Result<PeerId, Refused> {
+fn check(verifier: &CertificateVerifier, chain: &[Vec<u8>], presenter: Presenter) -> Result<PeerId, Refused> {
     let chain: Vec<CertificateDer<'_>> = chain.iter().map(|der| CertificateDer::from(der.as_slice())).collect();
-    vet.check(&chain, presenter)
+    verifier.check(&chain, presenter)
 }
 
 /// The pinned configuration of both ends.

@@ -11,7 +11,7 @@ use tokio::net::UdpSocket;
 use tokio::sync::{Mutex, mpsc};
 use webrtc_util::conn::Conn;
 
-use super::knock::Knock;
+use super::cookie_retry::CookieRetry;
 use super::session::SessionCounters;
 use crate::loopback::LoopbackAddr;
 use crate::sockets;
@@ -53,7 +53,7 @@ pub struct Path {
 /// Counters of a path, and the dialler's state.
 struct Counted {
     counters: Arc<SessionCounters>,
-    knock: Option<Knock>,
+    retry: Option<CookieRetry>,
 }
 
 impl Path {
@@ -65,29 +65,29 @@ impl Path {
     /// The same path, which counts its unread datagrams when it ends.
     #[must_use]
     pub fn counted(mut self, counters: Arc<SessionCounters>) -> Self {
-        self.counters = Some(Counted { counters, knock: None });
+        self.counters = Some(Counted { counters, retry: None });
         self
     }
 
     /// The same path for a dialler: it also counts sent datagrams, and answers cookie requests.
     #[must_use]
     pub fn dialling(mut self, counters: Arc<SessionCounters>) -> Self {
-        self.counters = Some(Counted { counters, knock: Some(Knock::default()) });
+        self.counters = Some(Counted { counters, retry: Some(CookieRetry::default()) });
         self
     }
 
     /// Notes a datagram that leaves a dialler.
     fn sent(&self, datagram: &[u8]) {
-        if let Some(Counted { counters, knock: Some(knock) }) = &self.counters {
-            knock.out(datagram);
+        if let Some(Counted { counters, retry: Some(retry) }) = &self.counters {
+            retry.out(datagram);
             SessionCounters::add(&counters.dialled);
         }
     }
 
     /// Answers a cookie request; false if the datagram is none.
     fn answers(&self, datagram: &[u8]) -> bool {
-        let Some(Counted { counters, knock: Some(knock) }) = &self.counters else { return false };
-        let Some(answer) = knock.answer(datagram) else { return false };
+        let Some(Counted { counters, retry: Some(retry) }) = &self.counters else { return false };
+        let Some(answer) = retry.answer(datagram) else { return false };
         SessionCounters::add(&counters.asked);
         for datagram in answer {
             self.outlet.emit(&datagram);

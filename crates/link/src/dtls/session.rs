@@ -9,11 +9,11 @@ use tokio::sync::mpsc;
 use wire::id::{PeerId, SessionId};
 
 use super::{MAX_RECORD, Secure};
+use crate::certificates::list::Revocations;
+use crate::certificates::{Fault, Refused};
 use crate::guard::observe::{GuardCounters, GuardStats, ObservationLog};
 use crate::guard::{GuardMode, GuardSettings};
 use crate::loopback::LoopbackAddr;
-use crate::vet::list::Revocations;
-use crate::vet::{Fault, Refused};
 
 /// Records that may wait to be sent into one session.
 pub const OUTBOUND: usize = 256;
@@ -230,7 +230,7 @@ pub(super) async fn serve(
     let mut list = settings.revocations.watch();
     loop {
         tokio::select! {
-            () = list.changed() => if let Err(refused) = secure.vet() {
+            () = list.changed() => if let Err(refused) = secure.verify_peer() {
                 dismissed(settings, session, &refused);
                 break;
             },

@@ -31,7 +31,7 @@ pub fn lengths_hold(body: &[u8]) -> bool {
     true
 }
 
-/// True if a datagram from a stranger may open an association: one plaintext record, one sound ClientHello.
+/// True if a datagram from an unknown peer may open an association: one plaintext record, one sound ClientHello.
 pub fn opens_association(datagram: &[u8]) -> bool {
     let mut pieces = split(datagram);
     let (Some(Split::Record(raw)), None) = (pieces.next(), pieces.next()) else { return false };
@@ -50,7 +50,7 @@ fn is_one_message(body: &[u8]) -> bool {
 
 /// Verdict on a datagram from an unknown peer before there is an association: passed if it may open one, else the
 /// reason.
-pub fn at_the_door(datagram: &[u8]) -> Verdict {
+pub fn before_association(datagram: &[u8]) -> Verdict {
     match split(datagram).next() {
         _ if opens_association(datagram) => Verdict::Passed,
         Some(Split::Record(raw)) if raw.content == HANDSHAKE && raw.epoch == 0 => Verdict::BadHello,
@@ -94,7 +94,7 @@ pub fn verify_request(sequence: u64, cookie: &[u8]) -> Vec<u8> {
     record
 }
 
-/// The cookie of a door's HelloVerifyRequest; `None` of anything else, the library's included.
+/// The cookie of a HelloVerifyRequest of ours; `None` of anything else, the library's included.
 pub fn requested_cookie(datagram: &[u8]) -> Option<&[u8]> {
     let mut pieces = split(datagram);
     let (Some(Split::Record(raw)), None) = (pieces.next(), pieces.next()) else { return None };

@@ -13,7 +13,7 @@
 //!
 //! It holds no key. Whether a record is authentic is the library's business, whether it is fresh the gateway's.
 
-pub mod door;
+pub mod cookie;
 pub mod hello;
 pub mod observe;
 pub mod record;

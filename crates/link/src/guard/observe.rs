@@ -8,7 +8,7 @@ use wire::codec::Text;
 use wire::event::{Event, GuardVerdict, Interface};
 use wire::id::PeerId;
 
-use crate::vet::Fault;
+use crate::certificates::Fault;
 
 /// The guard's verdict on a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -3,7 +3,7 @@
 //!
 //! Manipulating the datagrams, and judging the result, is left to that holder.
 
-pub mod hall;
+pub mod listener;
 pub mod rogue;
 pub mod tls;
 
@@ -16,12 +16,12 @@ use wire::core::Side;
 use wire::id::PeerId;
 
 use self::rogue::{Manner, Rogue};
+use crate::certificates::list::Revocations;
 use crate::dtls::path::{Outlet, Path};
 use crate::dtls::{DtlsError, Secure, client, server};
 use crate::guard::observe::{GuardCounters, GuardStats, Observation, ObservationLog};
 use crate::guard::{GuardMode, GuardSettings};
 use crate::pki::{Credential, ListRefused, PkiError};
-use crate::vet::list::Revocations;
 
 /// Datagrams that a network holds on one way.
 const ROOM: usize = 4096;
@@ -188,12 +188,13 @@ impl Pair {
     /// # Errors
     ///
     /// The refusal.
-    pub fn vet(&self, at: Side) -> Result<PeerId, crate::vet::Refused> {
+    pub fn verify_peer(&self, at: Side) -> Result<PeerId, crate::certificates::Refused> {
         match &self.ends[at as usize] {
-            End::Stands(secure) => secure.vet(),
-            End::Broken(_) | End::Rogue(_) => {
-                Err(crate::vet::Refused { fault: crate::vet::Fault::Handshake, got: "no association".to_owned() })
-            }
+            End::Stands(secure) => secure.verify_peer(),
+            End::Broken(_) | End::Rogue(_) => Err(crate::certificates::Refused {
+                fault: crate::certificates::Fault::Handshake,
+                got: "no association".to_owned(),
+            }),
         }
     }
 

@@ -9,9 +9,9 @@ use rustls::{ClientConfig, ClientConnection, Connection, ServerConfig, ServerCon
 use wire::core::Side;
 use wire::id::PeerId;
 
+use crate::certificates::list::Revocations;
+use crate::certificates::{Fault, Refused, tls};
 use crate::pki::{Credential, PkiError, dns_name, peer_of};
-use crate::vet::list::Revocations;
-use crate::vet::{Fault, Refused, tls};
 
 /// Rounds after which two ends that still have something to say are cut off.
 const ROUNDS: usize = 64;

@@ -295,7 +295,7 @@ mod tests {
         let server = MqttServer::start(&listen, StreamLog::none(), core).unwrap();
         let client = |peer: PeerId, subject, to| {
             let (at, own) = (server.local(), credential(peer));
-            let trust = (&own, &crate::vet::list::Revocations::of(&own).unwrap());
+            let trust = (&own, &crate::certificates::list::Revocations::of(&own).unwrap());
             Mqtt::start(at, peer, PeerId::BROKER, trust, vec![subject], StreamLog::none(), to).unwrap()
         };
         let (command, ack) = (Subject::Command(UnitId::A), Subject::Ack(UnitId::A));

@@ -3,6 +3,7 @@
 use std::net::UdpSocket;
 use std::time::Duration;
 
+use link::certificates::Fault;
 use link::dtls::dial::dial;
 use link::dtls::listen::{Listener, listen};
 use link::dtls::session::{SessionCounters, SessionEvent, SessionHandle, Settings};
@@ -12,7 +13,6 @@ use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, Role};
 use link::relay::DatagramRelay;
 use link::spec::RelayLeg;
-use link::vet::Fault;
 use tokio::sync::mpsc;
 use wire::core::Input;
 use wire::id::PeerId;

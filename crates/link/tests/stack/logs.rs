@@ -1,6 +1,8 @@
 //! Mouth logs: replay, and files that were cut or forged.
 
-use link::mouth::{Entry, Header, MAGIC, MAX_ENTRY, MouthError, Reader, ReplayError, Thinned, Writer, replay, thin};
+use link::input_journal::{
+    Entry, Header, JournalError, MAGIC, MAX_ENTRY, Reader, ReplayError, Thinned, Writer, replay, thin,
+};
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::wire_hash;
 use wire::id::{Boot, NodeId};
@@ -74,7 +76,7 @@ fn truncated_log_replays_as_far_as_it_goes() {
                 assert!(replayed.inputs >= before && replayed.unlogged <= 1, "cut at {cut}");
                 before = replayed.inputs;
             }
-            Err(MouthError::Magic | MouthError::Truncated { .. }) => assert!(cut < head, "cut at {cut}"),
+            Err(JournalError::Magic | JournalError::Truncated { .. }) => assert!(cut < head, "cut at {cut}"),
             Err(other) => panic!("cut at {cut}: {other}"),
         }
     }
@@ -87,11 +89,11 @@ fn forged_lengths_are_named_without_cost() {
     let mut huge = log.clone();
     let at = MAGIC.len();
     huge[at..at + 4].copy_from_slice(&u32::MAX.to_be_bytes());
-    assert!(matches!(Reader::new(huge.as_slice()), Err(MouthError::TooLong { at: 8, .. })));
+    assert!(matches!(Reader::new(huge.as_slice()), Err(JournalError::TooLong { at: 8, .. })));
     let mut trailing = log.clone();
     trailing.extend([0, 0, 0, 3, 0xf6, 0xf6, 0xf6]);
     let last = Reader::new(trailing.as_slice()).unwrap().last().unwrap();
-    assert!(matches!(last, Err(MouthError::Malformed { .. })));
+    assert!(matches!(last, Err(JournalError::Malformed { .. })));
     for at in MAGIC.len()..log.len() {
         let mut changed = log.clone();
         changed[at] ^= 0x41;

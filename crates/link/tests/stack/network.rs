@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use link::certificates::list::Revocations;
 use link::dtls::path::{Outlet, Path};
 use link::dtls::{DtlsError, Secure, client, server};
 use link::guard::observe::GuardCounters;
 use link::guard::{GuardMode, GuardSettings};
 pub(crate) use link::memory::{Network, Tap, clear, network};
 use link::pki::{Authority, Credential, Role};
-use link::vet::list::Revocations;
 use tokio::sync::mpsc;
 use wire::id::PeerId;
 

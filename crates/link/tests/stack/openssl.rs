@@ -1,16 +1,16 @@
-//! Another implementation at the door: `openssl s_client -dtls1_2` with a good certificate and with others.
+//! Another implementation as a client: `openssl s_client -dtls1_2` with a good certificate and with others.
 
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, SystemTime};
 
+use link::certificates::Fault;
 use link::dtls::listen::listen;
 use link::dtls::session::{SessionEvent, Settings};
 use link::guard::GuardMode;
 use link::guard::observe::{ObservationLog, Verdict};
 use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, Role};
-use link::vet::Fault;
 use tokio::sync::mpsc;
 use wire::id::PeerId;
 

@@ -7,8 +7,8 @@ use std::process::{Child, Command, Stdio};
 use link::bus::Domain;
 use link::bus::sweep::sweep;
 use link::clock::{HostClock, trace_us};
+use link::input_journal::{Entry, Reader};
 use link::instrument::{Frame, Instrument};
-use link::mouth::{Entry, Reader};
 use link::recorded;
 use link::spec::{BusSpec, ChannelSpec, Control, ORPHANED, RecorderSpec, ServiceSpec};
 use rustix::process::{Resource, Rlimit};
@@ -94,7 +94,7 @@ fn service_entries_are_recorded_fed_and_accounted_for() {
     assert!(own.clone().count() > 0 && own.clone().all(|m| AuditEntry::decode(&m.data).is_ok()));
 }
 
-/// Follows the recorder's mouth log until it has been fed `n` entries.
+/// Follows the recorder's input journal until it holds `n` fed entries.
 fn wait_for(directory: &Path, n: usize) -> usize {
     loop {
         let file = std::fs::File::open(directory.join("mouth/recorder.cbor")).unwrap();

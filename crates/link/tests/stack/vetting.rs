@@ -2,11 +2,11 @@
 
 use std::time::{Duration, SystemTime};
 
+use link::certificates::Fault;
 use link::dtls::DtlsError;
 use link::memory::rogue::Manner;
 use link::memory::{Pair, Party, clear, tls};
 use link::pki::{Authority, Credential, Role};
-use link::vet::Fault;
 use wire::core::Side;
 use wire::id::PeerId;
 
@@ -96,12 +96,12 @@ fn revoked_certificate_ends_a_standing_session() {
     let unit = Party::honest(authority.issue(PeerId::UNIT_A, Role::Dials).unwrap());
     let gateway = Party::honest(authority.issue(PeerId::GATEWAY, Role::Listens).unwrap());
     let pair = Pair::open([&unit, &gateway], PeerId::GATEWAY, clear()).unwrap();
-    assert_eq!(pair.vet(Side::Server), Ok(PeerId::UNIT_A));
+    assert_eq!(pair.verify_peer(Side::Server), Ok(PeerId::UNIT_A));
     let list = authority.revoke(&[&unit.credential]).unwrap();
     pair.revoke(Side::Server, list.clone()).unwrap();
     pair.revoke(Side::Client, list).unwrap();
-    assert_eq!(pair.vet(Side::Server).map_err(|refused| refused.fault), Err(Fault::Revoked));
-    assert_eq!(pair.vet(Side::Client), Ok(PeerId::GATEWAY), "the list names the unit alone");
+    assert_eq!(pair.verify_peer(Side::Server).map_err(|refused| refused.fault), Err(Fault::Revoked));
+    assert_eq!(pair.verify_peer(Side::Client), Ok(PeerId::GATEWAY), "the list names the unit alone");
 }
 
 /// At both ends of the plane.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Outcome;
-use search::{Ground, HuntRow, Hunted, Margin, Strategy};
+use search::{HuntRow, Margin, RunResult, SearchConfig, Strategy};
 use serde::Serialize;
 use stats::{LEVEL, rate_upper};
 
@@ -99,9 +99,9 @@ impl Confirmed {
 impl SearchObject {
     /// Of a search on `ground`.
     pub fn new(
-        ground: &Ground,
+        ground: &SearchConfig,
         draws: u64,
-        hunted: &Hunted,
+        hunted: &RunResult,
         strategy: Strategy,
         exhausted: Option<u32>,
         findings: Vec<FindingRow>,

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use console::beside::{Beside, Evidence, Sight};
+use console::sidecar::{Evidence, Sidecar, Sight};
 use evidence::Micros;
 use evidence::passed::{Passed, recorded};
 use explain::explain;
-use link::mouth::MouthError;
+use link::input_journal::JournalError;
 use perception::stages::Stages;
 use results::report::explained_in_seconds;
 use runner::checked::Checked;
@@ -44,7 +44,7 @@ impl Beheld {
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
         let unread =
-            |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
+            |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
         let mut frames = recorded(run.path(), &entries).map_err(unread)?.passed;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
@@ -70,10 +70,10 @@ impl Evidence for Beheld {
         u64::try_from(-self.ahead).ok().map(Instant)
     }
 
-    fn at(&mut self, at: Instant) -> Beside {
-        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Beside::default() };
+    fn at(&mut self, at: Instant) -> Sidecar {
+        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Sidecar::default() };
         let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);
         let because = change.and_then(|place| Some(Arc::clone(&self.changes.get(place)?.1)));
-        Beside { sensed: self.sensed(on_run), because }
+        Sidecar { sensed: self.sensed(on_run), because }
     }
 }

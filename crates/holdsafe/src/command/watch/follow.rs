@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
 use std::path::Path;
 
-use link::mouth::{Entry, Header, MouthError, Reader};
+use link::input_journal::{Entry, Header, JournalError, Reader};
 
 /// A mouth log and how far it has been read.
 pub(super) struct Follow {
@@ -18,7 +18,7 @@ impl Follow {
     ///
     /// # Errors
     /// When there is no file at `path`.
-    pub(super) fn open(path: &Path) -> Result<Self, MouthError> {
+    pub(super) fn open(path: &Path) -> Result<Self, JournalError> {
         Ok(Self { file: link::files::open(path)?, read: None })
     }
 
@@ -26,13 +26,13 @@ impl Follow {
     ///
     /// # Errors
     /// When it is no mouth log, or damaged.
-    pub(super) fn news(&mut self, mut each: impl FnMut(Entry)) -> Result<(), MouthError> {
+    pub(super) fn news(&mut self, mut each: impl FnMut(Entry)) -> Result<(), JournalError> {
         self.file.seek(SeekFrom::Start(self.read.map_or(0, |(_, at)| at)))?;
         let source = BufReader::new(&self.file);
         let mut log = match self.read {
             Some((header, at)) => Reader::resume(source, header, at),
             None => match Reader::new(source) {
-                Err(MouthError::Truncated { .. }) => return Ok(()),
+                Err(JournalError::Truncated { .. }) => return Ok(()),
                 begun => begun?,
             },
         };
@@ -40,7 +40,7 @@ impl Follow {
             match entry {
                 Ok(entry) => each(entry),
                 // The rest of the entry is still to be written.
-                Err(MouthError::Truncated { .. }) => break,
+                Err(JournalError::Truncated { .. }) => break,
                 Err(error) => return Err(error),
             }
         }
@@ -53,7 +53,7 @@ impl Follow {
 mod tests {
     use std::io::Write;
 
-    use link::mouth::Writer;
+    use link::input_journal::Writer;
     use wire::core::{Input, Output};
     use wire::id::{Boot, NodeId};
     use wire::time::Instant;

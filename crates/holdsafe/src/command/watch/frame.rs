@@ -1,6 +1,6 @@
 //! A frame as a person looks at it: colour, depth, thermal and LiDAR, each with what the stages find in it.
 
-use console::beside::{Image, Mark, Sight};
+use console::sidecar::{Image, Mark, Sight};
 use dataset::sheet::near;
 use perception::corroborate::Limits;
 use perception::lidar::returns;

@@ -9,12 +9,12 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use console::beside::Sight;
+use console::sidecar::Sight;
 use console::process::open;
 use console::source::{Sensed, Sensors};
 use link::clock::trace_us;
 use link::drive::FLUSH_EVERY;
-use link::mouth::{Entry, MouthError};
+use link::input_journal::{Entry, JournalError};
 use parallel::progress::Stop;
 use perception::stages::Stages;
 use runner::failure::{Exit, Failure};
@@ -208,7 +208,7 @@ fn path(run: &Path, boot: &str) -> PathBuf {
     run.join("mouth").join(format!("{}{boot}.cbor", NodeId::PERCEPTION))
 }
 
-fn unread(path: &Path, why: &MouthError) -> Failure {
+fn unread(path: &Path, why: &JournalError) -> Failure {
     Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()))
 }
 
@@ -239,7 +239,7 @@ impl Lag {
 mod tests {
     use std::io::Write;
 
-    use link::mouth::{Header, Writer};
+    use link::input_journal::{Header, Writer};
     use wire::id::Boot;
 
     use super::*;
@@ -302,7 +302,8 @@ mod tests {
         std::fs::remove_file(path(folder.path(), "-2")).unwrap();
         let whole = std::fs::read(path(folder.path(), "")).unwrap();
         let mut thinned = Vec::new();
-        link::mouth::thin(link::mouth::Reader::new(whole.as_slice()).unwrap(), &mut thinned, 2).unwrap();
+        link::input_journal::thin(link::input_journal::Reader::new(whole.as_slice()).unwrap(), &mut thinned, 2)
+            .unwrap();
         std::fs::write(path(folder.path(), ""), thinned).unwrap();
         let kept = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
         assert_eq!(kept.bytes, vec![1; 3], "of the third perception said nothing");

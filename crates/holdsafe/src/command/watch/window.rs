@@ -17,7 +17,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         recorded = recorded.invalid(why.to_owned());
     }
     if let Some(beheld) = Beheld::open(&checked, || args.bring.stages())? {
-        recorded = recorded.beside(Box::new(beheld));
+        recorded = recorded.sidecar(Box::new(beheld));
     }
     let stop = context.stop.clone();
     recorded.show(move || stop.asked()).map_err(|why| Failure::new(Exit::Environment, why))?;

@@ -3,12 +3,12 @@
 use tokio::sync::mpsc;
 use wire::core::{Input, Subject};
 
+use crate::certificates::list::Revocations;
 use crate::drive::{DriveError, Opened, Senders};
 use crate::mqtt::Mqtt;
 use crate::mqtt::server::MqttServer;
 use crate::spec::{MqttDial, ServiceSpec};
 use crate::stream::StreamLog;
-use crate::vet::list::Revocations;
 
 /// The end of the command plane that the process is.
 pub(super) enum Command {

@@ -11,7 +11,7 @@ use crate::drive::{DriveError, Opened};
 use crate::dtls::session::SessionStats;
 use crate::files;
 use crate::guard::observe::Observation;
-use crate::mouth::{Header, Writer};
+use crate::input_journal::{Header, Writer};
 use crate::spec::ServiceSpec;
 use crate::stream::StreamLog;
 use crate::witness::WitnessLog;
@@ -48,7 +48,7 @@ impl Logs {
 
     fn note(&mut self, write: impl FnOnce(&mut Mouth) -> Result<()>) {
         if let Some(Err(error)) = self.mouth.as_mut().map(write) {
-            tracing::warn!(%error, "mouth log ended");
+            tracing::warn!(%error, "input journal ended");
             self.mouth = None;
         }
     }
@@ -78,7 +78,7 @@ impl Logs {
         self.witness.as_ref().map(|witness| witness.close(sessions))
     }
 
-    /// Entries of the mouth log that were written, and that found no room.
+    /// Written entries of the input journal, and those without room.
     pub(super) fn mouth_counts(&self) -> Option<(u64, u64)> {
         self.mouth.as_ref().map(Mouth::counts)
     }

@@ -8,6 +8,7 @@ use std::time::Duration;
 use wire::core::Input;
 use wire::id::SessionId;
 
+use crate::certificates::list::Revocations;
 use crate::drive::{DriveError, Opened, Senders};
 use crate::dtls::dial::{Dialler, dial};
 use crate::dtls::listen::{Listener, listen};
@@ -17,7 +18,6 @@ use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
 use crate::sockets::kernel_drops;
 use crate::spec::ServiceSpec;
-use crate::vet::list::Revocations;
 
 /// An end that opens sessions.
 enum End {

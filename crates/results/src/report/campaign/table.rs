@@ -67,7 +67,7 @@ fn conclusion(campaign: &CampaignObject) -> String {
     let (terms, n) = (&campaign.terms, campaign.rows.len());
     if !campaign.complete {
         let (there, planned) = (campaign.trials, campaign.planned);
-        return format!("INCOMPLETE: {there} of {planned} trials; nothing is claimed of what is missing\n");
+        return format!("INCOMPLETE: {there} of {planned} trials; no claim is made about missing trials\n");
     }
     let Some((claim, claims)) = terms.claim.as_ref().zip(campaign.claim) else { return String::new() };
     let Claims { shown, refuted, open, shown_together } = claims;

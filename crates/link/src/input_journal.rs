@@ -33,7 +33,7 @@ pub struct Header {
     pub started: Instant,
 }
 
-/// One thing that passed the mouth.
+/// One input or output of a core.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Entry {
     /// Fed to the core at `now`.
@@ -83,9 +83,9 @@ enum EntryRef<'a> {
 
 /// A log could not be read.
 #[derive(Debug, thiserror::Error)]
-pub enum MouthError {
-    /// Not a mouth log.
-    #[error("no mouth log: the first bytes are wrong")]
+pub enum JournalError {
+    /// Not an input journal.
+    #[error("no input journal: the first bytes are wrong")]
     Magic,
     /// The file ends inside an entry (a killed writer leaves this).
     #[error("cut off inside the entry at byte {at}")]
@@ -201,18 +201,18 @@ impl<R: Read> Reader<R> {
     /// Reads magic and header.
     ///
     /// # Errors
-    /// When these are not those of a mouth log.
-    pub fn new(mut source: R) -> Result<Self, MouthError> {
+    /// When these are not those of an input journal.
+    pub fn new(mut source: R) -> Result<Self, JournalError> {
         let mut magic = [0; MAGIC.len()];
         let filled = fill(&mut source, &mut magic)?;
         if magic[..filled] != MAGIC[..filled] {
-            return Err(MouthError::Magic);
+            return Err(JournalError::Magic);
         }
         if filled < magic.len() {
-            return Err(MouthError::Truncated { at: 0 });
+            return Err(JournalError::Truncated { at: 0 });
         }
         let mut at = MAGIC.len() as u64;
-        let header = record(&mut source, &mut at)?.ok_or(MouthError::Truncated { at })?;
+        let header = record(&mut source, &mut at)?.ok_or(JournalError::Truncated { at })?;
         Ok(Self { source, at, header, ended: false })
     }
 
@@ -233,7 +233,7 @@ impl<R: Read> Reader<R> {
 }
 
 impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Entry, MouthError>;
+    type Item = Result<Entry, JournalError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.ended {
@@ -246,22 +246,22 @@ impl<R: Read> Iterator for Reader<R> {
 }
 
 /// One length-prefixed record; `None` at a clean end.
-fn record<T: for<'b> Decode<'b, ()>>(source: &mut impl Read, at: &mut u64) -> Result<Option<T>, MouthError> {
+fn record<T: for<'b> Decode<'b, ()>>(source: &mut impl Read, at: &mut u64) -> Result<Option<T>, JournalError> {
     let mut prefix = [0; 4];
     match fill(source, &mut prefix)? {
         0 => return Ok(None),
         4 => {}
-        _ => return Err(MouthError::Truncated { at: *at }),
+        _ => return Err(JournalError::Truncated { at: *at }),
     }
     let length = u32::from_be_bytes(prefix) as usize;
     if length > MAX_ENTRY {
-        return Err(MouthError::TooLong { at: *at, length: length as u64 });
+        return Err(JournalError::TooLong { at: *at, length: length as u64 });
     }
     let mut bytes = vec![0; length];
     if fill(source, &mut bytes)? < length {
-        return Err(MouthError::Truncated { at: *at });
+        return Err(JournalError::Truncated { at: *at });
     }
-    let malformed = |why: String| MouthError::Malformed { at: *at, why };
+    let malformed = |why: String| JournalError::Malformed { at: *at, why };
     let mut decoder = minicbor::Decoder::new(&bytes);
     let value = decoder.decode().map_err(|e| malformed(e.to_string()))?;
     if decoder.position() != bytes.len() {
@@ -317,7 +317,7 @@ pub enum ReplayError {
     Diverged(#[from] Box<Divergence>),
     /// The log is damaged before its end; a cut in the last entry is not an error.
     #[error(transparent)]
-    Unreadable(#[from] MouthError),
+    Unreadable(#[from] JournalError),
     /// The journal was thinned: removed entries can be neither fed nor compared.
     #[error("the log was thinned: of some of its `{}` messages it has the hash alone", topic.name())]
     Thinned {
@@ -350,7 +350,7 @@ pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, 
                 done.outputs += 1;
             }
             Ok(Entry::LeftOut { topic, .. }) => return Err(ReplayError::Thinned { topic }),
-            Err(MouthError::Truncated { .. }) => break,
+            Err(JournalError::Truncated { .. }) => break,
             Err(error) => return Err(error.into()),
         }
     }
@@ -376,13 +376,13 @@ pub struct Thinned {
 /// # Errors
 ///
 /// A journal that is damaged before its end, and errors of the writer below.
-pub fn thin<R: Read, W: Write>(log: Reader<R>, out: W, every: u32) -> Result<Thinned, MouthError> {
+pub fn thin<R: Read, W: Write>(log: Reader<R>, out: W, every: u32) -> Result<Thinned, JournalError> {
     let mut writer = Writer::new(out, log.header(), u64::MAX)?;
     let (mut thinned, mut fed) = (Thinned::default(), 0);
     for entry in log {
         let entry = match entry {
             Ok(entry) => entry,
-            Err(MouthError::Truncated { .. }) => break,
+            Err(JournalError::Truncated { .. }) => break,
             Err(error) => return Err(error),
         };
         let left_out = match &entry {

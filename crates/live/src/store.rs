@@ -14,8 +14,8 @@ use evidence::trial::Trial;
 use evidence::verification::Held;
 use evidence::{Evidence, Micros, SCHEMA_VERSION, Witnessed, truth};
 use link::files;
+use link::input_journal;
 use link::instrument::Frame;
-use link::mouth;
 use link::recorder::Recording;
 use serde::Deserialize;
 use serde_json::json;
@@ -118,7 +118,7 @@ pub fn replays(directory: &Path, replays: &[CoreReplay]) -> std::io::Result<()> 
     std::fs::write(directory.join("replay.json"), serde_json::to_vec_pretty(replays)?)
 }
 
-/// Removes from the input journals below `directory` all sets of frames but each `every`-th ([`mouth::thin`]), for each core that `replays`
+/// Removes from the input journals below `directory` all sets of frames but each `every`-th ([`input_journal::thin`]), for each core that `replays`
 /// found to be a function of its inputs in its first life: they are no longer needed to the byte, and they are nearly all of a recording. A
 /// journal with any other result stays as it is.
 pub fn thinned(directory: &Path, replays: &[CoreReplay], every: u32) -> std::io::Result<()> {
@@ -135,9 +135,9 @@ pub fn thinned(directory: &Path, replays: &[CoreReplay], every: u32) -> std::io:
 }
 
 fn thin(log: &Path, beside: &Path, every: u32) -> std::io::Result<()> {
-    let source = mouth::Reader::new(BufReader::new(files::open(log)?)).map_err(std::io::Error::other)?;
+    let source = input_journal::Reader::new(BufReader::new(files::open(log)?)).map_err(std::io::Error::other)?;
     let copy = BufWriter::new(files::create(beside)?);
-    mouth::thin(source, copy, every).map(|_| ()).map_err(std::io::Error::other)
+    input_journal::thin(source, copy, every).map(|_| ()).map_err(std::io::Error::other)
 }
 
 /// Writes the log as JSON lines, for other programs.

@@ -3,8 +3,8 @@
 //!
 //! The edge itself is the twin's. Live runs of robust cases are left to the caller.
 
-use super::tried::{Cause, Ground, Test};
-use super::word::{Letter, Word, move_of};
+use super::sequence::{Action, AttackSequence, move_of};
+use super::tried::{Cause, SearchConfig, Test};
 
 /// Deviation of live times from the twin's, milliseconds: from the mean to the 95th percentile of the time from a loss to
 /// DEGRADED over 59 live runs (`lab live --runs 59`: 194 and 197 ms, and 194 and 196), rounded up.
@@ -13,7 +13,7 @@ const LIVE_JITTER_MS: f64 = 5.0;
 /// Multiple of it by which a sequence stays away from its edge.
 const AWAY: f64 = 3.0;
 
-impl Ground {
+impl SearchConfig {
     /// A sequence of the same action types, each number strengthened by that margin, numbers other than times by one step; `test`
     /// finds it for `cause` as it is, with everything that much earlier and later, and with every number strengthened as much
     /// again. `None` where the region is thinner, or the attack space ends before.
@@ -21,7 +21,12 @@ impl Ground {
     /// # Errors
     ///
     /// Reason for which a sequence cannot be run.
-    pub fn inside(&self, word: &Word, test: Test<'_>, cause: &Cause) -> Result<Option<Word>, String> {
+    pub fn inside(
+        &self,
+        word: &AttackSequence,
+        test: Test<'_>,
+        cause: &Cause,
+    ) -> Result<Option<AttackSequence>, String> {
         let Some(stronger) = self.stronger(word) else { return Ok(None) };
         let away = self.ticks();
         for shift in [0, away, 2 * away, -away] {
@@ -36,7 +41,7 @@ impl Ground {
         Ok(None)
     }
 
-    fn all_hold(&self, words: &[&Word], test: Test<'_>, cause: &Cause) -> Result<bool, String> {
+    fn all_hold(&self, words: &[&AttackSequence], test: Test<'_>, cause: &Cause) -> Result<bool, String> {
         for word in words {
             if test(&self.try_word(word)?).as_ref() != Some(cause) {
                 return Ok(false);
@@ -46,11 +51,15 @@ impl Ground {
     }
 
     /// None where a number that has an edge below it cannot be moved that far from it.
-    fn stronger(&self, word: &Word) -> Option<Word> {
-        word.letters().iter().map(|letter| self.stronger_letter(letter)).collect::<Option<Vec<_>>>().map(Word::new)
+    fn stronger(&self, word: &AttackSequence) -> Option<AttackSequence> {
+        word.letters()
+            .iter()
+            .map(|letter| self.stronger_letter(letter))
+            .collect::<Option<Vec<_>>>()
+            .map(AttackSequence::new)
     }
 
-    fn stronger_letter(&self, letter: &Letter) -> Option<Letter> {
+    fn stronger_letter(&self, letter: &Action) -> Option<Action> {
         let of = move_of(&self.alphabet, letter);
         let places = of.ranges().zip(&letter.places).enumerate().map(|(n, (range, place))| {
             let steps = if of.counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
@@ -58,7 +67,7 @@ impl Ground {
             let reached = (place + steps).min(range.last());
             (*place == 0 || reached == place + steps).then_some(reached)
         });
-        Some(Letter { places: places.collect::<Option<_>>()?, ..letter.clone() })
+        Some(Action { places: places.collect::<Option<_>>()?, ..letter.clone() })
     }
 
     /// The distance to the edge, in ticks of the alphabet.
@@ -67,12 +76,12 @@ impl Ground {
     }
 
     /// Everything so many ticks later; none where that is not within the alphabet's times.
-    fn shifted(&self, word: &Word, ticks: i64) -> Option<Word> {
+    fn shifted(&self, word: &AttackSequence, ticks: i64) -> Option<AttackSequence> {
         let (first, last) = self.alphabet.begins();
-        let shifted = |letter: &Letter| {
+        let shifted = |letter: &Action| {
             let begins = u32::try_from(i64::from(letter.begins) + ticks).ok()?;
-            (first..=last).contains(&begins).then(|| Letter { begins, ..letter.clone() })
+            (first..=last).contains(&begins).then(|| Action { begins, ..letter.clone() })
         };
-        word.letters().iter().map(shifted).collect::<Option<Vec<_>>>().map(Word::new)
+        word.letters().iter().map(shifted).collect::<Option<Vec<_>>>().map(AttackSequence::new)
     }
 }

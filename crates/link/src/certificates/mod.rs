@@ -239,12 +239,12 @@ pub enum Presenter {
 
 /// The check of one end of one link.
 #[derive(Clone, Debug)]
-pub struct Vet {
+pub struct CertificateVerifier {
     roots: Arc<RootCertStore>,
     revocations: Revocations,
 }
 
-impl Vet {
+impl CertificateVerifier {
     /// A check against the authority of `credential` and the newest of `revocations`.
     ///
     /// # Errors

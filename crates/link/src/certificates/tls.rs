@@ -1,4 +1,4 @@
-//! The pinned TLS 1.3 configuration of both ends of the command plane, with [`Vet`] as their only judge of certificates.
+//! The pinned TLS 1.3 configuration of both ends of the command plane, with [`CertificateVerifier`] as their only judge of certificates.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use rustls::{ClientConfig, DigitallySignedStruct, DistinguishedName, Error, Serv
 use wire::id::PeerId;
 
 use super::list::Revocations;
-use super::{Presenter, Vet};
+use super::{CertificateVerifier, Presenter};
 use crate::pki::{Credential, PkiError};
 
 /// The client side: TLS 1.3, our certificate, and a listener that proves to be `expected`.
@@ -19,7 +19,8 @@ use crate::pki::{Credential, PkiError};
 /// # Errors
 /// When the credential is unusable.
 pub fn client(credential: &Credential, expected: PeerId, revocations: &Revocations) -> Result<ClientConfig, PkiError> {
-    let verifier = Arc::new(Verifier { vet: Vet::new(credential, revocations)?, expected: Some(expected) });
+    let verifier =
+        Arc::new(Verifier { checks: CertificateVerifier::new(credential, revocations)?, expected: Some(expected) });
     Ok(ClientConfig::builder_with_provider(crate::crypto::provider())
         .with_protocol_versions(&[&TLS13])?
         .dangerous()
@@ -32,7 +33,7 @@ pub fn client(credential: &Credential, expected: PeerId, revocations: &Revocatio
 /// # Errors
 /// When the credential is unusable.
 pub fn server(credential: &Credential, revocations: &Revocations) -> Result<ServerConfig, PkiError> {
-    let verifier = Arc::new(Verifier { vet: Vet::new(credential, revocations)?, expected: None });
+    let verifier = Arc::new(Verifier { checks: CertificateVerifier::new(credential, revocations)?, expected: None });
     let mut config = ServerConfig::builder_with_provider(crate::crypto::provider())
         .with_protocol_versions(&[&TLS13])?
         .with_client_cert_verifier(verifier)
@@ -42,10 +43,10 @@ pub fn server(credential: &Credential, revocations: &Revocations) -> Result<Serv
     Ok(config)
 }
 
-/// [`Vet`] as the TLS library asks it.
+/// [`CertificateVerifier`] as the TLS library asks it.
 #[derive(Debug)]
 struct Verifier {
-    vet: Vet,
+    checks: CertificateVerifier,
     /// The dialled peer; `None` at a listener.
     expected: Option<PeerId>,
 }
@@ -78,7 +79,7 @@ impl ClientCertVerifier for Verifier {
         more: &[CertificateDer<'_>],
         now: UnixTime,
     ) -> Result<ClientCertVerified, Error> {
-        self.vet.verify(leaf, more, Presenter::Dialler, now).map(|_| ClientCertVerified::assertion())
+        self.checks.verify(leaf, more, Presenter::Dialler, now).map(|_| ClientCertVerified::assertion())
     }
 
     fn verify_tls12_signature(
@@ -113,8 +114,8 @@ impl ServerCertVerifier for Verifier {
         _: &[u8],
         now: UnixTime,
     ) -> Result<ServerCertVerified, Error> {
-        let expected = self.expected.ok_or_else(|| Error::General("nobody was dialled".to_owned()))?;
-        self.vet.verify(leaf, more, Presenter::Listener(expected), now).map(|_| ServerCertVerified::assertion())
+        let expected = self.expected.ok_or_else(|| Error::General("no peer was dialled".to_owned()))?;
+        self.checks.verify(leaf, more, Presenter::Listener(expected), now).map(|_| ServerCertVerified::assertion())
     }
 
     fn verify_tls12_signature(

@@ -1,4 +1,4 @@
-//! A listener with its door, in memory and paused time: honest guests, and strangers by the thousand.
+//! A listener with its cookie exchange, in memory and paused time: honest peers, and unknown ones by the thousand.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
@@ -10,6 +10,7 @@ use tokio::time::Instant;
 use wire::id::{PeerId, SessionId};
 
 use super::{ROOM, lock};
+use crate::certificates::list::Revocations;
 use crate::dtls::listen::{Listener, Port, accept};
 use crate::dtls::path::{INLET, Outlet, Path};
 use crate::dtls::session::{SessionCounters, SessionEvent, SessionHandle, SessionStats, Settings};
@@ -18,9 +19,8 @@ use crate::guard::observe::{Observation, ObservationLog};
 use crate::guard::{GuardMode, hello};
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError};
-use crate::vet::list::Revocations;
 
-/// Observations that wait to be read, and answers to strangers that do.
+/// Observations that wait to be read, and answers to unknown peers that do.
 const TOLD: usize = 1 << 16;
 
 /// Time limit of an honest record: the platform's freshness bound.
@@ -29,10 +29,10 @@ const FRESH: Duration = Duration::from_millis(300);
 /// Time between two honest records of the standing guest.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// The ports of honest guests; strangers come from above.
+/// The ports of honest peers; unknown ones come from above.
 const GUESTS: [u16; 2] = [1, 2];
 
-/// The first port of a stranger.
+/// The first port of an unknown peer.
 const STRANGERS: u16 = 1000;
 
 /// Behaviour of unknown peers.
@@ -59,7 +59,7 @@ pub struct Stormed {
     pub newcomer: Option<Duration>,
 }
 
-/// Answers on their way to strangers.
+/// Answers on their way to unknown peers.
 type Strays = Arc<Mutex<Vec<(LoopbackAddr, Vec<u8>)>>>;
 
 struct Hall {
@@ -70,7 +70,7 @@ struct Hall {
     _listener: Listener,
 }
 
-/// Puts `datagrams` in at the door of `gateway`, each from a port of its own and `every` after the one before, while
+/// Puts `datagrams` in at the listener of `gateway`, each from a port of its own and `every` after the one before, while
 /// `standing` has a session and `newcomer` opens one.
 ///
 /// # Errors

@@ -13,7 +13,7 @@ use wire::time::Span;
 use super::sign::{Shape, Tone};
 use super::theme::Palette;
 use super::words::seconds;
-use crate::beside::{Beside, Image, Sight};
+use crate::sidecar::{Image, Sidecar, Sight};
 
 /// Height of a picture, points.
 const HIGH: f32 = 150.0;
@@ -61,18 +61,18 @@ fn picture(image: &Image, largest: usize) -> Option<ColorImage> {
 }
 
 /// All that there is, side by side.
-pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, beside: &Beside) {
+pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, sidecar: &Sidecar) {
     ui.label(RichText::new("EVIDENCE · no operator saw this").color(Palette::of(ui).advice));
     ui.horizontal_top(|ui| {
         let whole = ui.available_width();
-        if let Some((sights, before)) = &beside.sensed {
-            let share = if beside.because.is_some() { 1.0 - REASONS } else { 1.0 };
+        if let Some((sights, before)) = &sidecar.sensed {
+            let share = if sidecar.because.is_some() { 1.0 - REASONS } else { 1.0 };
             ui.vertical(|ui| {
                 ui.set_width(whole * share - GAP);
                 sensors(ui, textures, sights, *before);
             });
         }
-        if let Some(because) = &beside.because {
+        if let Some(because) = &sidecar.because {
             ui.vertical(|ui| reasons(ui, because));
         }
     });

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 /// One move at one moment.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct Letter {
+pub struct Action {
     /// Start, in ticks of the attack space.
     pub begins: u32,
     /// Which move, by its place in the alphabet.
@@ -18,28 +18,28 @@ pub struct Letter {
 
 /// The attack sequence of one trial, in order of time.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-pub struct Word(Vec<Letter>);
+pub struct AttackSequence(Vec<Action>);
 
-impl Word {
+impl AttackSequence {
     /// Of these letters, in whatever order they come.
-    pub fn new(mut letters: Vec<Letter>) -> Self {
+    pub fn new(mut letters: Vec<Action>) -> Self {
         letters.sort();
         Self(letters)
     }
 
     /// Its letters, by time.
-    pub fn letters(&self) -> &[Letter] {
+    pub fn letters(&self) -> &[Action] {
         &self.0
     }
 
     /// The words of `n` of its letters.
-    pub fn subwords(&self, n: usize) -> Vec<Word> {
+    pub fn subwords(&self, n: usize) -> Vec<AttackSequence> {
         let all = 0..1_u32 << self.0.len().min(16);
         let chosen = all.filter(|set| set.count_ones() as usize == n);
         chosen
             .map(|set| {
                 let kept = self.0.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
-                Word(kept.map(|(_, letter)| letter.clone()).collect())
+                AttackSequence(kept.map(|(_, letter)| letter.clone()).collect())
             })
             .collect()
     }
@@ -51,7 +51,7 @@ impl Word {
     /// The action that does not fit `base`, in words.
     pub fn in_scenario(&self, alphabet: &Alphabet, base: &Scenario) -> Result<Scenario, String> {
         let tick = alphabet.tick_ms.unsigned();
-        let entry = |letter: &Letter| {
+        let entry = |letter: &Action| {
             let of = move_of(alphabet, letter);
             (of.table.as_str().to_owned(), of.entry(u64::from(letter.begins) * tick, &letter.places))
         };
@@ -61,7 +61,7 @@ impl Word {
     /// Its actions, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.
     pub fn told(&self, alphabet: &Alphabet) -> String {
         let tick = alphabet.tick_ms.unsigned();
-        let tell = |letter: &Letter| {
+        let tell = |letter: &Action| {
             let of = move_of(alphabet, letter);
             let begins = u64::from(letter.begins) * tick;
             let mut text = format!("{} at {:.2} s", of.name.as_str(), begins as f64 / 1000.0);
@@ -86,7 +86,7 @@ fn seconds(ms: f64) -> String {
 }
 
 /// The move of a letter.
-pub(super) fn move_of<'a>(alphabet: &'a Alphabet, letter: &Letter) -> &'a Move {
+pub(super) fn move_of<'a>(alphabet: &'a Alphabet, letter: &Action) -> &'a Move {
     &alphabet.moves[letter.kind]
 }
 
@@ -94,18 +94,21 @@ pub(super) fn move_of<'a>(alphabet: &'a Alphabet, letter: &Letter) -> &'a Move {
 mod tests {
     use super::*;
 
-    fn letter(begins: u32, kind: usize) -> Letter {
-        Letter { begins, kind, places: Vec::new() }
+    fn letter(begins: u32, kind: usize) -> Action {
+        Action { begins, kind, places: Vec::new() }
     }
 
     #[test]
     fn word_is_independent_of_letter_order() {
-        assert_eq!(Word::new(vec![letter(5, 0), letter(2, 1)]), Word::new(vec![letter(2, 1), letter(5, 0)]));
+        assert_eq!(
+            AttackSequence::new(vec![letter(5, 0), letter(2, 1)]),
+            AttackSequence::new(vec![letter(2, 1), letter(5, 0)])
+        );
     }
 
     #[test]
     fn subwords_are_every_choice_of_letters_once() {
-        let word = Word::new((0..4).map(|i| letter(i, 0)).collect());
+        let word = AttackSequence::new((0..4).map(|i| letter(i, 0)).collect());
         let counts: Vec<usize> = (0..=4).map(|n| word.subwords(n).len()).collect();
         assert_eq!(counts, [1, 4, 6, 4, 1]);
         assert_eq!(word.subwords(4), [word]);

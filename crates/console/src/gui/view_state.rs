@@ -19,14 +19,14 @@ const BETWEEN_AGES: Span = Span::ms(100);
 
 /// The window's own state.
 #[derive(Debug)]
-pub(super) struct Desk {
+pub(super) struct ViewState {
     /// Whom commands go to.
     pub(super) unit: UnitId,
     /// The track that is looked at.
     pub(super) track: Option<(UnitId, TrackId)>,
     /// The order away from safe that is looked at.
     pub(super) order: Option<Order>,
-    /// True if the menu of those who may be struck is open.
+    /// True if the menu of revocable identities is open.
     pub(super) revoking: bool,
     /// The values of an order to configure, once edited.
     pub(super) values: Option<Settings>,
@@ -41,7 +41,7 @@ pub(super) struct Desk {
     /// True if alarms that were acknowledged are shown.
     pub(super) acknowledged: bool,
     /// True if the evidence panel is shown.
-    pub(super) beside: bool,
+    pub(super) sidecar: bool,
     /// Order of the track table.
     pub(super) sort: Sort,
     /// The visible part of the map.
@@ -50,7 +50,7 @@ pub(super) struct Desk {
     pub(super) ages: BTreeMap<UnitId, VecDeque<(Instant, Span)>>,
 }
 
-impl Desk {
+impl ViewState {
     pub(super) fn new(unit: UnitId) -> Self {
         Self {
             unit,
@@ -63,7 +63,7 @@ impl Desk {
             search: String::new(),
             past: false,
             acknowledged: true,
-            beside: true,
+            sidecar: true,
             sort: Sort::default(),
             camera: None,
             ages: BTreeMap::new(),

@@ -7,7 +7,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use evidence::ablation::Switch;
 use scenario::{Alphabet, Misset, Weakness, Weaknesses};
-use search::Ground;
+use search::SearchConfig;
 
 /// Most words of one length that are tried exhaustively.
 pub const MOST_WORDS: usize = 1_000_000;
@@ -29,7 +29,7 @@ pub struct Asked<'a> {
 
 impl Asked<'_> {
     /// The ground; every move of the alphabet was tried on.
-    pub fn ground(&self, context: &Context) -> Result<Ground, Failure> {
+    pub fn ground(&self, context: &Context) -> Result<SearchConfig, Failure> {
         let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.wanted)?;
         if scenario.is_of_stacks() {
             let message =
@@ -53,7 +53,7 @@ impl Asked<'_> {
             "searched".clone_into(&mut setup.policy.name);
         }
         setup.misset = self.misset.map(|misset| misset.of(&setup.bounds));
-        let ground = Ground::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
+        let ground = SearchConfig::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
         ground.fits().map_err(unfit)?;
         Ok(ground)
     }
@@ -73,7 +73,7 @@ pub fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
 }
 
 /// The ground of a weakness.
-pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<Ground, Failure> {
+pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<SearchConfig, Failure> {
     let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
     let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
     Asked { scenario, alphabet, wanted, waive, misset }.ground(context)

@@ -43,14 +43,14 @@ pub struct Sight {
 
 /// Evidence of one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Beside {
+pub struct Sidecar {
     /// The newest that perception had taken in and that was kept, sensor by sensor, and how long before.
     pub sensed: Option<(Arc<[Sight]>, Span)>,
     /// Reasons for the mode, from the services' logs; one a line.
     pub because: Option<Arc<str>>,
 }
 
-impl Beside {
+impl Sidecar {
     /// True if there is no evidence of this moment.
     pub fn is_empty(&self) -> bool {
         self.sensed.is_none() && self.because.is_none()
@@ -62,5 +62,5 @@ pub trait Evidence {
     /// Start of the run's time, on the console's clock.
     fn began(&self) -> Option<Instant>;
     /// Evidence of `at`, a time of the console's clock.
-    fn at(&mut self, at: Instant) -> Beside;
+    fn at(&mut self, at: Instant) -> Sidecar;
 }

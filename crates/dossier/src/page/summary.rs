@@ -4,13 +4,13 @@ use maud::{Markup, html};
 
 use super::{figure, table};
 use crate::figure::{Figure, Lane, Span, Table, class_of_mode, lanes};
-use crate::story::{Lasted, Refusals, Story, Why};
+use crate::summary::{Lasted, Refusals, RunSummary, Why};
 
 /// The lanes of refusals that are drawn; more are in the table alone.
 const LANES: usize = 6;
 
 /// The section of one run.
-pub(super) fn section(story: &Story) -> Markup {
+pub(super) fn section(story: &RunSummary) -> Markup {
     html! {
         h3 { "Run " (story.name) }
         @if let Some(flaw) = &story.flaw {
@@ -23,7 +23,7 @@ pub(super) fn section(story: &Story) -> Markup {
 
 fn told(why: &Why) -> Markup {
     let mut chain = Table::new(&["stage", "at (s)", "log of", "what"]);
-    let row = |l: &crate::story::Link| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
+    let row = |l: &crate::summary::Link| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
     chain.rows = why.chain.iter().map(row).collect();
     let title = format!("Why {} at {:.3} s ({})", why.change, why.at, why.cause);
     html! {
@@ -34,7 +34,7 @@ fn told(why: &Why) -> Markup {
 }
 
 /// The figure of one run.
-pub(crate) fn drawn(story: &Story) -> Figure {
+pub(crate) fn drawn(story: &RunSummary) -> Figure {
     let plain = |class: &'static str| move |l: &Lasted| Span { name: l.what.clone(), class, from: l.from, to: l.to };
     let modes = story.modes.iter().map(|l| Span { class: class_of_mode(&l.what), ..plain("other")(l) }).collect();
     let mut all = vec![
@@ -68,7 +68,7 @@ pub(crate) fn drawn(story: &Story) -> Figure {
     }
 }
 
-fn rows(story: &Story) -> Table {
+fn rows(story: &RunSummary) -> Table {
     let mut table = Table::new(&["kind", "what", "from (s)", "to (s)"]);
     let mut put = |kind: &str, what: &str, l: &Lasted| {
         table.rows.push(vec![kind.to_owned(), what.to_owned(), format!("{:.3}", l.from), format!("{:.3}", l.to)]);

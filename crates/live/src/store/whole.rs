@@ -19,7 +19,7 @@ use super::HELD;
 const MAX_FILES: usize = 4096;
 /// Their depth.
 const MAX_DEPTH: usize = 4;
-/// The longest that is covered, bytes: more than a mouth log takes.
+/// The longest that is covered, bytes: more than an input journal takes.
 const MAX_BYTES: u64 = 2 << 30;
 
 /// The digest of every file in `directory`, by path.

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use dossier::story::{Lasted, Link, Refusals, Story, Why};
+use dossier::summary::{Lasted, Link, Refusals, RunSummary, Why};
 use evidence::{Micros, Witnessed, truth};
 use explain::{Explanation, explain};
 use wire::bounds::Bounds;
@@ -23,11 +23,11 @@ const TOGETHER: Micros = 100_000;
 const MAX_STRETCHES: usize = 512;
 
 /// The run with this name. `flaw` is the fault of its log.
-pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> Story {
+pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {
     let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
     let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();
     let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.why(e)).collect();
-    Story {
+    RunSummary {
         name: name.to_owned(),
         seconds: clock.at(clock.end),
         flaw,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Story {
+pub struct RunSummary {
     /// Its name: a scenario or a folder.
     pub name: String,
     /// Length, seconds.

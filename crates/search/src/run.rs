@@ -13,15 +13,15 @@ use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
 use super::learned::{Known, Lesson};
 use super::moments::Moments;
-use super::tried::{Cause, Ground, Test, Tried};
-use super::word::Word;
+use super::sequence::AttackSequence;
+use super::tried::{Cause, SearchConfig, Test, Tried};
 
 /// Words drawn at a time.
 const ROUND: u64 = 16;
 
 /// Parameters of a search run, and its length.
 #[derive(Clone, Copy, Debug)]
-pub struct Quest {
+pub struct RunConfig {
     /// Strategy for drawing sequences.
     pub strategy: Strategy,
     /// Seed of the drawing; the trials have their own.
@@ -39,13 +39,13 @@ pub struct Found {
     pub tried: Tried,
     /// The how-manyth, from 1.
     pub trial: u64,
-    /// CPU time of the hunt until then, seconds.
+    /// CPU time of the search until then, seconds.
     pub cpu_seconds: f64,
 }
 
 /// Result of a search run.
 #[derive(Clone, Debug, Default)]
-pub struct Hunted {
+pub struct RunResult {
     /// Trials made.
     pub trials: u64,
     /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
@@ -55,12 +55,12 @@ pub struct Hunted {
     /// Points and steps of coverage seen.
     pub covered: Coverage,
     /// Of each limit with a way to it, how far words that arrived came, in thousandths, and the first that did.
-    pub nearest: BTreeMap<Limit, (u32, Word)>,
+    pub nearest: BTreeMap<Limit, (u32, AttackSequence)>,
     /// Of each cause the first finding.
     pub found: BTreeMap<Cause, Found>,
 }
 
-/// A hunt as a row of a report.
+/// A search run as a row of a report.
 #[derive(Clone, Debug, Serialize)]
 pub struct HuntRow {
     /// Strategy for drawing sequences.
@@ -88,20 +88,20 @@ pub struct NearestRow {
     pub word: String,
 }
 
-impl Ground {
+impl SearchConfig {
     /// Hunts for findings.
     ///
     /// # Errors
     /// Which word does not fit the scenario, or that the user wants it to stop.
-    pub fn hunt(
+    pub fn search(
         &self,
-        quest: Quest,
+        quest: RunConfig,
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<Hunted, String> {
-        let nominal = self.try_word(&Word::default())?;
+    ) -> Result<RunResult, String> {
+        let nominal = self.try_word(&AttackSequence::default())?;
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
         let mut drawer = Drawer::new(
             &self.alphabet,
@@ -111,13 +111,14 @@ impl Ground {
             moments(&nominal),
             &nominal.nearness,
         );
-        let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
+        let mut hunted = RunResult { covered: nominal.coverage.clone(), ..RunResult::default() };
         if quest.strategy.reads_moments() {
             hunted.cpu_seconds = nominal.trial.cpu_seconds;
         }
         while hunted.trials < quest.budget {
-            let round: Vec<Word> = (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
-            // Of a hunt that ends with the first finding as little as can be is tried in vain behind it.
+            let round: Vec<AttackSequence> =
+                (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
+            // A search run that ends with the first finding tries as little as possible behind it.
             let at_once = if quest.first { threads.max(1) } else { round.len() };
             for words in round.chunks(at_once) {
                 for one in self.round(words, threads, progress, stop)? {
@@ -135,20 +136,20 @@ impl Ground {
     }
 }
 
-impl Ground {
+impl SearchConfig {
     /// Tries every one of `words`.
     ///
     /// # Errors
-    /// As [`Ground::hunt`].
+    /// As [`SearchConfig::search`].
     pub fn try_all(
         &self,
-        words: &[Word],
+        words: &[AttackSequence],
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<Hunted, String> {
-        let mut hunted = Hunted::default();
+    ) -> Result<RunResult, String> {
+        let mut hunted = RunResult::default();
         for round in words.chunks(ROUND as usize) {
             for one in self.round(round, threads, progress, stop)? {
                 hunted.take(one, test);
@@ -157,7 +158,13 @@ impl Ground {
         Ok(hunted)
     }
 
-    fn round(&self, words: &[Word], threads: usize, progress: &Progress, stop: &Stop) -> Result<Vec<Tried>, String> {
+    fn round(
+        &self,
+        words: &[AttackSequence],
+        threads: usize,
+        progress: &Progress,
+        stop: &Stop,
+    ) -> Result<Vec<Tried>, String> {
         parallel::map(threads, words, |word| {
             if stop.asked() {
                 return Err("stopped".to_owned());
@@ -169,7 +176,7 @@ impl Ground {
     }
 }
 
-impl Hunted {
+impl RunResult {
     /// Counts a trial; says whether it showed something new.
     fn take(&mut self, tried: Tried, test: Test<'_>) -> bool {
         self.trials += 1;

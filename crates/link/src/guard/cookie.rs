@@ -6,7 +6,7 @@
 //! for a few seconds, and its next first hello is let in.
 //!
 //! The library draws a cookie of its own once it has made its state, and counts messages from zero, so it cannot take up
-//! a handshake that begins with our cookie: our dialler begins again ([`crate::dtls::knock`]), a foreign client has to
+//! a handshake that begins with our cookie: our dialler begins again ([`crate::dtls::cookie_retry`]), a foreign client has to
 //! wait until few handshakes are open. Room for handshakes is the listener's business.
 
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ use tokio::time::Instant;
 use super::hello;
 use super::observe::Verdict;
 
-/// Handshakes that may be open before strangers have to show that they receive.
+/// Handshakes that may be open before unknown peers have to prove that they receive.
 pub const CALM: usize = 16;
 
 /// Addresses that may stand on the list.
@@ -42,22 +42,22 @@ pub enum Answer {
     Refuse(Verdict),
 }
 
-/// A door with a key of its own.
-pub struct Door {
+/// A cookie exchange with a key of its own.
+pub struct CookieExchange {
     key: hmac::Key,
     proved: BTreeMap<SocketAddr, Instant>,
 }
 
-impl Door {
-    /// A door; `None` when the host has no randomness.
+impl CookieExchange {
+    /// A cookie exchange; `None` when the host has no randomness.
     pub fn new() -> Option<Self> {
         let key = hmac::Key::generate(hmac::HMAC_SHA256, &SystemRandom::new()).ok()?;
         Some(Self { key, proved: BTreeMap::new() })
     }
 
-    /// Decides on a datagram of a stranger while `open` handshakes are open.
+    /// Decides on a datagram of an unknown peer while `open` handshakes are open.
     pub fn judge(&mut self, from: SocketAddr, datagram: &[u8], open: usize, now: Instant) -> Answer {
-        let verdict = hello::at_the_door(datagram);
+        let verdict = hello::before_association(datagram);
         let (Verdict::Passed, Some(parts)) = (verdict, hello::parts(datagram)) else {
             return Answer::Refuse(verdict);
         };
@@ -122,47 +122,49 @@ mod tests {
     /// While few handshakes are open a hello is let in as it is.
     #[tokio::test(start_paused = true)]
     async fn busy_door_asks_for_proof_first() {
-        let mut door = Door::new().unwrap();
+        let mut exchange = CookieExchange::new().unwrap();
         let hello = first(1);
-        assert_eq!(door.judge(at(1), &hello, CALM - 1, Instant::now()), Answer::Admit);
-        let Answer::Challenge(challenge) = door.judge(at(1), &hello, CALM, Instant::now()) else { panic!("let in") };
+        assert_eq!(exchange.judge(at(1), &hello, CALM - 1, Instant::now()), Answer::Admit);
+        let Answer::Challenge(challenge) = exchange.judge(at(1), &hello, CALM, Instant::now()) else {
+            panic!("let in")
+        };
         assert!(challenge.len() <= hello.len());
         let cookie = hello::requested_cookie(&challenge).unwrap();
         let proof = hello::with_cookie(&hello, cookie).unwrap();
-        let other = door.judge(at(2), &proof, CALM, Instant::now());
+        let other = exchange.judge(at(2), &proof, CALM, Instant::now());
         assert_eq!(other, Answer::Refuse(Verdict::Unproven), "the cookie is for another address");
         let mut forged = proof.clone();
         forged[13 + 12 + 36] ^= 1;
-        assert_eq!(door.judge(at(1), &forged, CALM, Instant::now()), Answer::Refuse(Verdict::Unproven));
-        assert_eq!(door.judge(at(1), &proof, CALM, Instant::now()), Answer::Prove);
-        assert_eq!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Admit);
-        assert!(matches!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)), "once");
-        assert_eq!(door.judge(at(1), &proof, CALM, Instant::now()), Answer::Prove);
+        assert_eq!(exchange.judge(at(1), &forged, CALM, Instant::now()), Answer::Refuse(Verdict::Unproven));
+        assert_eq!(exchange.judge(at(1), &proof, CALM, Instant::now()), Answer::Prove);
+        assert_eq!(exchange.judge(at(1), &hello, CALM, Instant::now()), Answer::Admit);
+        assert!(matches!(exchange.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)), "once");
+        assert_eq!(exchange.judge(at(1), &proof, CALM, Instant::now()), Answer::Prove);
         tokio::time::advance(PROOF + Duration::from_millis(1)).await;
-        assert!(matches!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)), "too late");
+        assert!(matches!(exchange.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)), "too late");
     }
 
     #[tokio::test(start_paused = true)]
     async fn the_list_is_bounded_and_forgets_the_oldest() {
-        let mut door = Door::new().unwrap();
+        let mut exchange = CookieExchange::new().unwrap();
         let hello = first(1);
         for port in 1..=PROVED as u16 + 1 {
-            let Answer::Challenge(challenge) = door.judge(at(port), &hello, CALM, Instant::now()) else { panic!() };
+            let Answer::Challenge(challenge) = exchange.judge(at(port), &hello, CALM, Instant::now()) else { panic!() };
             let proof = hello::with_cookie(&hello, hello::requested_cookie(&challenge).unwrap()).unwrap();
-            assert_eq!(door.judge(at(port), &proof, CALM, Instant::now()), Answer::Prove);
+            assert_eq!(exchange.judge(at(port), &proof, CALM, Instant::now()), Answer::Prove);
             tokio::time::advance(Duration::from_millis(1)).await;
         }
-        assert_eq!(door.proved.len(), PROVED);
-        assert!(matches!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)));
-        assert_eq!(door.judge(at(PROVED as u16 + 1), &hello, CALM, Instant::now()), Answer::Admit);
+        assert_eq!(exchange.proved.len(), PROVED);
+        assert!(matches!(exchange.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)));
+        assert_eq!(exchange.judge(at(PROVED as u16 + 1), &hello, CALM, Instant::now()), Answer::Admit);
     }
 
     #[tokio::test(start_paused = true)]
     async fn malformed_hello_is_always_refused_by_name() {
-        let mut door = Door::new().unwrap();
+        let mut exchange = CookieExchange::new().unwrap();
         let mut broken = first(1);
         broken[13 + 12 + 35] = 9;
-        assert_eq!(door.judge(at(1), &broken, 0, Instant::now()), Answer::Refuse(Verdict::BadHello));
-        assert_eq!(door.judge(at(1), b"noise", 0, Instant::now()), Answer::Refuse(Verdict::Stranger));
+        assert_eq!(exchange.judge(at(1), &broken, 0, Instant::now()), Answer::Refuse(Verdict::BadHello));
+        assert_eq!(exchange.judge(at(1), b"noise", 0, Instant::now()), Answer::Refuse(Verdict::Stranger));
     }
 }

@@ -1,4 +1,4 @@
-//! A dialler's answer to a cookie exchange ([`crate::guard::door`]): it sends the cookie back, and then its first hello
+//! A dialler's answer to a cookie exchange ([`crate::guard::cookie`]): it sends the cookie back, and then its first hello
 //! again, below the library and unknown to it.
 
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -11,12 +11,12 @@ const ANSWERS: u32 = 4;
 
 /// The memory of one attempt to dial.
 #[derive(Debug, Default)]
-pub(super) struct Knock {
+pub(super) struct CookieRetry {
     first: Mutex<Option<Vec<u8>>>,
     answered: AtomicU32,
 }
 
-impl Knock {
+impl CookieRetry {
     /// Notes an outgoing datagram; the first of all is the hello.
     pub(super) fn out(&self, datagram: &[u8]) {
         let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
