@@ -9,9 +9,9 @@ use wire::id::UnitId;
 use wire::time::{Instant, Span};
 
 use crate::act::Act;
-use crate::beside::{Beside, Sight};
 use crate::moment::Moment;
 use crate::shown::Shown;
+use crate::sidecar::{Sidecar, Sight};
 use crate::site::Site;
 
 /// Source of pictures, and sink of acts. No call waits.
@@ -26,8 +26,8 @@ pub trait Source {
         None
     }
     /// Evidence of a moment of the recording.
-    fn beside(&mut self, _at: Instant) -> Beside {
-        Beside::default()
+    fn sidecar(&mut self, _at: Instant) -> Sidecar {
+        Sidecar::default()
     }
     /// Goes elsewhere in the recording.
     fn seek(&mut self, _to: Seek) {}

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use console::sidecar::{Image, Sight};
 use console::gui::sensors::Content;
 use console::gui::theme;
+use console::sidecar::{Image, Sight};
 use console::source::Sensed;
 use eframe::egui::{Theme, vec2};
 use egui_kittest::Harness;

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 
 use dossier::Dossier;
 use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
-use dossier::story::Recording;
+use dossier::summary::Recording;
 use evidence::SCHEMA_VERSION;
-use results::story;
+use results::summary;
 use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::recorded::Recorded;
@@ -192,10 +192,10 @@ fn found(path: &Path) -> Result<Given, Failure> {
     Ok(Given::Runs(runs))
 }
 
-fn tell(run: &Checked) -> Result<dossier::story::Story, Failure> {
+fn tell(run: &Checked) -> Result<dossier::summary::RunSummary, Failure> {
     let (name, recorded) = (run.path().display().to_string(), Recorded::read(run)?);
     recorded.warn(&name);
-    Ok(story::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
+    Ok(summary::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
 }
 
 fn recording(of: &Checked) -> Recording {

@@ -9,8 +9,8 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use console::sidecar::Sight;
 use console::process::open;
+use console::sidecar::Sight;
 use console::source::{Sensed, Sensors};
 use link::clock::trace_us;
 use link::drive::FLUSH_EVERY;
