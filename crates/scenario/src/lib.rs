@@ -14,6 +14,7 @@ mod check;
 mod check_steps;
 mod curve;
 mod direction;
+mod extend;
 mod fault;
 mod finding;
 mod hex;
@@ -74,7 +75,7 @@ pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
 pub use scene::{Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
-pub use setup::{FRAMES, Setup, demo, find_root, load_policy, parse_policy, platforms, rendered, shipped};
+pub use setup::{FRAMES, Setup, demo, find, find_root, load_policy, parse_policy, platforms, rendered, shipped};
 pub use shared::{Channel, Every, Holder};
 pub use step::{Timing, Trigger, When};
 pub use tamper::{Tamper, Tampered};
@@ -101,6 +102,10 @@ attack::with_attacks! {
         pub schema_version: Whole<SCHEMA_VERSION, SCHEMA_VERSION>,
         /// Name, equal to the file's name without `.toml`.
         pub name: Located<Name>,
+        /// Another scenario, by name, from which keys are taken that are left out here: all but those that say what a
+        /// scenario is about, from `title` to `expected`, and its cells. It is a file of the same folder or a shipped one.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        pub extends: Option<Located<Name>>,
         /// One line for tables.
         pub title: Text<120>,
         /// What is done to whom, and what must then happen.
