@@ -30,7 +30,7 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
     // Who judges and who explains read the log: no service, no scenario, no run.
     ("oracle", &["wire", "evidence"]),
     ("explain", &["wire", "evidence"]),
-    ("scenario", &["wire", "sim", "perception", "parallel", "evidence"]),
+    ("scenario", &["wire", "sim", "perception", "adversary", "parallel", "evidence"]),
     ("topology", &["wire", "sim", "perception", "autonomy", "gateway", "adversary", "console", "evidence", "scenario"]),
     ("stacks", &["wire", "link", "broker", "evidence", "scenario"]),
     (

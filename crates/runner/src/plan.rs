@@ -71,12 +71,10 @@ pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
     if is_path(name) {
         return Ok(PathBuf::from(name));
     }
-    let folder = context.root()?.join("scenarios");
-    let paths = ["", "rendered", "demo"].map(|below| folder.join(below).join(format!("{name}.toml")));
-    if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
+    let root = context.root()?;
+    if let Some(path) = scenario::find(&root, name) {
         return Ok(path);
     }
-    let root = context.root()?;
     let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?, scenario::demo(&root)?].concat();
     let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
     let hint = match scenario::closest(name, known.iter().map(String::as_str)) {

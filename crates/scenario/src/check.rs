@@ -8,12 +8,13 @@ use std::collections::BTreeSet;
 use evidence::mission::Stage;
 use wire::id::{NodeId, UnitId};
 
+use super::attack::Act;
 use super::check_steps;
-use super::finding::{Finding, finding};
+use super::finding::{Finding, finding, unknown};
 use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
-use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
+use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit, shared};
 
 /// Everything that does not fit in a scenario whose file is named `stem`; its scene is looked at by [`scene`].
 pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
@@ -30,10 +31,10 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(times(s));
     found.extend(faults(s));
     found.extend(units(s));
-    found.extend(shared(s));
     found.extend(operator(s));
-    found.extend(rogue(s));
-    found.extend(takeovers(s));
+    found.extend(s.attacks().into_iter().flat_map(|attack| attack.check(s)));
+    found.extend(shared::check(s));
+    found.extend(s.mandate.iter().filter_map(|mandate| unknown(&mandate.who)));
     found.extend(conditions(s));
     found.extend(stacks(s));
     found.extend(check_steps::steps(s));
@@ -152,25 +153,9 @@ fn phase(s: &Scenario) -> Option<Finding> {
 
 /// Everything with a time on the trial's clock.
 pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
-    fn all<T: Windowed>(list: &[T]) -> impl Iterator<Item = &dyn Windowed> {
-        list.iter().map(|w| w as &dyn Windowed)
-    }
-    let datagrams = all(&s.delay).chain(all(&s.jitter)).chain(all(&s.loss)).chain(all(&s.burst_loss));
-    let datagrams = datagrams.chain(all(&s.duplicate)).chain(all(&s.reorder)).chain(all(&s.replay));
-    let datagrams = datagrams.chain(all(&s.corrupt)).chain(all(&s.reoriginate)).chain(all(&s.inject));
-    let streams = all(&s.stream_delay).chain(all(&s.stall)).chain(all(&s.throttle)).chain(all(&s.half_close));
-    let streams = streams.chain(all(&s.reset)).chain(all(&s.cut)).chain(all(&s.stream_corrupt));
-    let broker = all(&s.broker_drop).chain(all(&s.broker_delay)).chain(all(&s.broker_reorder));
-    let broker = broker.chain(all(&s.broker_duplicate)).chain(all(&s.broker_replay)).chain(all(&s.broker_retain));
-    let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
-    let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
-    let view = all(&s.feed_withhold).chain(all(&s.feed_delay)).chain(all(&s.feed_forge));
-    let view = view.chain(all(&s.feed_replay)).chain(all(&s.intent_drop));
-    let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
-    let peers = all(&s.session_replay).chain(all(&s.falsehood)).chain(all(&s.mode_confusion));
-    let keyed = all(&s.rogue).chain(all(&s.takeover)).chain(all(&s.teammate));
-    let insiders = broker.chain(view).chain(keyed).chain(peers).chain(shared);
-    datagrams.chain(streams).chain(insiders).chain(faults).collect()
+    let attacks = s.attacks().into_iter().map(|attack| attack as &dyn Windowed);
+    let faults = s.fault.iter().map(|fault| fault as &dyn Windowed);
+    attacks.chain(faults).chain(s.kill.iter().map(|kill| kill as &dyn Windowed)).collect()
 }
 
 fn times(s: &Scenario) -> Vec<Finding> {
@@ -272,50 +257,21 @@ fn units(s: &Scenario) -> Vec<Finding> {
     }
     let has = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
     let forwards = s.teammate.first().map(|t| &t.at_s);
-    let breaks = s.malformed.first().map(|m| &m.at_s);
-    let says = s.session_replay.first().map(|r| &r.at_s).or(s.falsehood.first().map(|f| &f.at_s));
-    let says = says.or(s.mode_confusion.first().map(|c| &c.at_s));
-    if let Some(at) = forwards.or(breaks).or(says)
+    let deceit = s.attacks().into_iter().find(|attack| matches!(attack.act(0), Some(Act::Teammate(_))));
+    if let Some(deceit) = deceit
         && !has("unit-b", Role::Insider)
     {
-        found.push(finding(at, "an insider acts and there is none", "add `[[unit]]` unit-b with role \"insider\""));
+        found.push(finding(
+            deceit.at_s(),
+            "an insider acts and there is none",
+            "add `[[unit]]` unit-b with role \"insider\"",
+        ));
     }
     let needs_c = s.teammate.iter().any(|t| matches!(t.c, ThirdUnit::Present | ThirdUnit::Silent));
     if let Some(at) = forwards.filter(|_| needs_c)
         && !has("unit-c", Role::Honest)
     {
         found.push(finding(at, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
-    }
-    found
-}
-
-/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
-fn shared(s: &Scenario) -> Vec<Finding> {
-    let mut found = Vec::new();
-    let forged = s.forge.iter().map(|f| (&f.at_s, f.topic, f.holder));
-    let again = s.republish.iter().map(|r| (&r.at_s, r.topic, None));
-    let altered = s.alter.iter().map(|a| (&a.at_s, super::Channel::Tracks, a.holder));
-    let all: Vec<_> = forged.chain(again).chain(altered).collect();
-    let host = |topic: super::Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
-    for (at, topic, holder) in &all {
-        if host(*topic) != host(all[0].1) {
-            found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
-        }
-        if *holder != all[0].2 {
-            found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
-        }
-        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
-            found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
-        }
-    }
-    for forge in &s.forge {
-        if !forge.says.fits(forge.topic) {
-            found.push(finding(&forge.at_s, "this cannot be said on that channel", "use `says = \"echo\"`"));
-        }
-        if forge.says.needs_place() != forge.place_m.is_some() {
-            let remedy = "give `place_m` where a vehicle or another position is claimed, and nowhere else";
-            found.push(finding(&forge.at_s, "a place is missing or too many", remedy));
-        }
     }
     found
 }
@@ -356,58 +312,6 @@ fn operator(s: &Scenario) -> Vec<Finding> {
 /// Whether the operator's steps can bring the mission so far.
 fn leads_to(s: &Scenario, stage: Stage) -> bool {
     stage == Stage::None || s.operator.step.iter().any(|step| Stage::of(*step.verb) >= stage)
-}
-
-/// One rogue: one key, one way, one certificate. And everybody named has a key.
-fn rogue(s: &Scenario) -> Vec<Finding> {
-    let mut found = Vec::new();
-    let known = |name: &Name| NodeId::from_name(name.as_str()).is_some();
-    let certificates = s.rogue.iter().filter_map(|r| r.certificate.as_ref());
-    let names = s.rogue.iter().map(|r| &r.holds).chain(s.rogue.iter().filter_map(|r| r.claims.as_ref()));
-    for name in names.chain(certificates).chain(s.mandate.iter().map(|m| &m.who)) {
-        if !known(name) {
-            found.push(finding(name, "no such identity", "name one of the closed set, such as `operator-2`"));
-        }
-    }
-    for bare in s.rogue.iter().filter(|r| r.order == super::Order::Configure && r.values.is_none()) {
-        found.push(finding(&bare.at_s, "no values to set", "add `values`"));
-    }
-    let Some(first) = s.rogue.first() else { return found };
-    for other in s.rogue.iter().skip(1) {
-        let same = other.way == first.way
-            && other.holds.as_str() == first.holds.as_str()
-            && other.certificate.as_deref().map(Name::as_str) == first.certificate.as_deref().map(Name::as_str);
-        if !same {
-            let message = "another key, way or certificate than the table before";
-            found.push(finding(&other.holds, message, "a scenario has one rogue station"));
-        }
-    }
-    found
-}
-
-/// One thief: one certificate, of one who has a session at the broker, and no other process in the impostor's part.
-fn takeovers(s: &Scenario) -> Vec<Finding> {
-    let mut found = Vec::new();
-    let Some(first) = s.takeover.first() else { return found };
-    for takeover in &s.takeover {
-        if !["unit-a", "gateway"].contains(&takeover.certificate.as_str()) {
-            found.push(finding(&takeover.certificate, "no session to be taken", "name `unit-a` or `gateway`"));
-        }
-        if takeover.certificate.as_str() != first.certificate.as_str() {
-            found.push(finding(&takeover.certificate, "another certificate", "a scenario has one thief"));
-        }
-        if takeover.duration_s.get() <= 0.0 {
-            found.push(finding(&takeover.at_s, "it ends when it begins", "give a longer `duration_s`"));
-        }
-    }
-    if !(s.forge.is_empty() && s.republish.is_empty() && s.alter.is_empty()) {
-        found.push(finding(
-            &first.at_s,
-            "two impostors",
-            "put what is done on shared memory into a scenario of its own",
-        ));
-    }
-    found
 }
 
 fn cells(s: &Scenario) -> Vec<Finding> {

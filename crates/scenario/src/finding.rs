@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
-use super::Located;
+use wire::id::NodeId;
+
+use super::{Located, Name};
 
 /// Something that does not fit.
-pub(super) struct Finding {
+pub struct Finding {
     /// Where.
     pub(super) bytes: Range<usize>,
     /// What.
@@ -17,4 +19,10 @@ pub(super) struct Finding {
 /// That this does not fit at the place of a value.
 pub(super) fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
     Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
+}
+
+/// That a name is no identity's.
+pub(super) fn unknown(name: &Located<Name>) -> Option<Finding> {
+    let remedy = "name one of the closed set, such as `operator-2`";
+    NodeId::from_name(name.as_str()).is_none().then(|| finding(name, "no such identity", remedy))
 }

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use evidence::mission::Verb;
+use wire::mode::Mode;
 use wire::settings::Settings;
 
 use super::terms::Class;
@@ -114,6 +115,17 @@ impl DisplayedState {
             DisplayedState::PrepareToAct => "PREPARE_TO_ACT",
             DisplayedState::Degraded => "DEGRADED",
             DisplayedState::HoldSafe => "HOLD_SAFE",
+        }
+    }
+
+    /// The mode of a unit that it shows.
+    pub fn mode(self) -> Mode {
+        match self {
+            DisplayedState::Idle => Mode::Idle,
+            DisplayedState::Ready => Mode::Ready,
+            DisplayedState::PrepareToAct => Mode::PrepareToAct,
+            DisplayedState::Degraded => Mode::Degraded,
+            DisplayedState::HoldSafe => Mode::HoldSafe,
         }
     }
 }

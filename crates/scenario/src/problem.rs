@@ -48,9 +48,14 @@ impl Problem {
 
     /// A TOML or schema error, at the place that the parser names.
     pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        Self::from_toml_at(file, text, error.span(), error)
+    }
+
+    /// The same at a place in this text, where the parser's was in several.
+    pub(super) fn from_toml_at(file: &str, text: &str, bytes: Option<Range<usize>>, error: &toml::de::Error) -> Self {
         let message = error.message().trim().to_owned();
         let remedy = remedy_for(&message);
-        match error.span() {
+        match bytes {
             Some(bytes) => Self::at(file, text, bytes, message, remedy),
             None => Self::with_file(file, message, remedy),
         }

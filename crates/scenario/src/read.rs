@@ -1,16 +1,18 @@
 //! From a path to a checked [`Scenario`] or [`Platform`], or to problems with their place.
 //!
-//! The size of a file is looked at before its content; a file that a scenario names lies below the scenario's directory
-//! and no step to it is a symbolic link.
+//! The size of a file is looked at before its content; a file that a scenario names lies below the scenario's directory, or
+//! that of the shipped scenarios for one of them, and no step to it is a symbolic link.
 
 use std::fs::{self, File};
 use std::io::Read;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 
 use super::check;
+use super::extend::Sources;
 use super::finding::Finding;
+use super::setup::shipped_folder;
 use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene};
 
 /// The largest file that is read.
@@ -21,28 +23,34 @@ pub const MAX_FILE_BYTES: u64 = 256 * 1024;
 /// # Errors
 /// Every problem found; those of one file together, those of the scene's file apart.
 pub fn load(path: &Path) -> Result<Scenario, Problems> {
-    let file = path.display().to_string();
-    let text = read_text(path, &file)?;
+    let sources = Sources::load(path)?;
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
-    let mut scenario = read_scenario(&file, &text)?;
+    let mut scenario = read_scenario(&sources)?;
     if let Some(at) = &scenario.scene_file {
-        scenario.scene = Some(load_scene(path, &file, &text, at)?);
+        scenario.scene = Some(load_scene(&sources, at)?);
     }
-    settle(&file, &text, stem, &scenario)?;
+    settle(&sources, stem, &scenario)?;
     Ok(scenario)
 }
 
-/// Checks a scenario's text by itself; one that names a scene file is refused, for there is no directory to look in.
+/// Checks a scenario's text by itself; one that names a scene file or another scenario is refused, for there is no directory
+/// to look in.
 ///
 /// # Errors
 /// Every problem found, with `file` as its name.
 pub fn parse(file: &str, stem: &str, text: &str) -> Result<Scenario, Problems> {
-    let scenario = read_scenario(file, text)?;
+    let sources = Sources::one(file, text);
+    let scenario = read_scenario(&sources)?;
+    let refuse = |at, message, remedy| Problems::from(sources.problem(at, message, remedy));
+    if let Some(at) = &scenario.extends {
+        let remedy = "write out what it takes from the other";
+        return Err(refuse(at.bytes(), "a scenario that extends another needs to be a file", remedy));
+    }
     if let Some(at) = &scenario.scene_file {
         let message = "a scene file needs the scenario to be a file";
-        return Err(Problem::at(file, text, at.bytes(), message, "write the scene as `[scene]`").into());
+        return Err(refuse(at.bytes(), message, "write the scene as `[scene]`"));
     }
-    settle(file, text, stem, &scenario)?;
+    settle(&sources, stem, &scenario)?;
     Ok(scenario)
 }
 
@@ -111,25 +119,24 @@ pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
     Ok(text.replace("\r\n", "\n"))
 }
 
-fn read_scenario(file: &str, text: &str) -> Result<Scenario, Problems> {
-    let scenario: Scenario = from_toml(file, text)?;
+fn read_scenario(sources: &Sources) -> Result<Scenario, Problems> {
+    let scenario = sources.read()?;
     let (message, bytes) = match (&scenario.scene, &scenario.scene_file) {
         (Some(_), Some(at)) => ("both `[scene]` and `scene_file`", at.bytes()),
         (None, None) if scenario.is_of_stacks() => return Ok(scenario),
         (None, None) => ("neither `[scene]` nor `scene_file`", scenario.name.bytes()),
         (Some(_), None) | (None, Some(_)) => return Ok(scenario),
     };
-    Err(Problem::at(file, text, bytes, message, "give the scene once, in the file or by its own file").into())
+    Err(sources.problem(bytes, message, "give the scene once, in the file or by its own file").into())
 }
 
 fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Problems> {
     toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e).into())
 }
 
-fn load_scene(scenario: &Path, file: &str, text: &str, at: &Located<RelativePath>) -> Result<Scene, Problems> {
-    let base = scenario.parent().unwrap_or(Path::new(""));
-    let refuse = |message: &str, remedy: &str| Problem::at(file, text, at.bytes(), message, remedy);
-    let mut path = base.to_path_buf();
+fn load_scene(sources: &Sources, at: &Located<RelativePath>) -> Result<Scene, Problems> {
+    let refuse = |message: &str, remedy: &str| sources.problem(at.bytes(), message, remedy);
+    let mut path = scene_folder(sources.path_at(&at.bytes()), at);
     for part in Path::new(at.as_str()).components() {
         let Component::Normal(part) = part else {
             return Err(refuse("path leaves the scenario directory", "write it relative, without `..`").into());
@@ -150,12 +157,20 @@ fn load_scene(scenario: &Path, file: &str, text: &str, at: &Located<RelativePath
     parse_scene(&scene_file, &read_text(&path, &scene_file)?)
 }
 
-fn settle(file: &str, text: &str, stem: &str, scenario: &Scenario) -> Result<(), Problems> {
+/// The folder below which a scene's file lies: that of the file which names it or, for a shipped one, that of all scenarios.
+fn scene_folder(named_in: &Path, scene: &RelativePath) -> PathBuf {
+    let beside = named_in.parent().unwrap_or(Path::new("")).to_path_buf();
+    let shipped = || shipped_folder(named_in).filter(|folder| folder.join(scene.as_str()).exists());
+    if beside.join(scene.as_str()).exists() { beside } else { shipped().unwrap_or(beside) }
+}
+
+fn settle(sources: &Sources, stem: &str, scenario: &Scenario) -> Result<(), Problems> {
     let mut findings = check::scenario(scenario, stem);
     if let (Some(scene), None) = (&scenario.scene, &scenario.scene_file) {
         findings.extend(check::scene(scene));
     }
-    Problems::none_or(place(file, text, findings))
+    let problem = |f: Finding| sources.problem(f.bytes, f.message, f.remedy);
+    Problems::none_or(findings.into_iter().map(problem).collect())
 }
 
 fn place(file: &str, text: &str, findings: Vec<Finding>) -> Vec<Problem> {

@@ -14,7 +14,8 @@ use super::Scenario;
 /// Most values that are set together.
 const MAX_SETTINGS: usize = 16;
 /// Keys that no path may begin with: a variation has keys of its own for some, and has no use for the others.
-const KEPT: [&str; 8] = ["schema_version", "name", "policy", "expected", "under", "cell", "curve", "scene_file"];
+const KEPT: [&str; 9] =
+    ["schema_version", "name", "extends", "policy", "expected", "under", "cell", "curve", "scene_file"];
 
 /// Values by their path: keys and places (from 0) joined by points, such as `delay.0.by_ms`. A place one behind the last
 /// adds an entry.

@@ -128,6 +128,20 @@ pub fn find_root(from: &Path) -> Option<PathBuf> {
     from.ancestors().find(is_root).map(Path::to_path_buf)
 }
 
+/// The folder of the shipped scenarios, when `file` lies in it or below it.
+pub(super) fn shipped_folder(file: &Path) -> Option<PathBuf> {
+    let file = std::path::absolute(file).ok()?;
+    let folder = find_root(file.parent()?)?.join("scenarios");
+    file.starts_with(&folder).then_some(folder)
+}
+
+/// The file of the shipped scenario of this name.
+pub fn find(root: &Path, name: &str) -> Option<PathBuf> {
+    let folder = root.join("scenarios");
+    let mut paths = ["", "rendered", "demo"].into_iter().map(|below| folder.join(below).join(format!("{name}.toml")));
+    paths.find(|path| path.is_file())
+}
+
 /// Every shipped scenario, by name.
 ///
 /// # Errors

@@ -1,95 +1,22 @@
-//! Attacks on a host's shared memory: a process there that speaks on channels which are others'.
+//! A host's shared memory, where a rogue process speaks on channels which are others'.
 //!
 //! The channel says which host; whose keys the process holds, `holder`. Without one it is an impostor of the same user with
-//! no key; with one it is an insider in that service's place.
+//! no key; with one it is an insider in that service's place. A rogue has no steps: its tables begin at their time.
 
-use evidence::trial::Knowledge;
+use adversary::plan::{RogueMove, Says, Spot};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use wire::core::Topic;
+use wire::id::NodeId;
 
+use super::attack::Act;
+use super::finding::{Finding, finding};
 use super::scene::Point;
-use super::timed::Windowed;
-use super::value::{Located, Millis, Seconds, Whole};
+use super::value::Whole;
+use super::{Scenario, Windowed};
 
 /// Time between two messages.
 pub type Every = Whole<1, 60_000>;
-
-/// Publishes, on a channel that is another's, messages of its own making.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Forge {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Length of the window.
-    pub duration_s: Seconds,
-    /// Time between messages.
-    pub every_ms: Every,
-    /// Which channel.
-    pub topic: Channel,
-    /// The service whose keys it holds; none for an impostor.
-    #[serde(default)]
-    pub holder: Option<Holder>,
-    /// What the messages say.
-    pub says: Saying,
-    /// Where the vehicle is said to stand, or by how much a position is shifted; metres east and north.
-    #[serde(default)]
-    pub place_m: Option<Point>,
-}
-
-/// Publishes again what the channel's own producer published.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Republish {
-    /// Start on the trial's clock; the trial's phase is added. What is published again was recorded before.
-    pub at_s: Located<Seconds>,
-    /// Length of the window.
-    pub duration_s: Seconds,
-    /// Time between messages.
-    pub every_ms: Every,
-    /// Which channel.
-    pub topic: Channel,
-    /// Least age of what is published again.
-    pub lag_ms: Millis,
-}
-
-/// In perception's place: passes on each of its messages with a vehicle that is not there in place of those that are.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Alter {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Length of the window.
-    pub duration_s: Seconds,
-    /// The service whose keys it holds; none for an impostor.
-    #[serde(default)]
-    pub holder: Option<Holder>,
-    /// Where the vehicle is said to stand; metres east and north.
-    pub place_m: Point,
-}
-
-/// A rogue has no steps: its tables begin at their time. What it needs to know follows from whose keys it holds.
-macro_rules! windowed {
-    ($($name:ident $needs:expr;)+) => {$(
-        impl Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
-            }
-            fn duration_s(&self) -> Seconds {
-                self.duration_s
-            }
-            fn needs(&self) -> Knowledge {
-                let needs: fn(&Self) -> Knowledge = $needs;
-                needs(self)
-            }
-        }
-    )+};
-}
-
-windowed! {
-    Forge |x| if x.holder.is_some() { Knowledge::Insider } else { Knowledge::OnPath };
-    Republish |_| Knowledge::OnPath;
-    Alter |_| Knowledge::Insider;
-}
 
 /// A channel of shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -120,6 +47,44 @@ impl Channel {
     pub fn on_control(self) -> bool {
         matches!(self, Channel::Feed | Channel::Intents)
     }
+
+    /// What a rogue does on the channel, from the start of a table to its end.
+    pub(crate) fn overwritten(self, of: &dyn Windowed, phase_ms: u64, every_ms: u64, says: Says) -> RogueMove {
+        RogueMove {
+            topic: self.topic(),
+            producer: self.producer(),
+            at_ms: of.start_ms(phase_ms),
+            duration_ms: of.length_ms(),
+            every_ms,
+            says,
+        }
+    }
+
+    /// The channel as cores name it.
+    pub fn topic(self) -> Topic {
+        match self {
+            Channel::Candidates => Topic::Candidates,
+            Channel::Frames => Topic::Frames,
+            Channel::Navigation => Topic::Navigation,
+            Channel::Tracks => Topic::Tracks,
+            Channel::Drive => Topic::Drive,
+            Channel::Act => Topic::Act,
+            Channel::Seals => Topic::Seals,
+            Channel::Feed => Topic::Feed,
+            Channel::Intents => Topic::Intents,
+        }
+    }
+
+    fn producer(self) -> NodeId {
+        match self {
+            Channel::Candidates | Channel::Frames | Channel::Navigation => NodeId::SIM,
+            Channel::Tracks => NodeId::PERCEPTION,
+            Channel::Drive | Channel::Act => NodeId::UNIT_A,
+            Channel::Seals => NodeId::RECORDER,
+            Channel::Feed => NodeId::GATEWAY,
+            Channel::Intents => NodeId::CONSOLE,
+        }
+    }
 }
 
 /// A service whose keys a rogue may hold.
@@ -145,38 +110,48 @@ impl Holder {
     pub fn on_control(self) -> bool {
         matches!(self, Holder::Gateway | Holder::Console)
     }
-}
 
-/// What forged messages say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Saying {
-    /// What the producer said last, with its time made new.
-    Echo,
-    /// A perception that lives and does no work.
-    Beat,
-    /// A corroborated vehicle at `place_m`.
-    Vehicle,
-    /// The same as a synthetic product.
-    Synthetic,
-    /// The same as a product that is played back.
-    PlayedBack,
-    /// The last position, shifted by `place_m`.
-    Elsewhere,
-}
-
-impl Saying {
-    /// Whether it needs a place.
-    pub fn needs_place(self) -> bool {
-        matches!(self, Saying::Vehicle | Saying::Synthetic | Saying::PlayedBack | Saying::Elsewhere)
-    }
-
-    /// Whether it can be said on `topic`.
-    pub fn fits(self, topic: Channel) -> bool {
+    /// The service's identity.
+    pub fn node(self) -> NodeId {
         match self {
-            Saying::Echo => true,
-            Saying::Beat | Saying::Vehicle | Saying::Synthetic | Saying::PlayedBack => topic == Channel::Tracks,
-            Saying::Elsewhere => topic == Channel::Navigation,
+            Holder::Sim => NodeId::SIM,
+            Holder::Perception => NodeId::PERCEPTION,
+            Holder::Autonomy => NodeId::UNIT_A,
+            Holder::Recorder => NodeId::RECORDER,
+            Holder::Gateway => NodeId::GATEWAY,
+            Holder::Console => NodeId::CONSOLE,
         }
     }
+}
+
+/// A place in an adversary's plan; the origin where none is given.
+pub(crate) fn spot(place: Option<&Point>) -> Spot {
+    let mm = |metres: f64| (metres * 1000.0) as i32;
+    place.map_or(Spot::default(), |[x, y]| Spot { x_mm: mm(x.get()), y_mm: mm(y.get()) })
+}
+
+/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
+pub(crate) fn check(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let all: Vec<_> = s
+        .attacks()
+        .into_iter()
+        .filter_map(|attack| match attack.act(0) {
+            Some(Act::Rogue { channel, holder, .. }) => Some((attack.at_s(), channel, holder)),
+            Some(_) | None => None,
+        })
+        .collect();
+    let host = |topic: Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
+    for (at, topic, holder) in &all {
+        if host(*topic) != host(all[0].1) {
+            found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
+        }
+        if *holder != all[0].2 {
+            found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
+        }
+        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
+            found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
+        }
+    }
+    found
 }

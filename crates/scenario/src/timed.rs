@@ -1,8 +1,11 @@
 //! What every table of a scenario has that happens at a time: its start, its length, its step, and what it takes to do it.
 
-use super::step::Timing;
-use super::value::{Located, Seconds};
+use adversary::plan::{On, Step, Wait};
 use evidence::trial::Knowledge;
+use wire::step::StepName;
+
+use super::step::{Timing, Trigger};
+use super::value::{Located, Seconds};
 
 /// Anything with a start on the trial's clock and a length.
 pub trait Windowed {
@@ -22,6 +25,31 @@ pub trait Windowed {
     /// the traffic on a path, or what a teammate hears.
     fn sees(&self) -> Option<Knowledge> {
         None
+    }
+    /// The earliest beginning in a trial of this phase, milliseconds of the run.
+    fn start_ms(&self, phase_ms: u64) -> u64 {
+        (self.at_s().get() * 1000.0) as u64 + phase_ms
+    }
+    /// The length in milliseconds.
+    fn length_ms(&self) -> u64 {
+        (self.duration_s().get() * 1000.0) as u64
+    }
+    /// The name of its step.
+    fn step_name(&self) -> Option<StepName> {
+        self.timing().step.and_then(|name| StepName::new(name.as_str()))
+    }
+    /// Its step, as its actor is told of it.
+    fn actor_step(&self) -> Option<Step> {
+        let wait = self.timing().when.and_then(|when| {
+            let on = match when.trigger()? {
+                Trigger::Enters { .. } | Trigger::Begun(_) | Trigger::Ended(_) => On::Cue,
+                Trigger::Passes(count) => On::Passes(count),
+                Trigger::Silence(ms) => On::Silence(ms),
+                Trigger::Hears(state) => On::Hears(state.mode()),
+            };
+            Some(Wait { on, after_ms: when.after_ms.unsigned() })
+        });
+        Some(Step { name: self.step_name()?, wait })
     }
 }
 

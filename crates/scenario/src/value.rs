@@ -30,6 +30,13 @@ pub type Millis = Whole<0, 60_000>;
 /// How many times.
 pub type Count = Whole<1, 10_000>;
 
+impl Share {
+    /// The share in thousandths.
+    pub fn permille(self) -> u16 {
+        (self.get() * 1000.0) as u16
+    }
+}
+
 impl<const MIN: i64, const MAX: i64> Real<MIN, MAX> {
     /// The value, or `None` when it is not finite or out of range.
     pub fn new(value: f64) -> Option<Self> {

@@ -147,7 +147,7 @@ impl Company<'_> {
         let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
         member.peer = peer_of(gateway);
         member.commands = true;
-        if attack::gateway::plan(self.scenario, 0).is_some() {
+        if attack::gateway(self.scenario, 0).is_some() {
             self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.endpoint = BusEndpoint::Inside);
         }
         let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
@@ -173,11 +173,11 @@ impl Company<'_> {
             let start = third.start;
             self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
         }
-        if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
+        if let Some(config) = attack::broker(self.scenario, draw.phase_ms) {
             let member = self.hostile(Host::Control, NodeId::INSIDER_BROKER, AdversaryConfig::InsiderBroker(config));
             member.peer = Some(PeerId::BROKER);
         }
-        if let Some(config) = attack::gateway::plan(self.scenario, draw.phase_ms) {
+        if let Some(config) = attack::gateway(self.scenario, draw.phase_ms) {
             let reads = [(Topic::Feed, NodeId::GATEWAY), (Topic::Intents, NodeId::CONSOLE)];
             let insider = Role::Adversary(AdversaryConfig::InsiderGateway(config));
             let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);

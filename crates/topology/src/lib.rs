@@ -9,12 +9,10 @@ mod control;
 mod draw;
 mod keys;
 mod member;
-mod peer;
 mod process;
 mod rogue;
 mod scene;
 mod script;
-mod start;
 mod station;
 
 use std::collections::BTreeMap;

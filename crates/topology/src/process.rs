@@ -1,13 +1,11 @@
 //! Process faults: an end, a hang, a share of the time, or a full disk. The twin and the launcher carry them out.
 
 use evidence::Planned;
-use scenario::{Ending, Kill, Process, Scenario};
+use scenario::{Ending, Kill, Process, Scenario, Windowed};
 use wire::event::Suspension;
 use wire::id::NodeId;
 use wire::step::StepName;
 use wire::time::Span;
-
-use super::start::{start_ms, step_name};
 
 /// Fault of one process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,8 +76,8 @@ pub(super) fn process_faults(s: &Scenario, phase_ms: u64) -> Vec<ProcessFault> {
     let fault = |k: &Kill| ProcessFault {
         node: node_of(k.process),
         kind: kind(k),
-        at: start_ms(k, phase_ms) * 1000,
-        step: step_name(k),
+        at: k.start_ms(phase_ms) * 1000,
+        step: k.step_name(),
         waits: k.when.as_ref().map(|when| when.after_ms.span().0),
     };
     s.kill.iter().map(fault).collect()

@@ -5,7 +5,6 @@ use console::operator::{Action, Step, TrackCondition, When};
 use evidence::mission::{Due, Script, Verb};
 use scenario::{DisplayedState, Scenario, Seconds};
 use wire::id::{NodeId, UnitId};
-use wire::mode::Mode;
 use wire::person::Role;
 use wire::sensor::Class;
 use wire::setup::Secret;
@@ -40,7 +39,7 @@ pub(super) fn presumed(scenario: &Scenario) -> Script {
         verb: *step.verb,
         at_us: us(*step.at_s),
         within_us: us(step.within_s),
-        mode: step.when_state.map(mode),
+        mode: step.when_state.map(DisplayedState::mode),
         track: step.when_track.map(class),
     };
     Script { mission: scenario.mission.as_deref().copied(), steps: orders.map(due).collect() }
@@ -58,7 +57,7 @@ fn step(step: &scenario::Step) -> Step {
         at_ms: Some((step.at_s.get() * 1000.0) as u64),
         unit: UnitId::A,
         when: When {
-            mode: step.when_state.map(mode),
+            mode: step.when_state.map(DisplayedState::mode),
             track: step.when_track.map(|_| TrackCondition { class, confidence: CONFIDENCE }),
         },
         action: match *step.verb {
@@ -88,16 +87,5 @@ fn class(class: scenario::Class) -> Class {
         scenario::Class::Person => Class::Person,
         scenario::Class::Decoy => Class::Decoy,
         scenario::Class::Obstacle => Class::Obstacle,
-    }
-}
-
-/// The mode that a displayed state is.
-pub(super) fn mode(state: DisplayedState) -> Mode {
-    match state {
-        DisplayedState::Idle => Mode::Idle,
-        DisplayedState::Ready => Mode::Ready,
-        DisplayedState::PrepareToAct => Mode::PrepareToAct,
-        DisplayedState::Degraded => Mode::Degraded,
-        DisplayedState::HoldSafe => Mode::HoldSafe,
     }
 }

@@ -1,9 +1,7 @@
 //! Conditions for an injection to arrive: processes that run, and a message to take hold of.
 
 use evidence::{Needs, Planned, Takes};
-use scenario::{Direction, Order};
 use sim::fault::is_imaging;
-use wire::core::Side;
 use wire::event::Action;
 use wire::id::NodeId;
 
@@ -55,26 +53,4 @@ pub(super) fn of(planned: Planned) -> Needs {
 
 fn itself(node: NodeId) -> &'static [NodeId] {
     PROCESSES.iter().find(|of| **of == node).map(std::slice::from_ref).unwrap_or_default()
-}
-
-/// Whither datagrams and publications of this direction go; either way without one.
-pub(super) fn side(direction: Direction) -> Option<Side> {
-    match direction {
-        Direction::Up => Some(Side::Server),
-        Direction::Down => Some(Side::Client),
-        Direction::Both => None,
-    }
-}
-
-/// Command that an order asks for, by its name in the log.
-pub(super) fn asks(order: Order) -> &'static str {
-    match order {
-        Order::Hold => "hold",
-        Order::Disarm => "disarm",
-        Order::Enable => "enable",
-        Order::Resume => "resume",
-        Order::Arm => "arm",
-        Order::Confirm => "confirm",
-        Order::Configure => "configure",
-    }
 }

@@ -1,0 +1,74 @@
+//! `[[falsehood]]`: an admitted teammate claims a place or a motion that is not its own.
+
+use adversary::plan;
+use evidence::Planned;
+use evidence::trial::Knowledge;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::event::Action;
+
+use super::{Act, Attack, Deceit, Injection};
+use crate::{Located, Radians, Real, Seconds, Windowed};
+
+/// B claims to be where, or to move as, it does not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Falsehood {
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// Length.
+    pub duration_s: Seconds,
+    /// How fast the claimed place leaves the true one, or the speed that is feigned.
+    pub drift_m_s: Real<0, 100_000>,
+    /// Which way, from east to north.
+    #[serde(default)]
+    pub towards_rad: Radians,
+    /// What of it the claimed motion shows.
+    pub motion: Motion,
+}
+
+impl Windowed for Falsehood {
+    fn at_s(&self) -> &Located<Seconds> {
+        &self.at_s
+    }
+
+    fn duration_s(&self) -> Seconds {
+        self.duration_s
+    }
+
+    fn needs(&self) -> Knowledge {
+        Knowledge::Insider
+    }
+}
+
+impl Attack for Falsehood {
+    fn act(&self, phase_ms: u64) -> Option<Act> {
+        Some(Act::Teammate(Deceit::Falsehood(plan::Falsehood {
+            at_ms: self.start_ms(phase_ms),
+            duration_ms: self.length_ms(),
+            drift_mm_s: (self.drift_m_s.get() * 1000.0) as u32,
+            towards_mrad: (self.towards_rad.get() * 1000.0) as i32,
+            motion: match self.motion {
+                Motion::Hidden => plan::Motion::Hidden,
+                Motion::Owned => plan::Motion::Owned,
+                Motion::Feigned => plan::Motion::Feigned,
+            },
+        })))
+    }
+
+    fn injection(&self) -> Option<Injection> {
+        Some(Injection::of(Planned::Action(Action::Lie)))
+    }
+}
+
+/// How the claimed motion stands to the claimed place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Motion {
+    /// The place drifts; speed and heading are the true ones.
+    Hidden,
+    /// The place drifts; speed and heading are those that go with it.
+    Owned,
+    /// The place is the true one; speed and heading are not.
+    Feigned,
+}

@@ -1,0 +1,31 @@
+//! `[[feed_delay]]`: the gateway insider passes reports on to the display later.
+
+use adversary::plan::FeedAction;
+use evidence::{Planned, Takes};
+
+use super::{Act, Attack, Injection, during};
+use crate::timed::timed;
+use crate::{Direction, Millis, Seconds};
+
+timed! {
+    /// Reports are passed on later.
+    FeedDelay lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
+        /// By how much.
+        by_ms: Millis,
+        /// And said to be as young as if they had just come.
+        young: bool,
+    }
+}
+
+impl Attack for FeedDelay {
+    fn act(&self, phase_ms: u64) -> Option<Act> {
+        let action = FeedAction::Delay { ms: self.by_ms.unsigned(), young: self.young };
+        Some(Act::Feed(during(self, Direction::Both, phase_ms, action)))
+    }
+
+    fn injection(&self) -> Option<Injection> {
+        Some(Injection::of(Planned::Late(self.by_ms.unsigned() * 1000)).taking(Takes::Reports))
+    }
+}

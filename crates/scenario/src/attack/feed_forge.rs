@@ -1,0 +1,51 @@
+//! `[[feed_forge]]`: the gateway insider makes reports say something else.
+
+use adversary::plan::{self, FeedAction};
+use evidence::{Planned, Takes};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::event::Action;
+
+use super::{Act, Attack, Injection, during};
+use crate::timed::timed;
+use crate::{Direction, DisplayedState, Seconds};
+
+timed! {
+    /// Reports are made to say something else.
+    FeedForge lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
+        /// How.
+        forgery: FeedForgery,
+        /// The state they are made to say.
+        state: DisplayedState,
+    }
+}
+
+impl Attack for FeedForge {
+    fn act(&self, phase_ms: u64) -> Option<Act> {
+        let forgery = match self.forgery {
+            FeedForgery::Altered => plan::FeedForgery::Altered,
+            FeedForgery::ReSigned => plan::FeedForgery::ReSigned,
+            FeedForgery::Relabelled => plan::FeedForgery::Relabelled,
+        };
+        let action = FeedAction::Forge { forgery, mode: self.state.mode() };
+        Some(Act::Feed(during(self, Direction::Both, phase_ms, action)))
+    }
+
+    fn injection(&self) -> Option<Injection> {
+        Some(Injection::of(Planned::Feed(Action::Forge)).taking(Takes::Reports))
+    }
+}
+
+/// How a report is made to say something else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FeedForgery {
+    /// Another state under the unit's old signature.
+    Altered,
+    /// Another state under the gateway's own signature.
+    ReSigned,
+    /// As it is, as another unit's.
+    Relabelled,
+}

@@ -1,0 +1,71 @@
+//! `[[mode_confusion]]`: an admitted teammate's reports are no live product, or in another time base.
+
+use adversary::plan::{self, Confusion};
+use evidence::Planned;
+use evidence::trial::Knowledge;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::event::Action;
+
+use super::{Act, Attack, Deceit, Injection};
+use crate::{Located, Seconds, Whole, Windowed};
+
+/// B's reports are no live product, or stamped in another time base than its session's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModeConfusion {
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// Length.
+    pub duration_s: Seconds,
+    /// What the reports say that they are.
+    pub product: Product,
+    /// How far their stamps are ahead.
+    #[serde(default)]
+    pub clock_ms: Whole<-60_000, 60_000>,
+}
+
+impl Windowed for ModeConfusion {
+    fn at_s(&self) -> &Located<Seconds> {
+        &self.at_s
+    }
+
+    fn duration_s(&self) -> Seconds {
+        self.duration_s
+    }
+
+    fn needs(&self) -> Knowledge {
+        Knowledge::Insider
+    }
+}
+
+impl Attack for ModeConfusion {
+    fn act(&self, phase_ms: u64) -> Option<Act> {
+        Some(Act::Teammate(Deceit::Confusion(Confusion {
+            at_ms: self.start_ms(phase_ms),
+            duration_ms: self.length_ms(),
+            product: match self.product {
+                Product::Live => plan::Product::Live,
+                Product::Synthetic => plan::Product::Synthetic,
+                Product::Replayed => plan::Product::Replayed,
+            },
+            clock_ms: self.clock_ms.get(),
+        })))
+    }
+
+    fn injection(&self) -> Option<Injection> {
+        Some(Injection::of(Planned::Action(Action::Confuse)))
+    }
+}
+
+/// Where a report says that its content comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Product {
+    /// Made now.
+    Live,
+    /// Made by a generator.
+    Synthetic,
+    /// Played back.
+    Replayed,
+}

@@ -1,0 +1,137 @@
+//! `[[rogue]]`: a rogue station gives orders under a key that is not its own.
+//!
+//! It holds somebody's signing key and gives orders with it: through a station of its own at the gateway, or under a
+//! certificate at the broker. It is an identity of its own; no service knows it for what it is.
+
+use adversary::plan::{self, RogueOrders};
+use evidence::Planned;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::id::NodeId;
+
+use super::{Act, Attack, Injection};
+use crate::finding::{Finding, finding, unknown};
+use crate::timed::timed;
+use crate::{Count, Located, Millis, Name, Order, Scenario, Values, Whole, Windowed};
+
+timed! {
+    /// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
+    Rogue needs Insider {
+        /// Whose signing key it holds.
+        holds: Located<Name>,
+        /// By which way its orders go.
+        way: Way,
+        /// Under whose certificate it publishes at the broker; that of whose key it holds where nothing is said.
+        #[serde(default)]
+        certificate: Option<Located<Name>>,
+        /// In whose name it orders; of whose key it holds where nothing is said.
+        #[serde(default)]
+        claims: Option<Located<Name>>,
+        /// What it orders.
+        order: Order,
+        /// How many times.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+        /// How far the counter is run ahead with each.
+        #[serde(default)]
+        ahead: Whole<0, 9_000_000_000_000_000_000>,
+        /// Under which id.
+        #[serde(default)]
+        id: OrderId,
+        /// On which track, to arm or to confirm.
+        #[serde(default)]
+        track: OrderTrack,
+        /// The values, where it orders to configure.
+        #[serde(default)]
+        values: Option<Values>,
+    }
+}
+
+impl Attack for Rogue {
+    fn act(&self, phase_ms: u64) -> Option<Act> {
+        let claims = self.claims.as_ref().unwrap_or(&self.holds);
+        Some(Act::Orders(RogueOrders {
+            at_ms: self.start_ms(phase_ms),
+            count: self.count.unsigned() as u32,
+            every_ms: self.every_ms.unsigned(),
+            claim: NodeId::from_name(claims.as_str())?,
+            order: self.order.kind(),
+            values: self.values.map(Values::settings),
+            ahead: self.ahead.unsigned(),
+            id: match self.id {
+                OrderId::Next => plan::OrderId::Next,
+                OrderId::Last => plan::OrderId::Last,
+                OrderId::OlderBoot => plan::OrderId::OlderBoot,
+            },
+            track: match self.track {
+                OrderTrack::Seen => plan::OrderTrack::Seen,
+                OrderTrack::Other => plan::OrderTrack::Other,
+            },
+            step: self.actor_step(),
+        }))
+    }
+
+    fn injection(&self) -> Option<Injection> {
+        let injection = Injection::of(Planned::Rogue).longer_by(self.count.unsigned() * self.every_ms.unsigned());
+        Some(injection.judged_by(match self.way {
+            Way::Station => &[NodeId::GATEWAY],
+            Way::Broker => &[NodeId::BROKER],
+        }))
+    }
+
+    /// Everybody named has a key; and one rogue: one key, one way, one certificate.
+    fn check(&self, whole: &Scenario) -> Vec<Finding> {
+        let names = [Some(&self.holds), self.claims.as_ref(), self.certificate.as_ref()].into_iter().flatten();
+        let mut found: Vec<Finding> = names.filter_map(unknown).collect();
+        if self.order == Order::Configure && self.values.is_none() {
+            found.push(finding(&self.at_s, "no values to set", "add `values`"));
+        }
+        if whole.rogue.first().is_some_and(|first| !self.is_one_with(first)) {
+            let message = "another key, way or certificate than the table before";
+            found.push(finding(&self.holds, message, "a scenario has one rogue station"));
+        }
+        found
+    }
+}
+
+impl Rogue {
+    fn is_one_with(&self, other: &Rogue) -> bool {
+        let certificate = |rogue: &Rogue| rogue.certificate.as_deref().cloned();
+        self.way == other.way && *self.holds == *other.holds && certificate(self) == certificate(other)
+    }
+}
+
+/// By which way a rogue's orders go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    /// Requests of the gateway, over a channel that is its own.
+    Station,
+    /// Publications at the broker, past the gateway.
+    Broker,
+}
+
+/// Under which id a rogue orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderId {
+    /// The next.
+    #[default]
+    Next,
+    /// The one that the unit counted last, of another order.
+    Last,
+    /// The next number in a boot before the operator's.
+    OlderBoot,
+}
+
+/// On which track a rogue orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderTrack {
+    /// To arm the most confident vehicle, to confirm the one that authority is held on.
+    #[default]
+    Seen,
+    /// The most confident vehicle on which no authority is held.
+    Other,
+}

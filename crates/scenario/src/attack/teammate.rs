@@ -1,0 +1,69 @@
+//! `[[teammate]]`: an admitted teammate forwards a third unit's telemetry.
+
+use adversary::plan::{Form, Forward};
+use evidence::Planned;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::event::Action;
+
+use super::{Act, Attack, Deceit, Injection};
+use crate::timed::timed;
+use crate::{Millis, Seconds, Windowed};
+
+timed! {
+    /// An admitted teammate B forwards a third unit C's telemetry: the paper's central finding.
+    Teammate lasts duration_s needs Insider sees Insider {
+        /// How it forwards.
+        form: Forwarding,
+        /// Whether C itself reports meanwhile.
+        c: ThirdUnit,
+        /// Length.
+        duration_s: Seconds,
+        /// Age of C's telemetry when it is forwarded.
+        #[serde(default)]
+        lag_ms: Millis,
+    }
+}
+
+impl Attack for Teammate {
+    fn act(&self, phase_ms: u64) -> Option<Act> {
+        Some(Act::Teammate(Deceit::Forward(Forward {
+            form: match self.form {
+                Forwarding::Verbatim => Form::Verbatim,
+                Forwarding::Relabelled => Form::Relabelled,
+                Forwarding::ReSigned => Form::ReSigned,
+            },
+            at_ms: self.start_ms(phase_ms),
+            duration_ms: self.length_ms(),
+            lag_ms: self.lag_ms.unsigned(),
+            own_reports: self.form == Forwarding::Verbatim,
+            step: self.actor_step(),
+        })))
+    }
+
+    fn injection(&self) -> Option<Injection> {
+        Some(Injection::of(Planned::Action(Action::Forward)).longer_by(self.lag_ms.unsigned()))
+    }
+}
+
+/// How B forwards C's telemetry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Forwarding {
+    /// The record says C and is C's.
+    Verbatim,
+    /// The record says B, C's signature is kept.
+    Relabelled,
+    /// The record says B and is signed by B.
+    ReSigned,
+}
+
+/// Whether C reports while B forwards its telemetry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThirdUnit {
+    /// It reports.
+    Present,
+    /// Its own telemetry stops when the forwarding starts.
+    Silent,
+}

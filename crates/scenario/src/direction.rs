@@ -1,0 +1,48 @@
+//! Which way an attack on a path works.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::core::Side;
+
+/// Which way the datagrams or bytes go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// From the platform to the gateway.
+    Up,
+    /// From the gateway to the platform.
+    Down,
+    /// Both ways.
+    #[default]
+    Both,
+}
+
+impl Direction {
+    /// Whether it covers the way from the platform to the gateway.
+    pub fn covers_up(self) -> bool {
+        matches!(self, Direction::Up | Direction::Both)
+    }
+
+    /// Whether it covers the way from the gateway to the platform.
+    pub fn covers_down(self) -> bool {
+        matches!(self, Direction::Down | Direction::Both)
+    }
+
+    /// The side that datagrams and publications of this direction go to; either without one.
+    pub(crate) fn side(self) -> Option<Side> {
+        match self {
+            Direction::Up => Some(Side::Server),
+            Direction::Down => Some(Side::Client),
+            Direction::Both => None,
+        }
+    }
+
+    /// The direction as an adversary's plan has it.
+    pub(crate) fn planned(self) -> adversary::plan::Direction {
+        match self {
+            Direction::Up => adversary::plan::Direction::Up,
+            Direction::Down => adversary::plan::Direction::Down,
+            Direction::Both => adversary::plan::Direction::Both,
+        }
+    }
+}

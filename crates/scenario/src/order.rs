@@ -1,0 +1,53 @@
+//! What a rogue or a hostile broker orders, or picks out among orders.
+
+use adversary::plan::Kind;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What somebody orders who is no operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// To stop.
+    Hold,
+    /// To give up authority.
+    Disarm,
+    /// To begin.
+    Enable,
+    /// To go on after a stop.
+    Resume,
+    /// To take authority on the most confident vehicle.
+    Arm,
+    /// To use the authority that is held.
+    Confirm,
+    /// To set values.
+    Configure,
+}
+
+impl Order {
+    /// The order as an adversary's plan has it.
+    pub fn kind(self) -> Kind {
+        match self {
+            Order::Enable => Kind::Enable,
+            Order::Arm => Kind::Arm,
+            Order::Confirm => Kind::Confirm,
+            Order::Hold => Kind::Hold,
+            Order::Resume => Kind::Resume,
+            Order::Disarm => Kind::Disarm,
+            Order::Configure => Kind::Configure,
+        }
+    }
+
+    /// The request of the order, by its name in the log.
+    pub(crate) fn asked(self) -> &'static str {
+        match self {
+            Order::Hold => "hold",
+            Order::Disarm => "disarm",
+            Order::Enable => "enable",
+            Order::Resume => "resume",
+            Order::Arm => "arm",
+            Order::Confirm => "confirm",
+            Order::Configure => "configure",
+        }
+    }
+}
