@@ -205,6 +205,14 @@ fn shipped_program_reads_json_numbers_exactly() {
 }
 
 #[test]
+fn the_pinned_toolchain_is_the_stated_minimum() {
+    let read = |name: &str| fs::read_to_string(root().join(name)).expect(name).parse::<toml::Table>().expect("valid");
+    let (pinned, workspace) = (read("rust-toolchain.toml"), read("Cargo.toml"));
+    let stated = workspace["workspace"]["package"]["rust-version"].as_str().expect("a version");
+    assert_eq!(pinned["toolchain"]["channel"].as_str(), Some(format!("{stated}.0").as_str()));
+}
+
+#[test]
 fn nothing_is_left_over() {
     for (file, text) in sources("crates") {
         for marker in ["todo!(", "unimplemented!(", "dbg!(", "#[ignore"] {

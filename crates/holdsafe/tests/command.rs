@@ -10,6 +10,8 @@ mod custody;
 mod detectors;
 #[path = "command/displays.rs"]
 mod displays;
+#[path = "command/documented.rs"]
+mod documented;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/exports.rs"]
