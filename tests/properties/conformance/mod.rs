@@ -70,7 +70,7 @@ fn a_record_arrives_once_and_whole<A: Association>() {
     }
 }
 
-fn a_record_beyond_the_bound_is_not_taken_and_costs_nothing<A: Association>() {
+fn oversized_record_is_refused_without_cost<A: Association>() {
     let mut link = A::open(Requirement::Required);
     assert_eq!(link.send(Side::Client, &[7; MAX_RECORD + 1]), None);
     assert!(link.stands());
@@ -83,7 +83,7 @@ fn a_record_does_not_travel_in_the_clear<A: Association>() {
 }
 
 /// Content type, epoch and length of each record that each side sends. Signatures and certificates differ by a few bytes.
-fn a_handshake_is_six_datagrams_of_these_records<A: Association>() {
+fn handshake_is_six_datagrams_of_these_records<A: Association>() {
     const CLIENT: [&[(u8, u16, usize)]; 3] =
         [&[(22, 0, 149)], &[(22, 0, 169)], &[(22, 0, 485), (22, 0, 91), (22, 0, 100), (20, 0, 14), (22, 1, 61)]];
     const SERVER: [&[(u8, u16, usize)]; 3] = [
@@ -112,7 +112,7 @@ fn a_handshake_is_six_datagrams_of_these_records<A: Association>() {
     assert!(opens_association(&link.flights(Side::Client)[0]));
 }
 
-fn a_flight_that_comes_again_after_the_handshake_is_refused_and_the_last_flight_repeated<A: Association>() {
+fn late_repeated_flight_triggers_the_last_flight<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let (hello, last) = (link.flights(Side::Client)[0].clone(), link.flights(Side::Server)[2].clone());
     let (seen, refused) = link.guard(Side::Server);
@@ -124,7 +124,7 @@ fn a_flight_that_comes_again_after_the_handshake_is_refused_and_the_last_flight_
     assert!(link.stands());
 }
 
-fn a_record_that_is_sent_again_passes_the_guard_and_stops_at_the_replay_window<A: Association>() {
+fn repeated_record_stops_at_the_replay_window<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let sealed = link.sealed(100);
     for datagram in &sealed {
@@ -138,14 +138,14 @@ fn a_record_that_is_sent_again_passes_the_guard_and_stops_at_the_replay_window<A
     assert!(link.stands());
 }
 
-fn records_that_overtake_each_other_come_out_as_they_arrive<A: Association>() {
+fn reordered_records_are_delivered_as_they_arrive<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let sealed = link.sealed(4);
     let out: Vec<Vec<u8>> = [2, 0, 3, 1].iter().flat_map(|i: &usize| link.put(Side::Server, &sealed[*i])).collect();
     assert_eq!(out, [[2], [0], [3], [1]]);
 }
 
-fn of_records_behind_a_newer_one_only_those_in_the_window_come_out<A: Association>() {
+fn late_records_outside_the_window_are_discarded<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let sealed = link.sealed(101);
     assert_eq!(link.put(Side::Server, &sealed[100]), [[100]]);
@@ -154,7 +154,7 @@ fn of_records_behind_a_newer_one_only_those_in_the_window_come_out<A: Associatio
     assert_eq!(late, (first..100).map(|n| vec![n]).collect::<Vec<_>>());
 }
 
-fn a_withheld_record_comes_out_however_late<A: Association>() {
+fn withheld_record_is_delivered_at_any_age<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let withheld = link.send(Side::Client, b"old").expect("it stands");
     link.wait();
@@ -167,7 +167,7 @@ fn a_lost_record_is_silence<A: Association>() {
     assert!(link.stands());
 }
 
-fn no_bit_of_a_datagram_can_be_changed<A: Association>() {
+fn no_datagram_bit_can_be_changed<A: Association>() {
     let mut link = A::open(Requirement::Required);
     for bit in 0..(HEADER + 24) * 8 {
         let mut datagram = link.send(Side::Client, b"record").expect("it stands");
@@ -190,7 +190,7 @@ fn a_datagram_that_is_cut_short_gives_nothing<A: Association>() {
     assert!(link.stands());
 }
 
-fn what_stands_behind_a_record_is_refused_and_the_record_comes_out<A: Association>() {
+fn trailing_bytes_are_refused_and_their_record_delivered<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let mut datagram = link.send(Side::Client, b"record").expect("it stands");
     datagram.extend([1, 2, 3]);
@@ -205,14 +205,14 @@ fn two_records_in_one_datagram_both_come_out<A: Association>() {
     assert_eq!(link.put(Side::Server, &both), [[0], [1]]);
 }
 
-fn a_record_put_back_to_its_sender_is_discarded<A: Association>() {
+fn reflected_record_is_discarded<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let datagram = link.send(Side::Client, b"echo").expect("it stands");
     assert!(link.put(Side::Client, &datagram).is_empty());
     assert!(link.stands());
 }
 
-fn a_record_that_nothing_can_have_sealed_is_refused_and_ends_nothing<A: Association>() {
+fn unsealable_record_is_refused_without_ending<A: Association>() {
     for (content, length) in [(23, 0), (23, 8), (23, 9), (23, SEAL - 1), (21, 2), (22, 20), (20, 1), (20, 64)] {
         let mut link = A::open(Requirement::Required);
         for side in [Side::Client, Side::Server] {
@@ -226,7 +226,7 @@ fn a_record_that_nothing_can_have_sealed_is_refused_and_ends_nothing<A: Associat
     }
 }
 
-fn a_datagram_is_longer_than_its_record_by_header_nonce_and_tag<A: Association>() {
+fn datagram_adds_header_nonce_and_tag<A: Association>() {
     let mut link = A::open(Requirement::Required);
     for length in [1, 50, MAX_RECORD] {
         let datagram = link.send(Side::Server, &vec![3; length]).expect("it stands");
@@ -244,7 +244,7 @@ fn a_record_without_the_key_is_discarded<A: Association>() {
     assert!(link.stands());
 }
 
-fn a_record_of_an_earlier_association_is_nothing_to_the_next<A: Association>() {
+fn records_of_an_earlier_association_are_discarded<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let old = link.sealed(3);
     link.reopen();
@@ -252,7 +252,7 @@ fn a_record_of_an_earlier_association_is_nothing_to_the_next<A: Association>() {
     assert!(link.stands());
 }
 
-fn plaintext_is_refused_by_the_guard_and_ends_nothing<A: Association>() {
+fn guard_refuses_plaintext_without_ending<A: Association>() {
     for (content, body) in [ALERT, CLOSE, DATA, UNKNOWN, CHANGE] {
         let mut link = A::open(Requirement::Required);
         for side in [Side::Client, Side::Server] {
@@ -264,7 +264,7 @@ fn plaintext_is_refused_by_the_guard_and_ends_nothing<A: Association>() {
     }
 }
 
-fn without_the_guard_a_plaintext_alert_or_data_ends_the_association<A: Association>() {
+fn unguarded_plaintext_ends_the_association<A: Association>() {
     for (content, body) in [ALERT, CLOSE, DATA] {
         for side in [Side::Client, Side::Server] {
             let mut link = A::open(Requirement::Waived);
@@ -288,25 +288,25 @@ macro_rules! over_both {
 }
 
 over_both! {
-    a_handshake_is_six_datagrams_of_these_records
-    a_flight_that_comes_again_after_the_handshake_is_refused_and_the_last_flight_repeated
+    handshake_is_six_datagrams_of_these_records
+    late_repeated_flight_triggers_the_last_flight
     a_record_arrives_once_and_whole
-    a_record_beyond_the_bound_is_not_taken_and_costs_nothing
+    oversized_record_is_refused_without_cost
     a_record_does_not_travel_in_the_clear
-    a_record_that_is_sent_again_passes_the_guard_and_stops_at_the_replay_window
-    records_that_overtake_each_other_come_out_as_they_arrive
-    of_records_behind_a_newer_one_only_those_in_the_window_come_out
-    a_withheld_record_comes_out_however_late
+    repeated_record_stops_at_the_replay_window
+    reordered_records_are_delivered_as_they_arrive
+    late_records_outside_the_window_are_discarded
+    withheld_record_is_delivered_at_any_age
     a_lost_record_is_silence
-    no_bit_of_a_datagram_can_be_changed
+    no_datagram_bit_can_be_changed
     a_datagram_that_is_cut_short_gives_nothing
-    what_stands_behind_a_record_is_refused_and_the_record_comes_out
+    trailing_bytes_are_refused_and_their_record_delivered
     two_records_in_one_datagram_both_come_out
-    a_record_put_back_to_its_sender_is_discarded
-    a_record_that_nothing_can_have_sealed_is_refused_and_ends_nothing
-    a_datagram_is_longer_than_its_record_by_header_nonce_and_tag
+    reflected_record_is_discarded
+    unsealable_record_is_refused_without_ending
+    datagram_adds_header_nonce_and_tag
     a_record_without_the_key_is_discarded
-    a_record_of_an_earlier_association_is_nothing_to_the_next
-    plaintext_is_refused_by_the_guard_and_ends_nothing
-    without_the_guard_a_plaintext_alert_or_data_ends_the_association
+    records_of_an_earlier_association_are_discarded
+    guard_refuses_plaintext_without_ending
+    unguarded_plaintext_ends_the_association
 }

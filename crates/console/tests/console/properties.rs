@@ -54,14 +54,14 @@ fn noted_refusal_is_not_raised_again() {
 const HOLD: Order = Order::Command(UnitId::A, CommandKind::Hold);
 
 after_every_move! {
-    no_state_is_shown_younger_than_its_report_can_be(step) {
+    state_is_never_younger_than_its_report(step) {
         if let Some((unit, told)) = behind(step) {
             let least = step.after.at.since(told.made);
             prop_assert!(unit.state.age() >= least, "{} where it is {least} old", unit.state.age());
         }
     }
 
-    no_place_and_no_track_is_shown_younger_than_the_state_it_was_reported_with(step) {
+    places_and_tracks_age_with_their_state(step) {
         if let Some((unit, told)) = behind(step) {
             prop_assert!(unit.pose.age() >= unit.state.age() + told.report.pose_age);
             for track in &unit.tracks {
@@ -70,7 +70,7 @@ after_every_move! {
         }
     }
 
-    a_picture_that_has_lain_is_drawn_as_what_would_be_shown_by_then(step) {
+    held_picture_ages_like_a_new_one(step) {
         for lain in [Span::ms(150), Span::ms(700), Span::s(3)] {
             let drawn = step.after.clone().older(lain);
             let then = step.world.bench.console.shown(step.after.at + lain);
@@ -80,7 +80,7 @@ after_every_move! {
         }
     }
 
-    every_label_is_that_of_the_age_beside_it(step) {
+    every_label_matches_its_age(step) {
         for unit in &step.after.units {
             prop_assert_eq!(unit.state.freshness(), label(unit.state.age()));
             prop_assert_eq!(unit.pose.freshness(), label(unit.pose.age()));
@@ -93,7 +93,7 @@ after_every_move! {
         }
     }
 
-    without_a_newer_report_an_age_grows_as_time_does(step) {
+    age_grows_with_time_without_newer_reports(step) {
         let (Some(before), Some(after)) = (step.before.unit(UnitId::A), step.after.unit(UnitId::A)) else { return Ok(()) };
         if before.report == after.report {
             let gone = step.after.at.since(step.before.at);
@@ -102,12 +102,12 @@ after_every_move! {
         }
     }
 
-    what_was_told_before_takes_nothing_back(step) {
+    earlier_messages_take_nothing_back(step) {
         let (Some(before), Some(after)) = (step.before.unit(UnitId::A), step.after.unit(UnitId::A)) else { return Ok(()) };
         prop_assert!((after.report.boot, after.report.sequence) >= (before.report.boot, before.report.sequence));
     }
 
-    what_another_unit_signed_changes_nothing_that_is_shown_of_this_one(step) {
+    another_units_signature_changes_nothing_here(step) {
         if let Move::Forged(_) = step.moved {
             prop_assert_eq!(content(step.before), content(step.after));
         }
@@ -116,7 +116,7 @@ after_every_move! {
         }
     }
 
-    no_track_vanishes_but_when_somebody_took_note_of_it(step) {
+    tracks_vanish_only_when_acknowledged(step) {
         let noted = match step.act {
             Some(Act::Acknowledge(Alarm::TrackLost(_, boot, track), _)) => Some((boot, track)),
             _ => None,
@@ -128,7 +128,7 @@ after_every_move! {
         prop_assert!(gone.count() <= dropped as usize, "{:?} to {after:?}", tracks(step.before));
     }
 
-    a_lost_track_is_shown_as_lost_at_the_place_where_it_was_reported_last(step) {
+    lost_track_stays_at_its_last_place(step) {
         for lost in step.after.units.iter().flat_map(|unit| &unit.lost) {
             let (track, freshness) = lost.track.get();
             prop_assert_eq!(freshness, Freshness::Lost);
@@ -137,7 +137,7 @@ after_every_move! {
         }
     }
 
-    nobody_has_a_lost_track_and_the_same_one_reported(step) {
+    no_track_is_both_lost_and_reported(step) {
         for unit in &step.after.units {
             let reported = |id: TrackId| unit.tracks.iter().any(|track| track.get().0.id == id);
             let both = unit.lost.iter().find(|lost| lost.boot == unit.report.boot && reported(lost.track.get().0.id));
@@ -145,7 +145,7 @@ after_every_move! {
         }
     }
 
-    a_hold_can_be_given_in_every_state_unless_one_is_under_way(step) {
+    hold_is_possible_unless_one_is_pending(step) {
         let under_way = |shown: &Shown| {
             shown.commands.iter().any(|given| given.kind == CommandKind::Hold && given.under_way())
         };
@@ -163,7 +163,7 @@ after_every_move! {
         }
     }
 
-    no_intent_goes_out_twice_and_none_is_released_twice(step) {
+    intents_are_sent_and_released_once(step) {
         let intents = step.world.bench.intents();
         let ids: BTreeSet<_> = intents.iter().map(|(intent, _)| (intent.id.boot, intent.id.sequence)).collect();
         prop_assert_eq!(ids.len(), intents.len());
@@ -171,7 +171,7 @@ after_every_move! {
         prop_assert_eq!(released.iter().collect::<BTreeSet<_>>().len(), released.len());
     }
 
-    no_act_is_carried_out_twice_however_often_it_comes(step) {
+    repeated_act_is_carried_out_once(step) {
         let done = step.world.bench.events.iter().filter_map(|(_, event)| match event {
             Event::Act { serial, refused: None, .. } => Some(*serial),
             _ => None,
@@ -180,7 +180,7 @@ after_every_move! {
         prop_assert_eq!(done.iter().collect::<BTreeSet<_>>().len(), done.len());
     }
 
-    a_same_order_is_not_given_while_one_is_under_way(step) {
+    pending_order_is_not_given_again(step) {
         if let Some(new) = step.after.commands.iter().find(|given| step.before.commands.iter().all(|b| b.id != given.id)) {
             let same = step.before.commands.iter().find(|given| given.kind == new.kind && given.under_way());
             // What is overdue at this very instant counts as unanswered.
@@ -191,13 +191,13 @@ after_every_move! {
         }
     }
 
-    who_may_only_look_sends_nothing(step) {
+    viewer_sends_nothing(step) {
         if step.world.role == Role::View {
             prop_assert_eq!(step.asked, &[]);
         }
     }
 
-    away_from_safe_nothing_goes_out_without_a_confirmation_and_a_reason(step) {
+    leaving_safe_needs_confirmation_and_reason(step) {
         for asked in step.asked {
             let Asked::Stage(intent, _) = asked else { continue };
             let by = step.world.given_by(intent);
@@ -212,7 +212,7 @@ after_every_move! {
         }
     }
 
-    away_from_safe_an_intent_rests_on_a_state_that_is_shown_as_fresh(step) {
+    leaving_safe_needs_a_fresh_state(step) {
         for asked in step.asked {
             let Asked::Stage(intent, _) = asked else { continue };
             if !intent.kind.towards_safe() {
@@ -222,14 +222,14 @@ after_every_move! {
         }
     }
 
-    nothing_is_released_that_the_gateway_has_not_staged_or_that_was_withdrawn(step) {
+    only_staged_and_unwithdrawn_intents_are_released(step) {
         for intent in released(step.asked) {
             prop_assert!(step.world.staged.contains(&intent));
             prop_assert!(!step.world.withdrawn.contains(&intent));
         }
     }
 
-    what_is_prepared_is_within_its_time_and_could_be_given_now(step) {
+    prepared_order_is_timely_and_permitted(step) {
         // As of the last look: between two looks time alone may end it.
         if let (Some(prepared), false) = (step.after.prepared, matches!(step.moved, Move::Gap(_))) {
             prop_assert!(step.after.at < prepared.until);
@@ -237,7 +237,7 @@ after_every_move! {
         }
     }
 
-    a_command_is_shown_as_executed_only_by_its_units_own_word_and_that_is_not_taken_back(step) {
+    execution_display_needs_the_units_signature_and_stays(step) {
         for given in step.after.commands.iter().filter(|given| given.life == Life::Executed) {
             prop_assert!(step.world.answered.contains(&(given.intent, true)));
         }
@@ -247,14 +247,14 @@ after_every_move! {
         }
     }
 
-    what_is_not_answered_within_a_second_is_shown_so(step) {
+    missing_answer_is_shown_after_a_second(step) {
         for given in step.after.commands.iter().filter(|given| given.under_way()) {
             let asked = given.times.released.unwrap_or(given.times.requested);
             prop_assert!(step.after.at.since(asked) <= ACK_WITHIN, "{given:?}");
         }
     }
 
-    the_stages_of_a_command_come_in_their_order_and_none_before_it_was_asked_for(step) {
+    command_stages_follow_their_order(step) {
         for given in &step.after.commands {
             let times = given.times;
             for time in [times.staged, times.released, times.sent, times.answered, times.effect].into_iter().flatten() {
@@ -264,7 +264,7 @@ after_every_move! {
         }
     }
 
-    whatever_an_operator_must_know_stands_among_the_alarms(step) {
+    every_alarm_condition_is_listed(step) {
         let alarm = |alarm: Alarm| step.after.alarms.iter().any(|shown| shown.alarm == alarm);
         // As of the last look.
         if matches!(step.moved, Move::Gap(_)) {
@@ -285,11 +285,11 @@ after_every_move! {
         }
     }
 
-    what_happened_once_and_was_noted_is_not_raised_again(step) {
+    acknowledged_event_is_not_raised_again(step) {
         noted_once(step)?;
     }
 
-    no_alarm_leaves_before_somebody_took_note_of_it(step) {
+    alarms_leave_only_when_acknowledged(step) {
         for before in step.before.alarms.iter().filter(|alarm| !alarm.acknowledged) {
             let after = step.after.alarms.iter().find(|after| after.alarm == before.alarm);
             let noted = matches!(step.act, Some(Act::Acknowledge(alarm, since)) if (alarm, since) == (before.alarm, before.since));
@@ -298,7 +298,7 @@ after_every_move! {
         }
     }
 
-    a_link_is_shown_no_younger_than_the_gateways_last_word(step) {
+    link_is_never_younger_than_its_message(step) {
         if let Some(fed) = step.world.fed {
             for link in &step.after.links {
                 prop_assert!(link.open.age() >= step.after.at.since(fed));
@@ -323,7 +323,7 @@ after_every_move! {
         prop_assert!(shown.units.iter().all(|unit| unit.lost.len() <= MAX_LOST && unit.tracks.len() <= 8));
     }
 
-    every_act_is_answered_and_told_whatever_comes_of_it(step) {
+    every_act_is_answered_and_reported(step) {
         let told = step.events.iter().filter(|(_, event)| matches!(event, Event::Act { .. })).count();
         let acted = step.act.is_some() || matches!(step.moved, Move::Person(Does::Garbage(_)));
         prop_assert_eq!(told, usize::from(acted));
@@ -332,7 +332,7 @@ after_every_move! {
         }
     }
 
-    the_same_inputs_give_the_same_outputs_with_a_person_among_them(step) {
+    inputs_with_a_person_replay_identically(step) {
         // All that went before is fed again, so now and then is enough.
         if let Move::Session(_) = step.moved {
             let mouth = &step.world.bench.mouth;
@@ -346,7 +346,7 @@ after_every_move! {
         }
     }
 
-    a_recording_shows_what_was_shown_without_a_secret_and_asks_for_nothing(step) {
+    recording_replays_without_secrets_or_requests(step) {
         if let Move::Session(_) = step.moved {
             let mouth = &step.world.bench.mouth;
             let (start, ..) = mouth[0];
