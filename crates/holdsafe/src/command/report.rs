@@ -36,11 +36,11 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE", required_if_eq("format", "mcap"))]
     out: Option<PathBuf>,
     #[command(flatten)]
+    unverified: Unverified,
+    #[command(flatten)]
     page: page::PageOptions,
     #[command(flatten)]
     mcap: mcap::McapOptions,
-    #[command(flatten)]
-    unverified: Unverified,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {

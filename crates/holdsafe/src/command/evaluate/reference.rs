@@ -50,8 +50,16 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     };
     for (scenario, twin, _) in &plans {
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
-        let label = format!("{} ({})", scenario.name.as_str(), mode.name());
-        told.take(scenario, mode, twin, &batch(&label, mode, twin, TWIN_TRIALS, 1)?)?;
+        let mut trials = Vec::new();
+        // One variation at a time, so that its verdict is printed before the next one runs.
+        for one in twin {
+            let cell = one.variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
+            let label = format!("{}{cell} ({})", scenario.name.as_str(), mode.name());
+            let own = batch(&label, mode, std::slice::from_ref(one), TWIN_TRIALS, 1)?;
+            told.row(one, mode, &own);
+            trials.extend(own);
+        }
+        told.keep(scenario, mode, twin, &trials)?;
     }
     plans.retain(|(scenario, ..)| !scenario.is_of_stacks());
     let live: Vec<Planned> = plans.iter().flat_map(|(_, _, live)| live.clone()).collect();
@@ -59,7 +67,8 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let mut left = trials.as_slice();
     for (scenario, _, live) in &plans {
         let own = left.split_off(..live.len()).unwrap_or_default();
-        told.take(scenario, Mode::Live, live, own)?;
+        live.iter().for_each(|one| told.row(one, Mode::Live, own));
+        told.keep(scenario, Mode::Live, live, own)?;
     }
     let exit = told.exit;
     finish(context, &Reference::new(context.seed, told.rows), &dir)?;
@@ -82,16 +91,20 @@ struct Told<'a> {
 }
 
 impl Told<'_> {
-    fn take(&mut self, scenario: &Scenario, mode: Mode, planned: &[Planned], trials: &[Trial]) -> Result<(), Failure> {
-        out::write_trials(self.dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), trials)?;
-        for p in planned {
-            let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == p.variation.cell).collect();
-            let row = ReferenceRow::new(&p.variation.scenario, p.variation.cell.clone(), mode, &own);
-            if !self.json {
-                out::say(format_args!("{}", reference_line(&row)));
-            }
-            self.rows.push(row);
+    /// The row of one variation, whose trials are among these.
+    fn row(&mut self, planned: &Planned, mode: Mode, trials: &[Trial]) {
+        let variation = &planned.variation;
+        let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == variation.cell).collect();
+        let row = ReferenceRow::new(&variation.scenario, variation.cell.clone(), mode, &own);
+        if !self.json {
+            out::say(format_args!("{}", reference_line(&row)));
         }
+        self.rows.push(row);
+    }
+
+    /// Writes and judges all trials of a scenario.
+    fn keep(&mut self, scenario: &Scenario, mode: Mode, planned: &[Planned], trials: &[Trial]) -> Result<(), Failure> {
+        out::write_trials(self.dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), trials)?;
         self.exit = batch::graver(self.exit, batch::judge(mode, planned, trials));
         Ok(())
     }
