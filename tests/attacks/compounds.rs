@@ -67,7 +67,7 @@ const DEMO: [(&str, Mode); 9] = [
 
 #[test]
 fn each_attack_of_the_demo_brings_about_what_was_stated_for_it_and_the_operator_goes_on_after_it() {
-    for run in shipped("demo/demo").expect(1..4) {
+    for run in shipped("demo").expect(1..4) {
         assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);
         let begun = |name: &str| {
             let begins = |of: &Event| matches!(of, Event::Step { step, begun: true } if step.as_str() == name);

@@ -93,16 +93,16 @@ fn without_the_check_that_stopped_it_each_decoy_is_acted_on() {
 
 #[test]
 fn a_print_made_with_the_detectors_weights_deceives_it_and_is_refused_by_the_thermal_camera() {
-    let [run] = &shipped("rendered/decoy_printed").expect(1..2)[..] else { panic!("one run") };
+    let [run] = &shipped("decoy_printed").expect(1..2)[..] else { panic!("one run") };
     let thermal = Modalities::default().with(Modality::Thermal);
     assert!(doubts(run).contains(&thermal) && !authority(run), "{:?}", doubts(run));
-    let unheard = without("rendered/decoy_printed", &[Check::Warmth]);
+    let unheard = without("decoy_printed", &[Check::Warmth]);
     assert_eq!(unheard.verdict.outcome, Outcome::Unsafe, "{:?}", unheard.verdict.transitions);
 }
 
 #[test]
 fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes_it_for_a_vehicle() {
-    let mut heated = shipped("rendered/decoy_printed_heated");
+    let mut heated = shipped("decoy_printed_heated");
     assert_eq!(heated.run(1).verdict.outcome, Outcome::Unsafe);
     let none = Settings::one("scene.object.0.print.strength", 0.into());
     heated.scenario = none.applied_to(&heated.scenario).unwrap();
@@ -115,7 +115,7 @@ fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes
 /// holds: a vehicle's warmest part is at least 300 K, 12 above this ground.
 #[test]
 fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_it_earns_nothing() {
-    let mut joint = shipped("rendered/decoy_joint");
+    let mut joint = shipped("decoy_joint");
     let run = joint.run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
     let cooler = Settings::one("scene.object.0.print.heat.strength_k", 10.into());
@@ -129,7 +129,7 @@ fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_i
 /// the thermal camera alone; a heated decoy nobody takes for a vehicle until the pattern is added.
 #[test]
 fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_thermal_camera() {
-    let mut cells = variations("rendered/perturbation").into_iter();
+    let mut cells = variations("perturbation").into_iter();
     let (mut cold, mut heated) = (cells.next().unwrap(), cells.next().unwrap());
     let [run] = &cold.expect(1..2)[..] else { panic!("one run") };
     assert!(
@@ -149,7 +149,7 @@ fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_th
 #[test]
 fn a_perturbation_or_a_print_that_is_claimed_and_was_not_there_has_no_receipt() {
     for name in ["perturbation", "decoy_printed", "decoy_printed_heated", "decoy_joint"] {
-        let ready = shipped(&format!("rendered/{name}"));
+        let ready = shipped(name);
         let done = sabotage(&ready.scenario, &ready.setup, 1).unwrap();
         assert!(done.claims > 0, "{name}");
         assert_eq!((done.verdict.receipt, done.verdict.outcome), (false, Outcome::Invalid), "{name}");

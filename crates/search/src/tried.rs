@@ -161,7 +161,7 @@ mod tests {
     #[test]
     fn a_run_too_long_to_keep_has_no_trunk_and_its_words_are_tried_all_the_same() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let kept = |seconds: f64| Ground::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
