@@ -70,7 +70,7 @@ const DEMO: [(&str, Mode); 9] = [
 /// The operator goes on after it.
 #[test]
 fn each_demo_attack_has_its_stated_effect() {
-    for run in shipped("demo/demo").expect(1..4) {
+    for run in shipped("demo").expect(1..4) {
         assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);
         let begun = |name: &str| {
             let begins = |of: &Event| matches!(of, Event::Step { step, begun: true } if step.as_str() == name);

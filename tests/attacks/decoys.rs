@@ -94,17 +94,17 @@ fn each_decoy_works_without_its_check() {
 
 #[test]
 fn print_deceives_the_detector_not_thermal() {
-    let [run] = &shipped("rendered/decoy_printed").expect(1..2)[..] else { panic!("one run") };
+    let [run] = &shipped("decoy_printed").expect(1..2)[..] else { panic!("one run") };
     let thermal = Modalities::default().with(Modality::Thermal);
     assert!(doubts(run).contains(&thermal) && !authority(run), "{:?}", doubts(run));
-    let unheard = without("rendered/decoy_printed", &[Check::Warmth]);
+    let unheard = without("decoy_printed", &[Check::Warmth]);
     assert_eq!(unheard.verdict.outcome, Outcome::Unsafe, "{:?}", unheard.verdict.transitions);
 }
 
 /// Without the print it is not taken for a vehicle.
 #[test]
 fn printed_heated_inflatable_is_acted_on() {
-    let mut heated = shipped("rendered/decoy_printed_heated");
+    let mut heated = shipped("decoy_printed_heated");
     assert_eq!(heated.run(1).verdict.outcome, Outcome::Unsafe);
     let none = Settings::one("scene.object.0.print.strength", 0.into());
     heated.scenario = none.applied_to(&heated.scenario).unwrap();
@@ -117,7 +117,7 @@ fn printed_heated_inflatable_is_acted_on() {
 /// a vehicle's warmest part is at least 300 K, 12 above this ground.
 #[test]
 fn warm_colour_print_is_acted_on() {
-    let mut joint = shipped("rendered/decoy_joint");
+    let mut joint = shipped("decoy_joint");
     let run = joint.run(1);
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
     let cooler = Settings::one("scene.object.0.print.heat.strength_k", 10.into());
@@ -131,7 +131,7 @@ fn warm_colour_print_is_acted_on() {
 /// by the thermal camera alone; a heated decoy is not taken for a vehicle until the pattern is added.
 #[test]
 fn pattern_deceives_the_detector_not_thermal() {
-    let mut cells = variations("rendered/perturbation").into_iter();
+    let mut cells = variations("perturbation").into_iter();
     let (mut cold, mut heated) = (cells.next().unwrap(), cells.next().unwrap());
     let [run] = &cold.expect(1..2)[..] else { panic!("one run") };
     assert!(
@@ -151,7 +151,7 @@ fn pattern_deceives_the_detector_not_thermal() {
 #[test]
 fn claimed_perturbation_or_print_has_no_receipt() {
     for name in ["perturbation", "decoy_printed", "decoy_printed_heated", "decoy_joint"] {
-        let ready = shipped(&format!("rendered/{name}"));
+        let ready = shipped(name);
         let done = sabotage(&ready.scenario, &ready.setup, 1).unwrap();
         assert!(done.claims > 0, "{name}");
         assert_eq!((done.verdict.receipt, done.verdict.outcome), (false, Outcome::Invalid), "{name}");

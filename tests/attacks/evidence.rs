@@ -323,7 +323,7 @@ fn anchors_and_log_hold_no_secret() {
 
 /// Every trial of one cell of `passive_observer`, within its expected classes.
 fn observed(cell: &str) -> Vec<Trial> {
-    let scenario = scenario::load(&root().join("scenarios/passive_observer.toml")).expect("it loads");
+    let scenario = scenario::load(&root().join("scenarios/telemetry/passive_observer.toml")).expect("it loads");
     let variation = scenario.variations(None).into_iter().find(|v| v.cell.as_deref() == Some(cell)).expect("a cell");
     let expected = &variation.scenario.expected;
     let trials = SEEDS.map(|seed| stacks::trial(&variation.scenario, seed).expect("it runs"));

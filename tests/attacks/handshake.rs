@@ -7,7 +7,7 @@ use crate::SEEDS;
 
 /// Every trial of every cell of a shipped scenario, each within the classes that its cell expects.
 fn expected(name: &str) -> Vec<(String, Trial)> {
-    let scenario = scenario::load(&root().join("scenarios").join(format!("{name}.toml"))).expect("it loads");
+    let scenario = scenario::load(&scenario::find(&root(), name).expect("a shipped scenario")).expect("it loads");
     let mut trials = Vec::new();
     for variation in scenario.variations(None) {
         let cell = variation.cell.expect("each is a cell");

@@ -181,7 +181,7 @@ fn services_cannot_impersonate_on_any_channel() {
 /// `rogue_ipc` with one channel written, by one who holds `holder`'s keys.
 fn pair(topic: &str, holder: &str) -> Ready {
     let folder = tempfile::tempdir().expect("a folder");
-    let text = std::fs::read_to_string(root().join("scenarios/rogue_ipc.toml")).expect("the scenario");
+    let text = std::fs::read_to_string(root().join("scenarios/process/rogue_ipc.toml")).expect("the scenario");
     let head = text.split("[[forge]]").next().expect("what stands before");
     let table = format!(
         "[[forge]]\ntopic = \"{topic}\"\nholder = \"{holder}\"\nsays = \"echo\"\nat_s = 4.0\nduration_s = 1.0\nevery_ms = 100\n"
@@ -189,6 +189,7 @@ fn pair(topic: &str, holder: &str) -> Ready {
     std::fs::create_dir(folder.path().join("scenes")).expect("a folder");
     std::fs::copy(root().join("scenarios/scenes/yard.toml"), folder.path().join("scenes/yard.toml"))
         .expect("the scene");
+    std::fs::copy(root().join("scenarios/bases/armed.toml"), folder.path().join("armed.toml")).expect("the base");
     let file = folder.path().join("rogue_ipc.toml");
     std::fs::write(&file, format!("{head}{table}")).expect("a scenario");
     let scenario = scenario::load(&file).expect("it loads");

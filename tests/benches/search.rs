@@ -8,7 +8,7 @@
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use parallel::progress::{Progress, Stop, Talk};
@@ -61,11 +61,12 @@ fn listed(root: &Path, name: &str) -> Weakness {
 }
 
 fn ground(root: &Path, weakness: &Weakness) -> SearchConfig {
-    let file = |folder: &str, name: &str| -> PathBuf { root.join(format!("scenarios/{folder}{name}.toml")) };
-    let scenario = scenario::load(&file("", weakness.scenario.as_str())).expect("a valid scenario");
+    let file = scenario::find(root, weakness.scenario.as_str()).expect("a shipped scenario");
+    let scenario = scenario::load(&file).expect("a valid scenario");
     let mut setup = Setup::load(root, &scenario, None, false).expect("its setup");
     weakness.waive.iter().for_each(|check| check.waive(&mut setup.policy));
-    let alphabet = Alphabet::load(&file("alphabets/", weakness.alphabet.as_str())).expect("a valid alphabet");
+    let alphabet = Alphabet::load(&root.join(format!("scenarios/alphabets/{}.toml", weakness.alphabet.as_str())))
+        .expect("a valid alphabet");
     SearchConfig::new(scenario, setup, 1, alphabet).expect("it runs")
 }
 

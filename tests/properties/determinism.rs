@@ -24,12 +24,9 @@ fn same_seed_same_log() {
 
 /// The names of all shipped scenarios with a platform.
 fn names() -> Vec<String> {
-    let files = root().join("scenarios").read_dir().expect("the scenarios are there");
-    let paths = files.map(|file| file.expect("a file").path());
-    let toml = paths.filter(|path| path.extension().is_some_and(|extension| extension == "toml"));
-    let mut names: Vec<String> = toml.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
+    let files = scenario::shipped(&root()).expect("the scenarios are there").into_iter();
+    let mut names: Vec<String> = files.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect();
     names.retain(|name| !shipped(name).scenario.is_of_stacks());
-    names.sort();
     names
 }
 

@@ -54,7 +54,7 @@ impl Ready {
 /// Every variation of the shipped scenario `name`, unrendered.
 pub fn variations(name: &str) -> Vec<Ready> {
     let root = root();
-    let file = root.join("scenarios").join(format!("{name}.toml"));
+    let file = scenario::find(&root, name).expect("a shipped scenario");
     let scenario = scenario::load(&file).expect("a shipped scenario loads");
     scenario
         .variations(None)

@@ -133,11 +133,7 @@ fn each_row_of_published_figures_names_its_command() {
 /// A scenario that is named in a command and is not there was taken away, and its figure was not.
 #[test]
 fn scenarios_that_pages_name_are_there() {
-    let here = |name: &str| {
-        let below = ["scenarios", "scenarios/demo", "scenarios/rendered"]
-            .map(|folder| root().join(folder).join(format!("{name}.toml")));
-        below.iter().any(|path| path.exists())
-    };
+    let here = |name: &str| scenario::find(&root(), name).is_some();
     for page in PAGES {
         let text = fs::read_to_string(root().join(page)).expect("a page");
         for phrase in quoted(&text).chain(blocks(&text)) {

@@ -1,5 +1,6 @@
 //! The invariants of ARCHITECTURE.md, held over the sources themselves.
 
+mod attacks;
 mod catalogue;
 mod circles;
 mod crates;
@@ -172,14 +173,10 @@ fn every_file_says_what_it_is() {
 fn every_scenario_and_every_refusal_is_documented() {
     let scenarios =
         fs::read_to_string(root().join("docs/reference/scenarios.md")).expect("docs/reference/scenarios.md");
-    let folders = ["scenarios", "scenarios/rendered", "scenarios/demo"]
-        .map(|folder| fs::read_dir(root().join(folder)).expect("scenarios/"));
-    for entry in folders.into_iter().flatten() {
-        let path = entry.expect("a readable entry").path();
-        if path.extension().is_some_and(|e| e == "toml") {
-            let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
-            assert!(scenarios.contains(&format!("`{name}`")), "docs/reference/scenarios.md does not tell of `{name}`");
-        }
+    let listed = [scenario::shipped(&root()), scenario::rendered(&root()), scenario::demo(&root())];
+    for path in listed.into_iter().flat_map(|files| files.expect("scenarios/")) {
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        assert!(scenarios.contains(&format!("`{name}`")), "docs/reference/scenarios.md does not tell of `{name}`");
     }
     let refusals = fs::read_to_string(root().join("docs/reference/refusals.md")).expect("docs/reference/refusals.md");
     for reason in wire::refusal::Reason::ALL {

@@ -24,6 +24,7 @@ const SCHEMA_VERSION: u64 = 1;
 #[derive(Clone, Debug, Default)]
 pub struct Results {
     given: Vec<Given>,
+    folders: BTreeMap<String, String>,
 }
 
 /// One file and its content.
@@ -155,6 +156,16 @@ impl Results {
     /// The files, in order.
     pub fn given(&self) -> &[Given] {
         &self.given
+    }
+
+    /// Names the folders below `scenarios/` that shipped scenarios lie in, each a scenario's name and its folder.
+    pub fn lie_in(&mut self, folders: BTreeMap<String, String>) {
+        self.folders = folders;
+    }
+
+    /// The folder of a shipped scenario.
+    pub(crate) fn folder(&self, scenario: &str) -> Option<&str> {
+        self.folders.get(scenario).map(String::as_str)
     }
 }
 

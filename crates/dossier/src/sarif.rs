@@ -36,21 +36,23 @@ type Rules = BTreeMap<String, Value>;
 
 /// The file.
 pub fn sarif(results: &Results) -> String {
-    let runs: Vec<Value> = results.given().iter().map(run).collect();
+    let runs: Vec<Value> = results.given().iter().map(|given| run(results, given)).collect();
     format!("{:#}\n", json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": runs }))
 }
 
-fn run(given: &Given) -> Value {
+fn run(all: &Results, given: &Given) -> Value {
     let mut rules = Rules::new();
     let mut results = Vec::new();
     if let Found::Matrix(matrix) = &given.found {
         rules.extend(matrix.rows.iter().map(|row| (row.id.clone(), threat(row))));
     }
     for one in tried(given) {
-        results.extend(one.unexpected().map(|(class, n)| unexpected(&mut rules, &one, class, n)));
+        let uri = uri(all, one.scenario);
+        results.extend(one.unexpected().map(|(class, n)| unexpected(&mut rules, &one, class, n, &uri)));
     }
     if let Found::Search(search) = &given.found {
-        results.extend(search.findings.iter().map(|finding| found(&mut rules, search, finding)));
+        let uri = uri(all, &search.scenario);
+        results.extend(search.findings.iter().map(|finding| found(&mut rules, search, finding, &uri)));
     }
     let place: BTreeMap<&str, usize> = rules.keys().map(String::as_str).zip(0..).collect();
     for result in &mut results {
@@ -87,7 +89,7 @@ fn rule(rules: &mut Rules, finding: Option<&str>, class: Outcome) -> String {
     id.to_owned()
 }
 
-fn unexpected(rules: &mut Rules, one: &Tried, class: Outcome, n: u64) -> Value {
+fn unexpected(rules: &mut Rules, one: &Tried, class: Outcome, n: u64, uri: &str) -> Value {
     let id = match one.row {
         Some(row) => row.id.clone(),
         None => rule(rules, one.findings.first().copied(), class),
@@ -108,10 +110,10 @@ fn unexpected(rules: &mut Rules, one: &Tried, class: Outcome, n: u64) -> Value {
         "seed": one.seed,
         "reproduce": one.reproduce,
     });
-    result(&id, level(class), &text, one.scenario, &seen, &properties)
+    result(&id, level(class), &text, uri, &seen, &properties)
 }
 
-fn found(rules: &mut Rules, search: &Search, finding: &Finding) -> Value {
+fn found(rules: &mut Rules, search: &Search, finding: &Finding, uri: &str) -> Value {
     let id = rule(rules, Some(&finding.broken), finding.outcome);
     let level = if search.watermark.is_some() { "note" } else { level(finding.outcome) };
     let parts = [finding.finding.as_deref(), search.watermark.as_deref(), Some(&finding.reproduce)];
@@ -128,7 +130,7 @@ fn found(rules: &mut Rules, search: &Search, finding: &Finding) -> Value {
         "draws": search.draws,
         "reproduce": finding.reproduce,
     });
-    result(&id, level, &text, &search.scenario, &seen, &properties)
+    result(&id, level, &text, uri, &seen, &properties)
 }
 
 /// A broken property, or an undetected effect, is an error; another unexpected class a warning.
@@ -145,14 +147,13 @@ fn level(class: Outcome) -> &'static str {
 }
 
 /// One result; `seen` tells it from every other, whatever the number of trials and the seed.
-fn result(id: &str, level: &str, text: &str, scenario: &str, seen: &[&str], properties: &Value) -> Value {
+fn result(id: &str, level: &str, text: &str, uri: &str, seen: &[&str], properties: &Value) -> Value {
     let mut digest = Sha256::new();
     for part in seen {
         digest.update((part.len() as u64).to_le_bytes());
         digest.update(part);
     }
     let print: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-    let uri = format!("scenarios/{}.toml", escaped(scenario));
     json!({
         "ruleId": id,
         "level": level,
@@ -164,6 +165,12 @@ fn result(id: &str, level: &str, text: &str, scenario: &str, seen: &[&str], prop
         "partialFingerprints": { "holdsafe/v1": print },
         "properties": properties,
     })
+}
+
+/// The file of a scenario, relative to `SRCROOT`: in the folder that it is known to lie in.
+fn uri(results: &Results, scenario: &str) -> String {
+    let folder = results.folder(scenario).map(|folder| format!("{}/", escaped(folder))).unwrap_or_default();
+    format!("scenarios/{folder}{}.toml", escaped(scenario))
 }
 
 /// A name as part of a URI (RFC 3986, unreserved characters as they are).

@@ -47,9 +47,17 @@ fn holdsafe(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
+/// A shipped scenario with everything written out that it takes from its base.
+fn written_out() -> String {
+    let text = fs::read_to_string(root().join("scenarios/telemetry/loss.toml")).unwrap();
+    let base = fs::read_to_string(root().join("scenarios/bases/armed.toml")).unwrap();
+    let (keys, steps) = base.split_at(base.find("[[operator.step]]").unwrap());
+    text.replacen("extends = \"armed\"\n", keys, 1) + "\n" + steps
+}
+
 /// A shipped scenario with `from` replaced by `to`, in a directory of its own, and its path.
 fn mistaken(dir: &Path, from: &str, to: &str) -> String {
-    let text = fs::read_to_string(root().join("scenarios/loss.toml")).unwrap();
+    let text = written_out();
     let changed = text.replacen(from, to, 1);
     assert!(from.is_empty() || changed != text, "{from} is not in the scenario");
     fs::create_dir_all(dir.join("scenes")).unwrap();

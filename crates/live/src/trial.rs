@@ -116,7 +116,7 @@ mod tests {
     /// Evidence that a host which overslept by `by` gives of a run that is NOMINAL on another.
     fn on_a_host_that_overslept(by: u64) -> Evidence {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let (cast, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
         let mut evidence = twin::trial::conclude(cast, twin, &setup).evidence;

@@ -147,7 +147,7 @@ mod tests {
 
     fn nominal() -> Scenario {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        scenario::load(&root.join("scenarios/nominal.toml")).expect("a shipped scenario loads")
+        scenario::load(&root.join("scenarios/control/nominal.toml")).expect("a shipped scenario loads")
     }
 
     fn catalogue(rows: &str) -> Catalogue {

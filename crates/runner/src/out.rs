@@ -60,15 +60,7 @@ impl Manifest {
 }
 
 /// Places of the files that a result depends on.
-const INPUTS: [&str; 7] = [
-    "scenarios",
-    "scenarios/alphabets",
-    "scenarios/scenes",
-    "scenarios/weaknesses",
-    "platforms",
-    "policies",
-    "crates/perception/models",
-];
+const INPUTS: [&str; 4] = ["scenarios", "platforms", "policies", "crates/perception/models"];
 
 /// SHA-256 of each file below `root` that a result depends on, by its path.
 pub fn files(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
@@ -81,10 +73,13 @@ fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, Str
     let Ok(entries) = fs::read_dir(root.join(directory)) else { return Ok(()) };
     for entry in entries {
         let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() {
+            hash_directory(root, &format!("{directory}/{name}"), files)?;
+        }
         if !path.is_file() {
             continue;
         }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
         files.insert(format!("{directory}/{name}"), hex_digest(&fs::read(&path)?));
     }
     Ok(())

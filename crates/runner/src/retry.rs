@@ -83,7 +83,7 @@ mod tests {
 
     fn setup(retries: u32) -> Setup {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         Setup { retries, ..Setup::load(&root, &scenario, None, true).unwrap() }
     }
 

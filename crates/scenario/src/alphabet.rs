@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::read::read_text;
+use super::file::read_text;
 use super::value::{List, Located, Name, Text, Whole};
 use super::{Problem, Problems, Scenario, Settings};
 
@@ -287,7 +287,7 @@ mod tests {
 
     fn nominal() -> Scenario {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        load(&root.join("scenarios/nominal.toml")).unwrap()
+        load(&root.join("scenarios/control/nominal.toml")).unwrap()
     }
 
     #[test]

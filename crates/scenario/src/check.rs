@@ -14,7 +14,7 @@ use super::finding::{Finding, finding, unknown};
 use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
-use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit, shared};
+use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
 
 /// Everything that does not fit in a scenario whose file is named `stem`; its scene is looked at by [`scene`].
 pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
@@ -33,7 +33,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(units(s));
     found.extend(operator(s));
     found.extend(s.attacks().into_iter().flat_map(|attack| attack.check(s)));
-    found.extend(shared::check(s));
+    found.extend(shared(s));
     found.extend(s.mandate.iter().filter_map(|mandate| unknown(&mandate.who)));
     found.extend(conditions(s));
     found.extend(stacks(s));
@@ -272,6 +272,32 @@ fn units(s: &Scenario) -> Vec<Finding> {
         && !has("unit-c", Role::Honest)
     {
         found.push(finding(at, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
+    }
+    found
+}
+
+/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
+fn shared(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let all: Vec<_> = s
+        .attacks()
+        .into_iter()
+        .filter_map(|attack| match attack.act(0) {
+            Some(Act::Rogue { channel, holder, .. }) => Some((attack.at_s(), channel, holder)),
+            Some(_) | None => None,
+        })
+        .collect();
+    let host = |topic: super::Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
+    for (at, topic, holder) in &all {
+        if host(*topic) != host(all[0].1) {
+            found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
+        }
+        if *holder != all[0].2 {
+            found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
+        }
+        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
+            found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
+        }
     }
     found
 }

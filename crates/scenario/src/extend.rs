@@ -12,15 +12,15 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, Deserializer};
 
-use super::read::read_text;
-use super::setup::{find, shipped_folder};
+use super::file::read_text;
+use super::shipped::{find, shipped_folder};
 use super::{Name, Problem, Problems, Scenario};
 
 /// The most bases in a row.
 const MAX_BASES: usize = 3;
 
 /// Keys that every file gives for itself.
-const OWN: [&str; 17] = [
+pub(super) const OWN: [&str; 17] = [
     "schema_version",
     "name",
     "title",
@@ -170,3 +170,6 @@ fn base_of(path: &Path, name: &Name) -> Option<PathBuf> {
     // No symbolic link: it could lead out of the folder.
     files.find(|file| fs::symlink_metadata(file).is_ok_and(|meta| meta.is_file()))
 }
+
+#[cfg(test)]
+mod tests;

@@ -17,7 +17,7 @@ use perception::yolo::{Layout, MAX_CLASSES, Yolo};
 use serde::Deserialize;
 use wire::sensor::Class;
 
-use super::read::read_text;
+use super::file::read_text;
 use super::{Located, Problem, Problems};
 
 /// What such a file says.

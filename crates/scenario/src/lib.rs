@@ -16,6 +16,7 @@ mod curve;
 mod direction;
 mod extend;
 mod fault;
+mod file;
 mod finding;
 mod hex;
 mod labels;
@@ -31,6 +32,7 @@ mod scene;
 mod set;
 mod setup;
 mod shared;
+mod shipped;
 pub mod stack;
 mod step;
 mod tamper;
@@ -64,6 +66,7 @@ pub use cell::{Cell, Under, Variation};
 pub use curve::Curve;
 pub use direction::Direction;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
+pub use file::MAX_FILE_BYTES;
 pub use labels::{Labels, load_labels, parse_labels};
 pub use mandate::Mandate;
 pub use operator::{DisplayedState, Operator, Step, Values};
@@ -72,11 +75,12 @@ pub use perturbation::Perturbation;
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
-pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
+pub use read::{load, load_platform, parse, parse_platform, parse_scene};
 pub use scene::{Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
-pub use setup::{FRAMES, Setup, demo, find, find_root, load_policy, parse_policy, platforms, rendered, shipped};
+pub use setup::{FRAMES, Setup, load_policy, parse_policy, platforms};
 pub use shared::{Channel, Every, Holder};
+pub use shipped::{demo, find, find_root, rendered, shipped};
 pub use step::{Timing, Trigger, When};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
@@ -104,6 +108,7 @@ attack::with_attacks! {
         pub name: Located<Name>,
         /// Another scenario, by name, from which keys are taken that are left out here: all but those that say what a
         /// scenario is about, from `title` to `expected`, and its cells. It is a file of the same folder or a shipped one.
+        /// After loading it is gone, and what it gave is there.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub extends: Option<Located<Name>>,
         /// One line for tables.

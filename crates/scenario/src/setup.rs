@@ -10,7 +10,9 @@ use wire::bounds::Bounds;
 use wire::person::Role;
 use wire::policy::Policy;
 
-use super::read::{load_platform, read_text};
+use super::file::read_text;
+use super::read::load_platform;
+use super::shipped::files;
 use super::{Name, Platform, Problem, Problems, Scenario};
 
 /// Every fifth set of frames of a recorded live run stays whole, if nobody asks for others: two a second, 1 GB an hour.
@@ -122,50 +124,6 @@ pub fn parse_policy(file: &str, name: &str, text: &str) -> Result<Policy, Proble
     Ok(policy)
 }
 
-/// The nearest directory at or above `from` that holds scenarios and platforms.
-pub fn find_root(from: &Path) -> Option<PathBuf> {
-    let is_root = |dir: &&Path| dir.join("scenarios").is_dir() && dir.join("platforms").is_dir();
-    from.ancestors().find(is_root).map(Path::to_path_buf)
-}
-
-/// The folder of the shipped scenarios, when `file` lies in it or below it.
-pub(super) fn shipped_folder(file: &Path) -> Option<PathBuf> {
-    let file = std::path::absolute(file).ok()?;
-    let folder = find_root(file.parent()?)?.join("scenarios");
-    file.starts_with(&folder).then_some(folder)
-}
-
-/// The file of the shipped scenario of this name.
-pub fn find(root: &Path, name: &str) -> Option<PathBuf> {
-    let folder = root.join("scenarios");
-    let mut paths = ["", "rendered", "demo"].into_iter().map(|below| folder.join(below).join(format!("{name}.toml")));
-    paths.find(|path| path.is_file())
-}
-
-/// Every shipped scenario, by name.
-///
-/// # Errors
-/// When the directory cannot be listed.
-pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
-    files(&root.join("scenarios"))
-}
-
-/// The shipped scenarios that run rendered alone.
-///
-/// # Errors
-/// The folder cannot be read.
-pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
-    files(&root.join("scenarios/rendered"))
-}
-
-/// The shipped scenarios that are for showing: too long for the reference evaluation, and no part of it.
-///
-/// # Errors
-/// The folder cannot be read.
-pub fn demo(root: &Path) -> std::io::Result<Vec<PathBuf>> {
-    files(&root.join("scenarios/demo"))
-}
-
 /// Every shipped platform, by name.
 ///
 /// # Errors
@@ -177,18 +135,6 @@ pub fn platforms(root: &Path) -> Result<Vec<Platform>, Problems> {
     };
     let files = files(&folder).map_err(|e| Problems::from(unread(e)))?;
     files.iter().map(|file| load_platform(file)).collect()
-}
-
-fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|e| e == "toml") && path.is_file() {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
 }
 
 fn named(root: &Path, directory: &str, name: &Name) -> PathBuf {

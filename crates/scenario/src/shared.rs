@@ -9,11 +9,9 @@ use serde::{Deserialize, Serialize};
 use wire::core::Topic;
 use wire::id::NodeId;
 
-use super::attack::Act;
-use super::finding::{Finding, finding};
+use super::Windowed;
 use super::scene::Point;
 use super::value::Whole;
-use super::{Scenario, Windowed};
 
 /// Time between two messages.
 pub type Every = Whole<1, 60_000>;
@@ -128,30 +126,4 @@ impl Holder {
 pub(crate) fn spot(place: Option<&Point>) -> Spot {
     let mm = |metres: f64| (metres * 1000.0) as i32;
     place.map_or(Spot::default(), |[x, y]| Spot { x_mm: mm(x.get()), y_mm: mm(y.get()) })
-}
-
-/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
-pub(crate) fn check(s: &Scenario) -> Vec<Finding> {
-    let mut found = Vec::new();
-    let all: Vec<_> = s
-        .attacks()
-        .into_iter()
-        .filter_map(|attack| match attack.act(0) {
-            Some(Act::Rogue { channel, holder, .. }) => Some((attack.at_s(), channel, holder)),
-            Some(_) | None => None,
-        })
-        .collect();
-    let host = |topic: Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
-    for (at, topic, holder) in &all {
-        if host(*topic) != host(all[0].1) {
-            found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
-        }
-        if *holder != all[0].2 {
-            found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
-        }
-        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
-            found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
-        }
-    }
-    found
 }

@@ -106,7 +106,7 @@ fn two_steps_that_wait_for_each_other_are_refused() {
 
 #[test]
 fn where_no_level_is_said_it_is_what_the_kinds_of_attack_need() {
-    let level = |file: &str| load(&tests::root().join(format!("scenarios/{file}.toml"))).unwrap().level();
+    let level = |file: &str| load(&find(&tests::root(), file).unwrap()).unwrap().level();
     let levels = ["loss", "replay", "teammate", "cut_at_arming"].map(level);
     assert_eq!(levels, [Knowledge::Blind, Knowledge::OnPath, Knowledge::Insider, Knowledge::WhiteBox]);
 }

@@ -3,11 +3,20 @@
 
 use schemars::generate::SchemaSettings;
 
+use super::extend::OWN;
 use super::{Name, Scenario};
 
 /// JSON Schema of a scenario file; draft 7, which TOML editors know.
+///
+/// A key that a base may give is required of those alone that extend none.
 pub fn schema() -> serde_json::Value {
-    SchemaSettings::draft07().into_generator().into_root_schema_for::<Scenario>().to_value()
+    let mut schema = SchemaSettings::draft07().into_generator().into_root_schema_for::<Scenario>().to_value();
+    let required = schema["required"].as_array().cloned().unwrap_or_default();
+    let (own, from_base): (Vec<_>, Vec<_>) =
+        required.into_iter().partition(|key| key.as_str().is_some_and(|key| OWN.contains(&key)));
+    schema["required"] = own.into();
+    schema["anyOf"] = serde_json::json!([{ "required": ["extends"] }, { "required": from_base }]);
+    schema
 }
 
 /// A scenario to start from: it passes `scenario check` as it is.
@@ -19,6 +28,7 @@ const TEMPLATE: &str = r#"# A scenario of holdsafe. `holdsafe scenario check FIL
 # `holdsafe scenario schema` prints every key with its type and range.
 schema_version = 1
 name = "{name}"                          # equal to the file's name
+# extends = "armed"                      # a file of scenarios/bases or a scenario: gives what is left out here, such as scene and operator
 title = "One line for the table"
 description = """
 What is done to whom, and what must then happen.

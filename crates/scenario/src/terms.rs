@@ -63,6 +63,26 @@ pub enum Interface {
     Control,
 }
 
+impl Interface {
+    /// The folders of shipped scenarios, in order.
+    pub const FOLDERS: [&str; 8] =
+        ["command", "console", "control", "host", "localisation", "perception", "process", "telemetry"];
+
+    /// The folder that a shipped scenario on it lies in.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Interface::TelemetryLink | Interface::TelemetryPeer | Interface::GatewayParser => "telemetry",
+            Interface::CommandPlane => "command",
+            Interface::ConsoleFeed => "console",
+            Interface::PerceptionInput | Interface::PerceptionOutput => "perception",
+            Interface::Localisation => "localisation",
+            Interface::Process => "process",
+            Interface::Host => "host",
+            Interface::Control => "control",
+        }
+    }
+}
+
 /// Where the evidence comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

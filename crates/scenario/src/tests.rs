@@ -154,6 +154,19 @@ fn every_shipped_scenario_fits_the_printed_schema() {
 }
 
 #[test]
+fn shipped_scenarios_lie_by_interface_under_unique_names() {
+    let mut names = std::collections::BTreeSet::new();
+    for file in shipped(&root()).unwrap() {
+        let folder = file.parent().and_then(Path::file_name).and_then(|name| name.to_str()).unwrap();
+        assert_eq!(load(&file).unwrap().interface.folder(), folder, "{}", file.display());
+        assert!(Interface::FOLDERS.contains(&folder));
+        assert!(names.insert(file.file_name().unwrap().to_owned()), "{} is there twice", file.display());
+    }
+    let further = [rendered(&root()).unwrap(), demo(&root()).unwrap()].concat();
+    assert!(further.iter().all(|file| names.insert(file.file_name().unwrap().to_owned())), "{further:?}");
+}
+
+#[test]
 fn the_platform_file_is_the_one_that_wire_names() {
     let platform = load_platform(&root().join("platforms/ground.toml")).unwrap();
     assert_eq!(platform.bounds.to_bounds(), wire::bounds::Bounds::GROUND);
@@ -161,7 +174,7 @@ fn the_platform_file_is_the_one_that_wire_names() {
 
 #[test]
 fn the_teammate_table_has_every_form_presence_and_policy() {
-    let scenario = load(&root().join("scenarios/teammate.toml")).unwrap();
+    let scenario = load(&root().join("scenarios/telemetry/teammate.toml")).unwrap();
     let cells = scenario.variations(None);
     assert_eq!(cells.len(), 18);
     assert_eq!(scenario.variations(Some("session-bound")).len(), 6);
@@ -173,7 +186,7 @@ fn the_teammate_table_has_every_form_presence_and_policy() {
 
 #[test]
 fn another_policy_brings_its_own_expectation_or_none() {
-    let scenario = load(&root().join("scenarios/alert.toml")).unwrap();
+    let scenario = load(&root().join("scenarios/telemetry/alert.toml")).unwrap();
     let expected = |policy| scenario.variations(policy)[0].scenario.expected.to_vec();
     assert_eq!(expected(None), [Outcome::Rejected]);
     assert_eq!(expected(Some("guard-off")), [Outcome::HoldSafe]);

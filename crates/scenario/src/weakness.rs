@@ -9,7 +9,7 @@ use evidence::trial::Outcome;
 use serde::Deserialize;
 use wire::bounds::Bounds;
 
-use super::read::read_text;
+use super::file::read_text;
 use super::value::{List, Located, Name};
 use super::{Problem, Problems};
 

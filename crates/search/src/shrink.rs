@@ -243,7 +243,7 @@ mod tests {
 
     fn ground() -> SearchConfig {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         SearchConfig::new(scenario, setup, 1, alphabet).unwrap()

@@ -165,7 +165,7 @@ mod tests {
     #[test]
     fn long_run_has_no_trunk_and_still_runs() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let kept =

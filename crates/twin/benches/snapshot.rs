@@ -47,7 +47,7 @@ fn main() {
 
 fn measure(rendered: bool) {
     let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the scenarios are above");
-    let nominal = scenario::load(&root.join("scenarios/nominal.toml")).expect("nominal is sound");
+    let nominal = scenario::load(&root.join("scenarios/control/nominal.toml")).expect("nominal is sound");
     let setup = Setup::load(&root, &nominal, None, rendered).expect("its setup is");
     let (cast, mut twin) = start(&nominal, &setup, 1, false).expect("its cast can be made");
     let mut most = vec![0; twin.nodes().len()];

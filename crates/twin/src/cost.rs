@@ -158,7 +158,7 @@ mod tests {
 
     fn nominal() -> (Scenario, Setup) {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         (scenario, setup)
     }

@@ -152,7 +152,7 @@ fn an_export_over_what_it_reads_is_refused() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     let scenario = dir.path().join("loss.toml");
-    fs::copy(root().join("scenarios/loss.toml"), &scenario).unwrap();
+    fs::copy(root().join("scenarios/telemetry/loss.toml"), &scenario).unwrap();
     fs::create_dir_all(dir.path().join("scenes")).unwrap();
     fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
     let link = dir.path().join("link");
@@ -169,7 +169,7 @@ fn an_export_over_what_it_reads_is_refused() {
         assert!(said(&output).contains("--out"), "{}", said(&output));
     }
     assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
-    assert_eq!(fs::read(&scenario).unwrap(), fs::read(root().join("scenarios/loss.toml")).unwrap());
+    assert_eq!(fs::read(&scenario).unwrap(), fs::read(root().join("scenarios/telemetry/loss.toml")).unwrap());
 }
 
 /// The command, ended after a minute: one that waits for a writer that never comes would wait for ever.

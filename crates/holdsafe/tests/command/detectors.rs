@@ -54,7 +54,7 @@ fn folder(files: &[(&str, &str)]) -> (tempfile::TempDir, Vec<String>) {
 
 /// Two seconds of the null attack in which nobody does anything.
 fn short() -> String {
-    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
     head.replace("duration_s = 9.0", "duration_s = 2.0").replace("name = \"nominal\"", "name = \"short\"")
 }

@@ -23,7 +23,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
 /// Two seconds in which nobody does anything, in a folder of its own.
 pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
-    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
     let text = head.replace("duration_s = 9.0", "duration_s = 2.0").replace("name = \"nominal\"", "name = \"short\"");
     let path = folder.path().join("short.toml");

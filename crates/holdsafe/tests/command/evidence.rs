@@ -100,7 +100,10 @@ fn a_report_is_made_of_results_and_runs_with_the_verdict_first() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(fs::read_to_string(junit).unwrap().contains("thermal_loss"));
     assert!(fs::read_to_string(sarif).unwrap().contains("\"2.1.0\""));
-    assert!(fs::read_to_string(sbom).unwrap().contains("scenarios/thermal_loss.toml"), "the run's inputs are in it");
+    assert!(
+        fs::read_to_string(sbom).unwrap().contains("scenarios/perception/thermal_loss.toml"),
+        "the run's inputs are in it"
+    );
     let text = fs::read_to_string(&page).unwrap();
     let (head, body) = text.split_once("<main>").expect("a body");
     assert!(head.contains("class=\"verdict\"") && body.contains("PREPARE_TO_ACT to DEGRADED"), "{head}");

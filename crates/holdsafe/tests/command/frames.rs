@@ -12,7 +12,7 @@ fn weather_without_the_sensors_that_see_it_is_no_run_in_clear_air() {
     let foggy = yard.replacen("[ground]", "[weather]\nvisibility_m = 40.0\n\n[ground]", 1);
     fs::write(folder.path().join("scenes/yard.toml"), foggy).unwrap();
     let file = folder.path().join("nominal.toml");
-    fs::copy(root().join("scenarios/nominal.toml"), &file).unwrap();
+    fs::copy(root().join("scenarios/control/nominal.toml"), &file).unwrap();
     let refused = holdsafe(&["run", file.to_str().unwrap(), "--trials", "1"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("--rendered"), "{refused:?}");

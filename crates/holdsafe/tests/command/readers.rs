@@ -174,7 +174,7 @@ fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better
 #[test]
 fn an_explained_scenario_says_when_its_trial_ended_invalid() {
     let dir = tempfile::tempdir().unwrap();
-    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     // Nobody enables it.
     let without = nominal.replacen("do = \"enable\"", "do = \"hold\"", 1);
     fs::create_dir(dir.path().join("scenes")).unwrap();

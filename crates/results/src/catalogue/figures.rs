@@ -42,7 +42,7 @@ pub(super) fn page(
     );
     block(&mut text, &architecture(cast));
     text.push_str("\n## From threat to test: the communication path\n\n");
-    text.push_str("Drawn from `docs/reference/catalogue.toml` and `scenarios/*.toml`: interface, threat, scenario, and the classes that it expects. `docs/reference/threats.md` has every row.\n\n");
+    text.push_str("Drawn from `docs/reference/catalogue.toml` and `scenarios/`: interface, threat, scenario, and the classes that it expects. `docs/reference/threats.md` has every row.\n\n");
     block(&mut text, &mapping(catalogue, scenarios));
     text.push_str("\n## One pattern, three domains\n\n");
     text.push_str(

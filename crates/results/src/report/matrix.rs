@@ -295,7 +295,7 @@ mod tests {
 
     fn run(name: &str, mode: Mode, waived: bool, n: u64) -> MatrixRun {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = scenario::load(&root.join(format!("scenarios/{name}.toml"))).expect("a shipped scenario");
+        let scenario = scenario::load(&scenario::find(&root, name).expect("a shipped scenario")).expect("it loads");
         let trials: Vec<Trial> = (0..n).map(|seed| Trial::example(seed, Outcome::Rejected)).collect();
         let watermark = waived.then(|| "ABLATION".to_owned());
         let variation = Variation { cell: None, scenario };

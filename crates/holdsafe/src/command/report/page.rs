@@ -1,6 +1,6 @@
 //! `holdsafe report --format html`: what a reviewer is handed, as one HTML file, made of results and of recorded runs.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use results::summary;
 use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::recorded::Recorded;
-use runner::{Context, checked, out, runs};
+use runner::{Context, checked, out, plan, runs};
 use serde::Serialize;
 
 use super::Args;
@@ -72,7 +72,8 @@ struct Written {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (dossier, checked) = gather(args)?;
+    let (mut dossier, checked) = gather(args)?;
+    dossier.results.lie_in(folders(context));
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
@@ -124,6 +125,13 @@ fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
     parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
+}
+
+/// Folder of each shipped scenario, by name; none outside a checkout, where no file is to be pointed at.
+fn folders(context: &Context) -> BTreeMap<String, String> {
+    let shipped = context.root().ok().and_then(|root| scenario::shipped(&root).ok()).unwrap_or_default();
+    let folder = |path: &PathBuf| Some((plan::stem(path), path.parent()?.file_name()?.to_str()?.to_owned()));
+    shipped.iter().filter_map(folder).collect()
 }
 
 /// What the page is made of, and every recording that was checked for it.
