@@ -36,7 +36,7 @@ const EXIT_CODES: &str = "Exit codes:
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 
-/// Tests how a small autonomous platform loses trust: does it fall back to a safe mode in time? Without a command: `evaluate`.
+/// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `evaluate`.
 #[derive(Debug, Parser)]
 #[command(name = "holdsafe", version, after_help = EXIT_CODES, max_term_width = 110)]
 pub struct Cli {
