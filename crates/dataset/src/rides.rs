@@ -1,4 +1,4 @@
-//! Rides at random: scenes of [`draw`](crate::draw) in which some things move, and a unit that drives through them.
+//! Rides at random: scenes of [`crate::draw`] in which some things move, and a unit that drives through them.
 //!
 //! Half of the vehicles and persons walk or drive a few metres, where that leads them neither into another object nor
 //! before the unit. Rides share no randomness with the frames of their cell.

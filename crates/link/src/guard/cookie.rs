@@ -6,7 +6,7 @@
 //! for a few seconds, and its next first hello is let in.
 //!
 //! The library draws a cookie of its own once it has made its state, and counts messages from zero, so it cannot take up
-//! a handshake that begins with our cookie: our dialler begins again ([`crate::dtls::cookie_retry`]), a foreign client has to
+//! a handshake that begins with our cookie: our dialler begins again (`dtls::cookie_retry`), a foreign client has to
 //! wait until few handshakes are open. Room for handshakes is the listener's business.
 
 use std::collections::BTreeMap;
