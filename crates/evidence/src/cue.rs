@@ -1,7 +1,7 @@
 //! Cues: events that the instrument plane tells of a run while it is on, and the steps of the attack that then begin.
 //!
-//! The twin shows every audit entry as it is written; live, the recorder's process tells the launcher those that
-//! `wire::event::Event::is_cue` picks. Both go through one [`Watch`], so a step begins by the same rule in both. Delivering the call, and
+//! The twin shows every audit entry as it is written; live, the recorder's process tells the launcher those
+//! that may be cues. Both go through one [`Watch`], so a step begins by the same rule in both. Delivering the call, and
 //! the delay that goes with it, is left to them.
 
 use wire::event::Event;
