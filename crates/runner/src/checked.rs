@@ -4,12 +4,12 @@
 //! recording does not verify, or when its trial ended so. Then the first line of every command says so, with the reason; so
 //! does the object of `--json` (`recordings`); and the exit code is 4, or with `--unverified` the command's own.
 
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
 use evidence::trial::Outcome;
+use link::files;
 use live::store;
 use live::store::VERDICT;
 use serde::{Deserialize, Serialize};
@@ -152,12 +152,7 @@ pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     if !file.exists() {
         return (None, None);
     }
-    let read = || -> std::io::Result<Ended> {
-        if !file.is_file() {
-            return Err(std::io::Error::other("not a regular file"));
-        }
-        Ok(serde_json::from_reader(File::open(&file)?.take(MAX_VERDICT_BYTES))?)
-    };
+    let read = || -> std::io::Result<Ended> { Ok(serde_json::from_slice(&files::read(&file, MAX_VERDICT_BYTES)?)?) };
     match read() {
         Ok(Ended { outcome: Outcome::Invalid, findings }) => {
             (Some(Outcome::Invalid), Some(ended_invalid(findings.first())))
@@ -175,17 +170,17 @@ pub fn ended_invalid(first: Option<impl std::fmt::Display>) -> String {
 
 /// SHA-256 of a recording's files, by number.
 fn digest(recording: &Path) -> Result<String, Failure> {
-    let mut files: Vec<PathBuf> = Vec::new();
+    let mut parts: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(recording)? {
         let path = entry?.path();
         if path.is_file() && path.extension().is_some_and(|e| e == "mcap") {
-            files.push(path);
+            parts.push(path);
         }
     }
-    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    parts.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     let mut digest = Sha256::new();
-    for file in files {
-        std::io::copy(&mut File::open(file)?, &mut digest)?;
+    for file in parts {
+        std::io::copy(&mut files::open(&file)?, &mut digest)?;
     }
     Ok(hex(&digest.finalize()))
 }

@@ -72,9 +72,11 @@ pub fn files(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
 fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, String>) -> Result<(), Failure> {
     let Ok(entries) = fs::read_dir(root.join(directory)) else { return Ok(()) };
     for entry in entries {
-        let path = entry?.path();
+        let entry = entry?;
+        let path = entry.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if path.is_dir() {
+        // A link may lead anywhere, in a circle too.
+        if entry.file_type()?.is_dir() {
             hash_directory(root, &format!("{directory}/{name}"), files)?;
         }
         if !path.is_file() {

@@ -5,11 +5,11 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
-use std::io::Read;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use evidence::trial::Outcome;
+use link::files;
 use results::campaign::Plan;
 use results::campaign::row::Row;
 use runner::failure::{Exit, Failure};
@@ -107,13 +107,8 @@ pub(super) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
         let remedy = "name the folder that `holdsafe campaign run --out DIR` made";
         Failure::new(Exit::Usage, format!("{}: {why}; {remedy}", path.display()))
     };
-    let mut text = String::new();
-    let file = File::open(&path).map_err(|e| unusable(e.to_string()))?;
-    file.take(MAX_PLAN_BYTES + 1).read_to_string(&mut text).map_err(|e| unusable(e.to_string()))?;
-    if text.len() as u64 > MAX_PLAN_BYTES {
-        return Err(unusable(format!("more than the {MAX_PLAN_BYTES} bytes that are read")));
-    }
-    let plan: Plan = serde_json::from_str(&text).map_err(|e| unusable(e.to_string()))?;
+    let text = files::read(&path, MAX_PLAN_BYTES).map_err(|e| unusable(e.to_string()))?;
+    let plan: Plan = serde_json::from_slice(&text).map_err(|e| unusable(e.to_string()))?;
     plan.bounded().map_err(unusable)?;
     Ok(plan)
 }
@@ -125,7 +120,7 @@ pub(super) fn each_row(
     mut take: impl FnMut(Row) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let path = directory.join(TRIALS);
-    let file = match File::open(&path) {
+    let file = match files::open(&path) {
         Ok(file) => file,
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(e) => return Err(e.into()),

@@ -1,6 +1,5 @@
 //! `holdsafe evaluate --reproduce`: do all simulated runs still give the committed results?
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
@@ -120,7 +119,7 @@ fn planned(context: &Context, args: &Reproduce, root: &Path) -> Result<Vec<Plann
 }
 
 fn read(root: &Path, file: &Path) -> Result<References, Failure> {
-    let Ok(found) = File::open(file) else {
+    let Ok(found) = link::files::open(file) else {
         let others = std::fs::read_dir(root.join(FOLDER)).into_iter().flatten().filter_map(Result::ok);
         let others: Vec<String> =
             others.filter_map(|e| Some(e.path().file_stem()?.to_string_lossy().into_owned())).collect();

@@ -1,12 +1,12 @@
 //! `holdsafe report --format cite RUN`: what to write where a result is used, with what it takes to tell that it is this one.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
 use evidence::log::hex;
+use link::files;
 use perception::model::hex_digest;
 use runner::checked::{Checked, Unverified};
 use runner::failure::{Exit, Failure};
@@ -67,10 +67,8 @@ pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Resu
     let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", run.display()));
     let directory = with_manifest(run);
     let manifest = directory.join("manifest.json");
-    let file =
-        File::open(&manifest).map_err(|e| unusable(format!("manifest.json: {e}; name the directory of a run")))?;
-    let mut text = Vec::new();
-    file.take(MAX_MANIFEST_BYTES).read_to_end(&mut text)?;
+    let text = files::read(&manifest, MAX_MANIFEST_BYTES)
+        .map_err(|e| unusable(format!("manifest.json: {e}; name the directory of a run")))?;
     let read: Manifest = serde_json::from_slice(&text).map_err(|e| unusable(format!("manifest.json: {e}")))?;
     let results = results(&directory)?;
     if results.is_empty() {
@@ -111,8 +109,8 @@ fn mode(directory: &Path) -> Option<String> {
     struct Ran {
         mode: String,
     }
-    let file = File::open(directory.join("result.json")).ok()?;
-    let ran: Ran = serde_json::from_reader(file.take(MAX_RESULT_BYTES)).ok()?;
+    let result = files::read(&directory.join("result.json"), MAX_RESULT_BYTES).ok()?;
+    let ran: Ran = serde_json::from_slice(&result).ok()?;
     ran.mode.chars().all(|c| c.is_ascii_lowercase()).then_some(ran.mode)
 }
 
@@ -125,7 +123,7 @@ fn results(directory: &Path) -> Result<BTreeMap<String, String>, Failure> {
         let is_result = path.extension().is_some_and(|e| RESULTS.iter().any(|known| e == *known));
         if path.is_file() && is_result && name != "manifest.json" {
             let mut digest = Sha256::new();
-            std::io::copy(&mut File::open(&path)?, &mut digest)?;
+            std::io::copy(&mut files::open(&path)?, &mut digest)?;
             found.insert(name, hex(&digest.finalize()));
         }
     }

@@ -1,7 +1,7 @@
 //! `holdsafe report --format html`: what a reviewer is handed, as one HTML file, made of results and of recorded runs.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::{self, File};
+use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -217,12 +217,12 @@ fn recording(of: &Checked) -> Recording {
     }
 }
 
-/// A file's bytes, one more than is read at most: what is too long is refused, not cut.
+/// A regular file's bytes, one more than is read at most: a longer file is refused by its reader, not cut.
 fn bounded(file: &Path) -> Result<Vec<u8>, Failure> {
     let unreadable = |e: std::io::Error| Failure::new(Exit::Usage, format!("{}: {e}", file.display()));
     let mut bytes = Vec::new();
     let most = MAX_FILE_BYTES as u64 + 1;
-    File::open(file).map_err(unreadable)?.take(most).read_to_end(&mut bytes).map_err(unreadable)?;
+    link::files::open(file).map_err(unreadable)?.take(most).read_to_end(&mut bytes).map_err(unreadable)?;
     Ok(bytes)
 }
 
