@@ -34,7 +34,7 @@ const OF_LAB: [(&str, &[&str]); 3] = [("bench", &[]), ("dataset", &["dataset"]),
 /// The command line with a verb of before replaced by its new spelling.
 ///
 /// # Errors
-/// The exit code, for a verb of `lab` where that program is not there.
+/// The exit code, for a verb of `lab` where that program is not there, and for a misspelt verb of before.
 pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result<Vec<OsString>, Exit> {
     let Some(at) = verb_at(command, &arguments, 1) else { return Ok(arguments) };
     let is = |verb: &str| arguments[at] == *verb;
@@ -44,11 +44,24 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
     let (from, new) = match RENAMED.iter().find(|(old, _)| is(old)) {
         Some((old, new)) => (*old, new.to_vec()),
         None if is("campaign") && names_no_part(command, &arguments, at) => ("campaign", vec!["campaign", "run"]),
-        None => return Ok(arguments),
+        None => {
+            return match meant(command, &arguments[at].to_string_lossy()) {
+                Some(message) => Err(Failure::new(Exit::Usage, message).tell(asks_for_json(&arguments))),
+                None => Ok(arguments),
+            };
+        }
     };
     hint(&arguments, from, &format!("holdsafe {}", new.join(" ")));
     arguments.splice(at..=at, new.into_iter().map(OsString::from));
     Ok(arguments)
+}
+
+/// The answer to a word that is no verb, if a verb of before is nearer to it than every one of today, whose names the parser suggests.
+fn meant(command: &Command, word: &str) -> Option<String> {
+    let today = || command.get_subcommands().map(Command::get_name);
+    let near = scenario::closest(word, today().chain(RENAMED.iter().map(|(old, _)| *old)))?;
+    let (_, new) = RENAMED.iter().find(|(old, _)| *old == near)?;
+    Some(format!("no verb `{word}`; did you mean `{}`?", new.join(" ")))
 }
 
 /// Place of the first word from `from` on that is neither an option of every command nor the value of one.
@@ -142,6 +155,17 @@ mod tests {
             "holdsafe matirx",
         ] {
             assert_eq!(now(line), line);
+        }
+    }
+
+    #[test]
+    fn a_misspelt_old_verb_is_answered_with_the_new() {
+        let command = Cli::command();
+        let answer = meant(&command, "explan").unwrap();
+        assert!(answer.ends_with("did you mean `inspect explain`?"), "{answer}");
+        for word in ["matirx", "explain", "run", "xqz"] {
+            let old = RENAMED.iter().any(|(old, _)| *old == word);
+            assert_eq!(meant(&command, word).is_some(), old, "{word}");
         }
     }
 

@@ -50,6 +50,8 @@ fn arguments_that_cannot_be_parsed_are_reported_as_json_where_json_is_asked_for(
 fn a_mistyped_verb_or_key_is_answered_with_the_nearest() {
     let (screen, code) = told(&["matirx"]);
     assert!(code == Some(2) && screen.contains("'matrix'"), "{screen}");
+    let (screen, code) = told(&["explan", "loss"]);
+    assert!(code == Some(2) && screen.contains("did you mean `inspect explain`?"), "{screen}");
     let dir = tempfile::tempdir().unwrap();
     let (screen, code) = told(&["run", &mistaken(dir.path(), "duration_s = 9.0", "duraton_s = 9.0")]);
     assert!(code == Some(2) && screen.contains("did you mean `duration_s`?"), "{screen}");
@@ -77,6 +79,26 @@ fn a_model_that_is_no_regular_file_is_refused_before_it_is_read() {
         let (screen, code) =
             told(&["run", "loss", "--trials", "1", "--detector", model, "--labels", labels.to_str().unwrap()]);
         assert!(code == Some(2) && screen.contains("not a regular file"), "{model}: {screen}");
+    }
+}
+
+#[test]
+fn results_that_are_no_regular_files_are_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let [result, manifest, plan] = ["result.json", "manifest.json", "plan.json"].map(|name| dir.path().join(name));
+    for fifo in [&result, &manifest, &plan] {
+        nix::unistd::mkfifo(fifo, nix::sys::stat::Mode::S_IRWXU).unwrap();
+    }
+    let [folder, result] = [dir.path(), &result].map(|path| path.to_str().unwrap());
+    let page = dir.path().join("page.html");
+    let merged = dir.path().join("merged");
+    for line in [
+        vec!["report", result, "--out", page.to_str().unwrap()],
+        vec!["report", "--format", "cite", folder],
+        vec!["campaign", "merge", folder, "--out", merged.to_str().unwrap()],
+    ] {
+        let (screen, code) = told(&line);
+        assert!(code == Some(2) && screen.contains("not a regular file"), "{line:?}: {screen}");
     }
 }
 
