@@ -134,6 +134,12 @@ fn a_new_scenario_is_written_where_the_user_is_and_is_checked_like_a_shipped_one
     assert!(dir.path().join("mine-of-this-test.toml").is_file() && !is_elsewhere);
     assert_eq!(here(&["scenario", "check", "mine-of-this-test.toml"]).status.code(), Some(0));
     assert_eq!(here(&["scenario", "new", "mine-of-this-test"]).status.code(), Some(2), "it is there already");
+    // A file of the user's may extend a shipped one, as the template says.
+    let template = fs::read_to_string(dir.path().join("mine-of-this-test.toml")).unwrap();
+    let extending = template.replace("\"mine-of-this-test\"", "\"extending\"").replacen("# extends =", "extends =", 1);
+    fs::write(dir.path().join("extending.toml"), extending).unwrap();
+    let extending = here(&["scenario", "check", "extending.toml"]);
+    assert_eq!(extending.status.code(), Some(0), "{}", String::from_utf8_lossy(&extending.stderr));
     let by_name = here(&["scenario", "check", "nominal"]);
     assert_eq!(by_name.status.code(), Some(0), "{}", String::from_utf8_lossy(&by_name.stderr));
     let none = here(&["scenario", "check", "nominall"]);

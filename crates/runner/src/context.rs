@@ -1,10 +1,10 @@
 //! Context of every verb beside its own arguments.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use parallel::progress::{Stop, Talk};
 use results::catalogue::Catalogue;
-use scenario::Scenario;
+use scenario::{Problems, Scenario};
 
 use crate::failure::{Exit, Failure};
 
@@ -41,6 +41,14 @@ impl Context {
                 "no scenarios/ and platforms/ here or above; name their directory with --root DIR",
             )
         })
+    }
+
+    /// The scenario in this file, which may extend the shipped ones.
+    ///
+    /// # Errors
+    /// Every problem found in it.
+    pub fn scenario(&self, file: &Path) -> Result<Scenario, Problems> {
+        scenario::load_with(file, self.root().ok().as_deref())
     }
 
     /// The threat catalogue, and every shipped scenario.

@@ -86,7 +86,7 @@ pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
 
 /// Loads a scenario and prepares its variations.
 pub fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(Scenario, Vec<Planned>), Failure> {
-    let scenario = scenario::load(file)?;
+    let scenario = context.scenario(file)?;
     let planned = of_scenario(context, &scenario, wanted)?;
     Ok((scenario, planned))
 }

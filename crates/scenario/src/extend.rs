@@ -63,11 +63,11 @@ impl Sources {
         Self { texts: vec![text] }
     }
 
-    /// The scenario at `path` and its bases.
-    pub(super) fn load(path: &Path) -> Result<Self, Problems> {
+    /// The scenario at `path` and its bases, also those that are shipped below `root`.
+    pub(super) fn load(path: &Path, root: Option<&Path>) -> Result<Self, Problems> {
         let file = path.display().to_string();
         let mut sources = Self::one(&file, &read_text(path, &file)?);
-        while let Some(base) = sources.base()? {
+        while let Some(base) = sources.base(root)? {
             let file = base.display().to_string();
             let text = read_text(&base, &file)?;
             let from = sources.texts.last().map_or(0, |text| text.padded.len());
@@ -77,7 +77,7 @@ impl Sources {
     }
 
     /// The base of the last text, where it has one.
-    fn base(&self) -> Result<Option<PathBuf>, Problems> {
+    fn base(&self, root: Option<&Path>) -> Result<Option<PathBuf>, Problems> {
         let Some(last) = self.texts.last() else { return Ok(None) };
         let table = last.table()?;
         let Some(given) = table.get_ref().get("extends") else { return Ok(None) };
@@ -87,7 +87,7 @@ impl Sources {
         let name = given.get_ref().as_str().and_then(|name| Name::new(name).ok());
         let name = name
             .ok_or_else(|| refuse("a base is named, without path or ending", "write it as `extends = \"nominal\"`"))?;
-        let base = base_of(&last.path, &name);
+        let base = base_of(&last.path, &name, root);
         let base = base.ok_or_else(|| refuse("no such scenario here or among the shipped ones", "correct the name"))?;
         if self.texts.iter().any(|text| text.path.file_name() == base.file_name()) {
             return Err(refuse("the scenarios extend each other in a circle", "take one `extends` out").into());
@@ -160,12 +160,14 @@ impl Text {
     }
 }
 
-/// The file of a base: in the folder of the scenario that extends it, or else among the shipped bases and scenarios around it.
-fn base_of(path: &Path, name: &Name) -> Option<PathBuf> {
+/// The file of a base: in the folder of the scenario that extends it, or else among the bases and scenarios that are shipped around it or,
+/// for one from elsewhere, below `root`.
+fn base_of(path: &Path, name: &Name, root: Option<&Path>) -> Option<PathBuf> {
     let file = format!("{name}.toml");
-    let shipped = shipped_folder(path);
-    let base = shipped.as_ref().map(|folder| folder.join("bases").join(&file));
-    let scenario = shipped.as_ref().and_then(|folder| find(folder.parent()?, name.as_str()));
+    let around = shipped_folder(path).and_then(|folder| Some(folder.parent()?.to_owned()));
+    let root = around.or_else(|| root.map(Path::to_owned));
+    let base = root.as_ref().map(|root| root.join("scenarios/bases").join(&file));
+    let scenario = root.and_then(|root| find(&root, name.as_str()));
     let mut files = [Some(path.with_file_name(&file)), base, scenario].into_iter().flatten();
     // No symbolic link: it could lead out of the folder.
     files.find(|file| fs::symlink_metadata(file).is_ok_and(|meta| meta.is_file()))

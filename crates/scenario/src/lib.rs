@@ -75,7 +75,7 @@ pub use perturbation::Perturbation;
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
-pub use read::{load, load_platform, parse, parse_platform, parse_scene};
+pub use read::{load, load_platform, load_with, parse, parse_platform, parse_scene};
 pub use scene::{Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
 pub use setup::{FRAMES, Setup, load_policy, parse_policy, platforms};

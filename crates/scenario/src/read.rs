@@ -15,12 +15,20 @@ use super::finding::Finding;
 use super::shipped::shipped_folder;
 use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene};
 
-/// Reads and checks the scenario at `path`.
+/// Reads and checks the scenario at `path`. One from outside the shipped folders extends the files beside it alone.
 ///
 /// # Errors
 /// Every problem found; those of one file together, those of the scene's file apart.
 pub fn load(path: &Path) -> Result<Scenario, Problems> {
-    let sources = Sources::load(path)?;
+    load_with(path, None)
+}
+
+/// The same for a scenario from anywhere, which may extend those that are shipped below `root`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_with(path: &Path, root: Option<&Path>) -> Result<Scenario, Problems> {
+    let sources = Sources::load(path, root)?;
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
     let mut scenario = read_scenario(&sources)?;
     if let Some(at) = &scenario.scene_file {

@@ -118,7 +118,7 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
     let scenarios: Vec<Scenario> = if args.scenarios.is_empty() {
         context.catalogue()?.1
     } else {
-        let load = |name: &String| Ok(scenario::load(&plan::file_of(context, name)?)?);
+        let load = |name: &String| Ok(context.scenario(&plan::file_of(context, name)?)?);
         args.scenarios.iter().map(load).collect::<Result<_, Failure>>()?
     };
     let mut attacks = Vec::new();

@@ -81,7 +81,7 @@ fn check(context: &Context, scenarios: &[String]) -> Result<Exit, Failure> {
 
 /// The problems of one scenario: in itself, and with the platform and policies that it names.
 fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failure> {
-    let scenario = match scenario::load(file) {
+    let scenario = match context.scenario(file) {
         Ok(scenario) => scenario,
         Err(problems) => return Ok(Some(problems)),
     };
