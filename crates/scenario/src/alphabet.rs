@@ -1,8 +1,8 @@
-//! An alphabet: what an adversary may do in a search, as tables of a scenario with the ranges of their numbers.
+//! An alphabet: the attack space of a search, as tables of a scenario with the ranges of their numbers.
 //!
-//! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. Who has to be
-//! there to do it, an insider with credentials or an operator who strikes one off the roll, is put into the scenario first
-//! (`with`), whatever is done then. Putting entries together, and when, is `search`'s business.
+//! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. The participants
+//! that moves require, an insider with credentials or an operator who revokes an identity, are put into the scenario first
+//! (`with`), for every combination of entries. Combining entries, and timing them, is the part of `search`.
 
 use std::path::Path;
 
@@ -19,41 +19,41 @@ const MAX_NUMBERS: usize = 4;
 /// Most values that one number takes.
 const MAX_VALUES: u32 = 100_000;
 
-/// What may be done, by how much, and when.
+/// The attack space: its moves, the ranges of their numbers, and their times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Alphabet {
     /// Name, equal to the file's name without `.toml`.
     pub name: Located<Name>,
-    /// One line on who could do all this.
+    /// One line on the adversary that could do all this.
     pub title: Text<160>,
-    /// Most moves in a word.
+    /// Most moves in an attack sequence.
     pub longest: Whole<1, 6>,
     /// First and last moment at which anything begins, milliseconds.
     pub begins_ms: Located<List<Whole<0, 3_600_000>, 2>>,
     /// Times and lengths are whole multiples of this.
     pub tick_ms: Whole<1, 1_000>,
-    /// What the moves need in the scenario: values by their path, as in a cell.
+    /// Requirements of the moves on the scenario: values by their path, as in a cell.
     #[serde(default)]
     pub with: Settings,
-    /// The moves. Where several do, shrinking prefers the earlier.
+    /// The moves. Where several suffice, shrinking prefers the earlier.
     #[serde(rename = "move")]
     pub moves: Located<List<Move, 64>>,
 }
 
-/// One thing that may be done.
+/// One action type of the adversary.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Move {
-    /// What it is called in reports.
+    /// Name in reports.
     pub name: Located<Name>,
     /// The table of a scenario that it adds an entry to.
     pub table: Name,
-    /// What is the same in each entry.
+    /// Keys that are the same in each entry.
     #[serde(default)]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub set: Table,
-    /// How long it lasts, milliseconds, where it lasts.
+    /// Length, milliseconds, for a move that lasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lasts_ms: Option<Range>,
     /// Its numbers, each with its key.
@@ -67,7 +67,7 @@ pub struct Move {
 pub struct Number {
     /// Its key in the table.
     pub key: Name,
-    /// What it may be.
+    /// Its values.
     pub range: Range,
 }
 
@@ -112,12 +112,12 @@ impl Range {
 }
 
 impl Move {
-    /// Its numbers in order: the length, where it lasts, and then what it varies.
+    /// Its numbers in order: the length, where it lasts, and then those that it varies.
     pub fn ranges(&self) -> impl Iterator<Item = &Range> {
         self.lasts_ms.iter().chain(self.varies.iter().map(|number| &number.range))
     }
 
-    /// Whether number `n` counts time, in milliseconds.
+    /// True if number `n` counts time, in milliseconds.
     pub fn counts_time(&self, n: usize) -> bool {
         match n.checked_sub(usize::from(self.lasts_ms.is_some())) {
             Some(n) => self.varies.get(n).is_some_and(|number| number.key.as_str().ends_with("_ms")),
@@ -227,7 +227,7 @@ impl Scenario {
     /// cells and curve.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// A setting or an entry that does not fit, in words.
     pub fn with_entries(
         &self,
         with: &Settings,
@@ -245,12 +245,12 @@ impl Scenario {
         scenario.fitting()
     }
 
-    /// Has it say what it is; as much of it as there is room for.
+    /// Sets its title and description, each cut to the room there is.
     pub fn describe(&mut self, title: &str, description: &str) {
         (self.title, self.description) = (Text::cut(title), Text::cut(description));
     }
 
-    /// The scenario as a file of its own: under that name, with its scene in it, without what is empty.
+    /// The scenario as a file of its own: under that name, with its scene in it, without empty lists and tables.
     ///
     /// # Errors
     /// Where TOML cannot say it; a defect of ours.

@@ -1,11 +1,11 @@
-//! A row of numbers as one line of hexadecimal digits, two each: what is printed, heated or added to an image, field by field.
+//! A row of numbers as one line of hexadecimal digits, two each: a print, its heat or a shift of an image, field by field.
 
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// So much of a row that is refused says which one it is.
+/// Characters of a refused row that its message quotes.
 const BEGINS: usize = 16;
 
 /// `N` bytes.

@@ -1,7 +1,7 @@
 //! Settings: values put into a scenario by their path, as if they had stood there in the file.
 //!
-//! A scenario is taken apart into TOML, changed and read again, so a value that is set meets the same types and ranges as
-//! one that is written. What changed values mean to each other is `check`'s business, as for any scenario.
+//! A scenario is taken apart into TOML, changed and read again, so a value that is set meets the same types and ranges as one
+//! that is written. Holding changed values against each other is the part of `check`, as for any scenario.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ impl Settings {
     /// The scenario with these values in it, without its cells and its curve.
     ///
     /// # Errors
-    /// Which path leads nowhere, or what is wrong with the value there.
+    /// A path that leads nowhere, a value that is wrong there, or too many values.
     pub fn applied_to(&self, scenario: &Scenario) -> Result<Scenario, String> {
         let mut bare = scenario.clone();
         (bare.cell, bare.curve) = (super::List::default(), None);

@@ -1,4 +1,4 @@
-//! What bad steps are answered with, and what a level of knowledge lets a scenario wait for.
+//! Answers to bad steps, and the events that a level of knowledge lets a scenario wait for.
 
 use super::*;
 
@@ -12,7 +12,7 @@ fn with(level: &str, first: &str, second: &str) -> Result<Scenario, Problems> {
 
 const CUT: &str = "[[cut]]\nat_s = 4.0\nduration_s = 1.0\n";
 
-/// Level, what is added to the loss, the second table, what the message holds, the marked text.
+/// Level, keys added to the loss, the second table, part of the message, the marked text.
 const MISTAKES: [(&str, &str, &str, &str, &str); 13] = [
     ("white-box", "when = { enters = \"READY\" }", "", "a step that waits has no name", "{ enters = \"READY\" }"),
     ("white-box", "step = \"a\"\nwhen = {}", "", "waits for nothing", "{}"),

@@ -1,4 +1,4 @@
-//! What bad files are answered with: message, marked text, line, remedy. One table, one row a mistake.
+//! Answers to bad files: message, marked text, line, remedy. One table, one row a mistake.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

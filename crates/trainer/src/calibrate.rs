@@ -1,8 +1,8 @@
-//! Makes scores mean what they say: logistic recalibration (Platt 1999) on tuning frames, folded into the objectness of the
-//! network's head, so that nothing beside the model has to carry it.
+//! Calibration of scores: logistic recalibration (Platt 1999) on tuning frames, folded into the objectness of the network's head,
+//! so that no file beside the model has to carry it.
 //!
-//! A score is objectness times what the class is sure of. Where the class is sure, which is nearly everywhere, the score's
-//! logit is the objectness, and what is right for the one is right for the other.
+//! A score is objectness times the confidence in the class. Where the class is sure, which is nearly everywhere, the score's
+//! logit is the objectness, and the correction of the one is right for the other.
 
 use std::error::Error;
 use std::path::Path;

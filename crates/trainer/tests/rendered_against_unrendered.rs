@@ -14,7 +14,7 @@ use wire::setup::{Channel, Secret, Setup};
 use wire::time::{Instant, Span};
 use wire::track::{Track, Tracks};
 
-/// Class, place, heading and temperature of what stands there.
+/// Class, place, heading and temperature of the objects that stand there.
 const THINGS: [(Class, [f32; 2], f32, f32); 4] = [
     (Class::Vehicle, [2.0, -2.0], 1.2, 318.0),
     (Class::Person, [-1.0, -6.0], 0.0, 306.0),
