@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn an_entry_stands_in_the_scenario_as_if_it_had_been_written_there() {
+    fn entries_read_as_if_written_in_the_scenario() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
         let hold = &alphabet.moves[1];
         let entry = ("delay".to_owned(), hold.entry(4_000, &[hold.lasts_ms.unwrap().place(300.0), 29]));
@@ -301,8 +301,9 @@ mod tests {
         assert!(with.loss.is_empty());
     }
 
+    /// They are in the scenario without any entry, too.
     #[test]
-    fn what_the_moves_need_is_there_whatever_is_done() {
+    fn requirements_of_moves_are_always_there() {
         let with = "[with]\n\"operator.step.2.do\" = \"hold\"\n\
                     \"unit.0\" = { name = \"unit-b\", role = \"insider\", start = { at_m = [-15, 6] } }\n[[move]]";
         let alphabet = Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", with, 1)).unwrap();
@@ -334,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scenario_written_as_a_file_of_its_own_is_read_as_the_same() {
+    fn scenario_written_as_file_reads_as_the_same() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
         let with = nominal()
             .with_entries(&Settings::default(), [("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))])
@@ -345,8 +346,9 @@ mod tests {
         assert_eq!((&again.loss, &again.operator, &again.scene), (&with.loss, &with.operator, &with.scene));
     }
 
+    /// The strongest may be the smaller number.
     #[test]
-    fn a_range_runs_from_the_weakest_to_the_strongest_whichever_is_more() {
+    fn range_runs_from_weakest_to_strongest() {
         let down = Range { from: 0.9, to: 0.1, step: 0.1 };
         let values: Vec<f64> = (0..=down.last()).map(|place| down.at(place)).collect();
         assert_eq!(values, [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]);
@@ -354,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alphabet_that_makes_no_sense_is_refused_in_its_place() {
+    fn senseless_alphabet_is_refused_in_its_place() {
         for (wrong, with, message, marked) in [
             ("[500, 8000]", "[8000, 500]", "no moment to begin at", "[8000, 500]"),
             ("[500, 8000]", "[501, 509]", "no moment to begin at", "[501, 509]"),

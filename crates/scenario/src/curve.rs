@@ -103,8 +103,9 @@ mod tests {
         parse("x.toml", "x", &format!("{}{extra}", template(&Name::new("x").unwrap())))
     }
 
+    /// The expectation is that of its line.
     #[test]
-    fn each_point_has_its_value_and_its_name_and_keeps_its_lines_expectation() {
+    fn each_point_has_value_name_and_expectation() {
         let cell = "[[cell]]\nname = \"early\"\nset = { \"loss.0.at_s\" = 3 }\nexpected = [\"REJECTED\"]\n";
         let scenario = with(&format!("{cell}{CURVE}")).unwrap();
         let curve = scenario.curve.clone().unwrap();
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told_at_the_curve() {
+    fn mistakes_are_reported_at_the_curve() {
         for (from, to, message) in [
             ("[0.1, 0.5, 1]", "[0.1, 0.5, 0.5]", "no range"),
             ("[0.1, 0.5, 1]", "[0.1]", "no range"),

@@ -61,8 +61,9 @@ impl<const N: usize> JsonSchema for Hex<N> {
 mod tests {
     use super::*;
 
+    /// Any other text is refused.
     #[test]
-    fn a_row_is_read_back_as_it_was_written_and_anything_else_is_refused() {
+    fn row_is_read_back_as_written() {
         let text = "80ff00".repeat(4);
         let row = Hex::<12>::new(&text).unwrap();
         assert_eq!(row.shifts().collect::<Vec<_>>(), [[0, 127, -128]; 4]);

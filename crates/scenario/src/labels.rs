@@ -138,8 +138,9 @@ mod tests {
 
     const GOOD: &str = "head = \"yolo-v8\"\n[classes]\ncount = 4\nperson = [0]\nvehicle = [2, 3]\n";
 
+    /// An index that is not named is ignored.
     #[test]
-    fn indices_become_meanings_and_what_is_not_named_is_ignored() {
+    fn class_indices_become_meanings() {
         let vehicle = Some(Class::Vehicle);
         let classes = vec![Some(Class::Person), None, vehicle, vehicle];
         let head = Head::Yolo(Yolo { layout: Layout::V8, classes });

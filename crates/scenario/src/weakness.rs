@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_that_is_set_wrong_is_that_bound_alone() {
+    fn misset_changes_one_bound_alone() {
         let text = TEXT.replace("waive = \"guards.lease\"", "misset = { bound = \"lease_ms\", to_ms = 670 }");
         let list = Weaknesses::parse("w.toml", &text).unwrap();
         let wrong = list.weakness[1].misset.as_ref().unwrap().of(&Bounds::GROUND);
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_makes_no_sense_is_refused_in_its_place() {
+    fn senseless_list_is_refused_in_its_place() {
         assert_eq!(Weaknesses::parse("w.toml", TEXT).unwrap().weakness.len(), 2);
         for (wrong, with, message, marked) in [
             ("name = \"b\"", "name = \"a\"", "weakness a is there twice", "\"a\""),

@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scores_that_were_too_sure_are_made_less_so() {
+    fn calibration_softens_overconfident_scores() {
         // At a logit of 2 (0.88) six of ten are right, at -2 four of ten.
         let sample: Vec<(f64, bool)> =
             (0..100).map(|k| (2.0, k % 10 < 6)).chain((0..100).map(|k| (-2.0, k % 10 < 4))).collect();
