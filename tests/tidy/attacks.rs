@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::{root, sources};
 
-/// Where they are.
+/// Folder of the attacks.
 const FOLDER: &str = "crates/scenario/src/attack";
 
 /// Fields of attacks that other files read, and why.
@@ -24,7 +24,7 @@ const READ: [(&str, &str, &str); 7] = [
     ("crates/scenario/src/check.rs", "teammate", "the third unit has to be there"),
 ];
 
-/// Attacks whose actor is cast with a key of its own: the crate of participants reads whose.
+/// Attacks by an actor that is cast with a key of its own: the crate of participants reads the identity of that key.
 const CAST: [(&str, &str); 2] =
     [("crates/topology/src/station.rs", "rogue"), ("crates/topology/src/station.rs", "takeover")];
 
@@ -94,7 +94,7 @@ impl Attack for Blackout {
 }
 "#;
 
-/// A copy of the tree as git has it, without what is built.
+/// A copy of the tree as git has it, without build output.
 fn copy(to: &Path) {
     let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(root()).output().expect("git");
     for file in String::from_utf8(listed.stdout).expect("names").split('\0').filter(|file| !file.is_empty()) {
@@ -125,7 +125,7 @@ fn a_new_attack_touches_two_files() {
     let run = Command::new(env!("CARGO"))
         .args(["run", "--offline", "--locked", "--bin", "holdsafe", "--", "run", "loss"])
         .current_dir(tree.path())
-        // Cargo would take what the copy leaves in this checkout's folder for this checkout's own.
+        // Cargo would take the copy's build output in this checkout's folder for this checkout's own.
         .env("CARGO_TARGET_DIR", root().join("target/attack"))
         .output()
         .expect("cargo");

@@ -1,4 +1,5 @@
-//! The threat catalogue against scenarios, tests, documents and code: nothing untested, nothing that nothing justifies.
+//! The threat catalogue against scenarios, tests, documents and code: no row untested, and no test, check or mode without a row
+//! that justifies it.
 
 use std::fs;
 
@@ -65,7 +66,7 @@ fn every_test_that_a_row_names_exists() {
     }
 }
 
-/// A file of tests/attacks that no row knows tests something that nobody asked for, or was forgotten.
+/// A file of tests/attacks that no row knows tests a threat that is not in the catalogue, or was forgotten.
 #[test]
 fn every_attack_test_belongs_to_a_row() {
     let catalogue = catalogue();

@@ -1,7 +1,8 @@
 //! No circle between the modules at the top of a crate: each can be read, moved and tested without those that use it.
 //!
-//! A module depends on what its `crate::` paths name, and its `super::` paths where they reach the top; what the root re-exports
-//! belongs to its module. Left out are tests, and what stands in the root itself, which puts a crate together from its modules.
+//! A module depends on the names in its `crate::` paths, and in its `super::` paths where they reach the top; a name that the
+//! root re-exports belongs to its module. Left out are tests, and the code in the root itself, which puts a crate together from
+//! its modules.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -70,7 +71,8 @@ impl Graph {
     }
 }
 
-/// Code without comments and without what only tests have. As rustfmt sets it, such an item ends with its line or at the margin.
+/// Code without comments and without items that only tests have. As rustfmt sets it, such an item ends with its line or at the
+/// margin.
 fn shipped(text: &str) -> String {
     let mut kept = String::new();
     let code = code(text);
@@ -107,7 +109,7 @@ fn exports(lib: &str, modules: &BTreeSet<String>) -> BTreeMap<String, String> {
     found
 }
 
-/// What stands behind each `path` that begins there.
+/// Text behind each `path` that begins there.
 fn after<'a>(code: &'a str, path: &str) -> Vec<&'a str> {
     let begins = |at: usize| !code[..at].ends_with(|c: char| is_word(c) || c == '$');
     code.match_indices(path).filter(|(at, _)| begins(*at)).map(|(at, found)| &code[at + found.len()..]).collect()

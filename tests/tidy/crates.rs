@@ -1,17 +1,18 @@
-//! The crates: which may know which, that none becomes a room for everything, and that the program's digest covers what a trial is made of.
+//! The crates: their allowed dependencies, that none becomes a room for everything, and that the program's digest covers all that
+//! a trial is made of.
 
 use std::collections::BTreeMap;
 use std::fs;
 
 use super::{CORES, root, sources};
 
-/// What a service may know: it is a core and a process around it, and the process is of `link`.
+/// Crates that a service may know: it is a core and a process around it, and the process is of `link`.
 const SERVICE: &[&str] = &["wire", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
 const MAY_KNOW: [(&str, &[&str]); 28] = [
     ("wire", &[]),
-    // What a dossier says is what results say: it knows nothing of how they came about.
+    // A dossier states results as they are given: it does not know how they came about.
     ("dossier", &[]),
     ("parallel", &[]),
     ("stats", &[]),
@@ -27,7 +28,7 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
     ("viewer", &["wire", "sim", "perception"]),
     ("trainer", &["wire", "sim", "perception", "dataset"]),
     ("evidence", &["wire", "link"]),
-    // Who judges and who explains read the log: no service, no scenario, no run.
+    // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "evidence"]),
     ("explain", &["wire", "evidence"]),
     ("scenario", &["wire", "sim", "perception", "adversary", "parallel", "evidence"]),
@@ -163,7 +164,7 @@ fn crates() -> Vec<String> {
     folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
 }
 
-/// What a crate depends on, tests aside.
+/// Dependencies of a crate, tests aside.
 fn dependencies(name: &str) -> Vec<String> {
     let manifest = fs::read_to_string(root().join(format!("crates/{name}/Cargo.toml"))).expect("a manifest");
     let manifest: toml::Table = toml::from_str(&manifest).expect("a valid manifest");
@@ -190,7 +191,7 @@ fn dependencies_point_one_way() {
 #[test]
 fn only_link_knows_the_transport_crates() {
     assert!(CORES.iter().all(|core| crates().iter().any(|name| name == core)));
-    // The live broker is one of them; the viewer makes whole files and sends nothing.
+    // The live broker is one of them; the viewer makes whole files and sends no messages.
     for name in crates().iter().filter(|name| !["link", "broker", "viewer"].contains(&name.as_str())) {
         for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
             let knows = dependencies(name).iter().any(|d| d == transport);

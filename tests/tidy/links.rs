@@ -10,7 +10,7 @@ use crate::root;
 /// Folders that hold no documents of ours: build output, recordings, seeds of the fuzzer.
 const SKIPPED: [&str; 3] = ["target", "runs", "corpus"];
 
-/// Folders of the root whose files documents quote. `tests/` is left out: crates have one too.
+/// Folders of the root with files that documents quote. `tests/` is left out: crates have one too.
 const ROOTS: [&str; 7] = ["crates/", "docs/", "platforms/", "policies/", "references/", "scenarios/", "tools/"];
 
 /// Every Markdown file of the repository.

@@ -88,7 +88,7 @@ fn one_module_writes_lines_for_a_person() {
     }
 }
 
-/// A mutant whose place is gone is never switched on, and would be taken for one that was noticed or not.
+/// A mutant without its place is never switched on, and would be taken for one that was noticed or not.
 #[test]
 fn every_mutant_has_one_place_in_sources() {
     for list in ["mutants.toml", "properties.toml"] {
@@ -118,7 +118,7 @@ fn only_the_window_knows_how_anything_is_drawn() {
 #[test]
 fn cores_are_forked_at_one_place() {
     let call = ".fork(world)";
-    // The adversary is several cores in one, which forks as whichever it is.
+    // The adversary is several cores in one, and forks as the one that it is.
     let callers: Vec<String> = sources("crates")
         .into_iter()
         .filter(|(file, _)| !file.starts_with("crates/adversary/"))
@@ -145,7 +145,8 @@ fn verified_signatures_are_shared_by_few_crates() {
     assert_eq!(implementers, ["crates/twin/src/verified.rs"]);
 }
 
-/// A peer gives away neither name nor number (`tests/boundary`); what is left are its certificate's text and how `wire` numbers it.
+/// A peer gives away neither name nor number (`tests/boundary`); the ways left are its certificate's text and its number in
+/// `wire`.
 #[test]
 fn peer_and_origin_meet_in_attribution_alone() {
     let ways = ["PeerId::from_name", "PeerId::from_uri", "NodeId::numbered", "peer.number()", "NodeId::from_name"];

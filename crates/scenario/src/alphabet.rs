@@ -1,8 +1,8 @@
-//! An alphabet: what an adversary may do in a search, as tables of a scenario with the ranges of their numbers.
+//! An alphabet: the attack space of a search, as tables of a scenario with the ranges of their numbers.
 //!
-//! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. Who has to be
-//! there to do it, an insider with credentials or an operator who strikes one off the roll, is put into the scenario first
-//! (`with`), whatever is done then. Putting entries together, and when, is `search`'s business.
+//! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. The participants
+//! that moves require, an insider with credentials or an operator who revokes an identity, are put into the scenario first
+//! (`with`), for every combination of entries. Combining entries, and timing them, is the part of `search`.
 
 use std::path::Path;
 
@@ -19,41 +19,41 @@ const MAX_NUMBERS: usize = 4;
 /// Most values that one number takes.
 const MAX_VALUES: u32 = 100_000;
 
-/// What may be done, by how much, and when.
+/// The attack space: its moves, the ranges of their numbers, and their times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Alphabet {
     /// Name, equal to the file's name without `.toml`.
     pub name: Located<Name>,
-    /// One line on who could do all this.
+    /// One line on the adversary that could do all this.
     pub title: Text<160>,
-    /// Most moves in a word.
+    /// Most moves in an attack sequence.
     pub longest: Whole<1, 6>,
     /// First and last moment at which anything begins, milliseconds.
     pub begins_ms: Located<List<Whole<0, 3_600_000>, 2>>,
     /// Times and lengths are whole multiples of this.
     pub tick_ms: Whole<1, 1_000>,
-    /// What the moves need in the scenario: values by their path, as in a cell.
+    /// Requirements of the moves on the scenario: values by their path, as in a cell.
     #[serde(default)]
     pub with: Settings,
-    /// The moves. Where several do, shrinking prefers the earlier.
+    /// The moves. Where several suffice, shrinking prefers the earlier.
     #[serde(rename = "move")]
     pub moves: Located<List<Move, 64>>,
 }
 
-/// One thing that may be done.
+/// One action type of the adversary.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Move {
-    /// What it is called in reports.
+    /// Name in reports.
     pub name: Located<Name>,
     /// The table of a scenario that it adds an entry to.
     pub table: Name,
-    /// What is the same in each entry.
+    /// Keys that are the same in each entry.
     #[serde(default)]
     #[schemars(with = "std::collections::BTreeMap<String, serde_json::Value>")]
     pub set: Table,
-    /// How long it lasts, milliseconds, where it lasts.
+    /// Length, milliseconds, for a move that lasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lasts_ms: Option<Range>,
     /// Its numbers, each with its key.
@@ -67,7 +67,7 @@ pub struct Move {
 pub struct Number {
     /// Its key in the table.
     pub key: Name,
-    /// What it may be.
+    /// Its values.
     pub range: Range,
 }
 
@@ -112,12 +112,12 @@ impl Range {
 }
 
 impl Move {
-    /// Its numbers in order: the length, where it lasts, and then what it varies.
+    /// Its numbers in order: the length, where it lasts, and then those that it varies.
     pub fn ranges(&self) -> impl Iterator<Item = &Range> {
         self.lasts_ms.iter().chain(self.varies.iter().map(|number| &number.range))
     }
 
-    /// Whether number `n` counts time, in milliseconds.
+    /// True if number `n` counts time, in milliseconds.
     pub fn counts_time(&self, n: usize) -> bool {
         match n.checked_sub(usize::from(self.lasts_ms.is_some())) {
             Some(n) => self.varies.get(n).is_some_and(|number| number.key.as_str().ends_with("_ms")),
@@ -227,7 +227,7 @@ impl Scenario {
     /// cells and curve.
     ///
     /// # Errors
-    /// What does not fit, in words.
+    /// A setting or an entry that does not fit, in words.
     pub fn with_entries(
         &self,
         with: &Settings,
@@ -245,12 +245,12 @@ impl Scenario {
         scenario.fitting()
     }
 
-    /// Has it say what it is; as much of it as there is room for.
+    /// Sets its title and description, each cut to the room there is.
     pub fn describe(&mut self, title: &str, description: &str) {
         (self.title, self.description) = (Text::cut(title), Text::cut(description));
     }
 
-    /// The scenario as a file of its own: under that name, with its scene in it, without what is empty.
+    /// The scenario as a file of its own: under that name, with its scene in it, without empty lists and tables.
     ///
     /// # Errors
     /// Where TOML cannot say it; a defect of ours.
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn an_entry_stands_in_the_scenario_as_if_it_had_been_written_there() {
+    fn entries_read_as_if_written_in_the_scenario() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
         let hold = &alphabet.moves[1];
         let entry = ("delay".to_owned(), hold.entry(4_000, &[hold.lasts_ms.unwrap().place(300.0), 29]));
@@ -301,8 +301,9 @@ mod tests {
         assert!(with.loss.is_empty());
     }
 
+    /// They are in the scenario without any entry, too.
     #[test]
-    fn what_the_moves_need_is_there_whatever_is_done() {
+    fn requirements_of_moves_are_always_there() {
         let with = "[with]\n\"operator.step.2.do\" = \"hold\"\n\
                     \"unit.0\" = { name = \"unit-b\", role = \"insider\", start = { at_m = [-15, 6] } }\n[[move]]";
         let alphabet = Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", with, 1)).unwrap();
@@ -334,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scenario_written_as_a_file_of_its_own_is_read_as_the_same() {
+    fn scenario_written_as_file_reads_as_the_same() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
         let with = nominal()
             .with_entries(&Settings::default(), [("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))])
@@ -345,8 +346,9 @@ mod tests {
         assert_eq!((&again.loss, &again.operator, &again.scene), (&with.loss, &with.operator, &with.scene));
     }
 
+    /// The strongest may be the smaller number.
     #[test]
-    fn a_range_runs_from_the_weakest_to_the_strongest_whichever_is_more() {
+    fn range_runs_from_weakest_to_strongest() {
         let down = Range { from: 0.9, to: 0.1, step: 0.1 };
         let values: Vec<f64> = (0..=down.last()).map(|place| down.at(place)).collect();
         assert_eq!(values, [0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]);
@@ -354,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn an_alphabet_that_makes_no_sense_is_refused_in_its_place() {
+    fn senseless_alphabet_is_refused_in_its_place() {
         for (wrong, with, message, marked) in [
             ("[500, 8000]", "[8000, 500]", "no moment to begin at", "[8000, 500]"),
             ("[500, 8000]", "[501, 509]", "no moment to begin at", "[501, 509]"),

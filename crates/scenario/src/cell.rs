@@ -12,30 +12,30 @@ use super::step::When;
 use super::value::{Label, List, Located, Name, Real, Whole};
 use super::{Scenario, check};
 
-/// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
+/// Earliest time at which a process is killed, seconds: authority is held by then, also where arming took a second try.
 const KILL_AT_S: f64 = 3.6;
-/// By how much later at most: before and after the act, and while the unit still drives.
+/// Range of the phase added to it, seconds: kills fall before and after the act, and while the unit still drives.
 const KILL_PHASE_S: [f64; 2] = [0.0, 2.4];
-/// When the operator asks for a HOLD through a dead broker, seconds: after the latest kill, while the unit still drives.
+/// Time at which the operator asks for a HOLD through a dead broker, seconds: after the latest kill, while the unit still drives.
 const HOLD_AT_S: f64 = 6.2;
 /// Length of a kill's trial, seconds: unused authority has expired and the plant stands.
 const KILL_DURATION_S: f64 = 10.5;
 
-/// How long a process hangs or is slow at a change of mode, seconds: longer than every bound.
+/// Time for which a process hangs or is slow at a change of mode, seconds: longer than every bound.
 const SUSPENDED_S: f64 = 3.0;
-/// The share of the time that a slow one has.
+/// Share of the time for which a slow process runs.
 const SLOW_QUOTA: f64 = 0.25;
-/// Its period. The operator acts on a grid of 100 ms and the change of mode follows at once: a quota's own 100 ms would put
-/// every later order just behind a stop, and a slow broker would hold up nothing.
+/// Its period. The operator acts on a grid of 100 ms and the change of mode follows at once: a quota's own 100 ms would put every
+/// later order just behind a stop, and a slow broker would delay none of them.
 const SLOW_PERIOD_MS: i64 = 110;
-/// When the operator asks for a HOLD through a broker that does nothing, seconds: after every change of mode.
+/// Time at which the operator asks for a HOLD through a broker that is dead, hung or slow, seconds: after every change of mode.
 const LATE_HOLD_S: f64 = 7.4;
 
-/// One variation of a scenario: what is set in it, under which policy, and what must come of it.
+/// One variation of a scenario: its settings, its policy and its expected classes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// What it is called: names joined by `/`.
+    /// Name: parts joined by `/`.
     pub name: Located<Label>,
     /// Values that replace the scenario's, by their path in the file: `"delay.0.by_ms" = 40`.
     #[serde(default)]
@@ -54,23 +54,22 @@ pub struct Cell {
 pub struct Under {
     /// The policy.
     pub policy: Located<Name>,
-    /// What must come of it.
+    /// Classes that are expected under it.
     pub expected: Located<List<Outcome, 9>>,
 }
 
 /// A scenario with one cell's settings in force.
 #[derive(Clone, Debug)]
 pub struct Variation {
-    /// The cell's name, or nothing where the scenario has no cells.
+    /// The cell's name, or `None` where the scenario has no cells.
     pub cell: Option<String>,
     /// The scenario as it is to be run; its policy and expected classes are the cell's, and it has no cells.
     pub scenario: Scenario,
 }
 
 impl Scenario {
-    /// Every variation, in the order of the file. With `policy` given, only those under it: the cells that name it, and
-    /// whatever names none with the classes that `[[under]]` expects (none where nothing is declared, so that no class
-    /// counts as unexpected).
+    /// Every variation, in the order of the file. With `policy` given, only those under it: the cells that name it, and all that
+    /// name none with the classes that `[[under]]` expects (none where none are declared, so that no class counts as unexpected).
     pub fn variations(&self, policy: Option<&str>) -> Vec<Variation> {
         if self.is_of_stacks() {
             let one = |(cell, scenario)| Variation { cell: Some(cell), scenario };
@@ -89,9 +88,8 @@ impl Scenario {
         wanted.map(with).collect()
     }
 
-    /// The same scenario, `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that
-    /// shows what the protection costs. False trips are what it measures, so they are expected. Values out of range are
-    /// cut to it.
+    /// The same scenario, `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that shows
+    /// the cost of the protection. It measures false trips, so they are expected. Values out of range are cut to it.
     pub fn soak(&self, duration_s: f64, loss: f64) -> Scenario {
         let mut scenario = self.clone();
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
@@ -115,8 +113,8 @@ impl Scenario {
         scenario
     }
 
-    /// The same scenario with `process` killed at a moment that the seed draws, while the platform is READY or holds
-    /// authority. Where that is the broker, which nothing but commands depends on, the operator then asks for a HOLD.
+    /// The same scenario with `process` killed at a moment that the seed draws, while the platform is READY or holds authority.
+    /// Where that is the broker, on which only commands depend, the operator then asks for a HOLD.
     pub fn killing(&self, process: Process, expected: &[Outcome]) -> Scenario {
         let mut scenario = self.clone();
         let at = |seconds: f64| Located::nowhere(Real::nearest(seconds));
@@ -130,21 +128,21 @@ impl Scenario {
         scenario
     }
 
-    /// Has it expect these classes.
+    /// Sets the expected classes.
     pub fn expect(&mut self, classes: impl IntoIterator<Item = Outcome>) {
         self.expected = Located::nowhere(List::of(classes));
     }
 
-    /// The same scenario, of which nothing is believed: expected INVALID.
+    /// The same scenario, expected INVALID: none of its evidence is believed.
     pub fn sabotaged(&self) -> Scenario {
         let mut scenario = self.clone();
         scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
         scenario
     }
 
-    /// The same scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another.
-    /// The scenario's faults are kept only where that change comes of them, so that each planned one can arrive. Through a
-    /// broker that does nothing the operator then asks for a HOLD.
+    /// The same scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another. The
+    /// scenario's faults are kept only where that change comes of them, so that each planned one can arrive. Where the process is
+    /// the broker, the operator then asks for a HOLD through it.
     pub fn ending_at(
         &self,
         process: Process,
@@ -191,7 +189,7 @@ impl Scenario {
     /// The scenario with a cell's settings, policy and expected classes in force.
     ///
     /// # Errors
-    /// Why a setting does not fit, in words.
+    /// The setting that does not fit, in words.
     pub(super) fn with(&self, cell: &Cell) -> Result<Scenario, String> {
         let mut scenario = cell.set.applied_to(self)?;
         if let Some(policy) = &cell.policy {
@@ -205,10 +203,10 @@ impl Scenario {
 }
 
 impl Variation {
-    /// Its scenario with `settings` in force, held to what a cell of the file is held to.
+    /// Its scenario with `settings` in force, checked as a cell of the file is.
     ///
     /// # Errors
-    /// Which path leads nowhere, which value does not fit there, or what no longer fits together, in words.
+    /// A path that leads nowhere, a value that does not fit there, or parts that no longer fit together, in words.
     pub fn with(&self, settings: &Settings) -> Result<Scenario, String> {
         settings.applied_to(&self.scenario)?.fitting()
     }
@@ -218,11 +216,11 @@ impl Scenario {
     /// Itself, where it fits together as a file of its own would have to.
     ///
     /// # Errors
-    /// What does not, in words.
+    /// The first mistake, in words.
     pub(super) fn fitting(self) -> Result<Scenario, String> {
         let mut as_file = self.clone();
         if as_file.expected.is_empty() {
-            // Under a policy of which nothing was declared no class is expected, which no file may say.
+            // A file has to expect a class; a scenario expects none under a policy that declares none.
             as_file.expect([Outcome::Nominal]);
         }
         match check::varied(&as_file).into_iter().next() {
@@ -232,7 +230,7 @@ impl Scenario {
     }
 }
 
-/// The operator asks for a HOLD then, whatever the display shows.
+/// The operator asks for a HOLD then, in any displayed state.
 fn hold_at(seconds: f64) -> Step {
     Step {
         at_s: Located::nowhere(Real::nearest(seconds)),

@@ -1,4 +1,4 @@
-//! What must fit together in a scenario: names, times, units, polygon, script, cells.
+//! Checks of the parts of a scenario against each other: names, times, units, polygon, script, cells.
 //!
 //! Ranges of single values are held by their types (`scenario::value`); this file looks at values side by side. Each
 //! finding names its place and its remedy.
@@ -16,7 +16,7 @@ use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
 
-/// Everything that does not fit in a scenario whose file is named `stem`; its scene is looked at by [`scene`].
+/// Every mistake in a scenario with a file named `stem`; its scene is looked at by [`scene`].
 pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     let mut found = Vec::new();
     if s.name.as_str() != stem {
@@ -39,7 +39,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(stacks(s));
     found.extend(check_steps::steps(s));
     found.extend(kills(s));
-    // What does not fit without any cell is told once.
+    // A mistake that is there without any cell is reported once.
     if found.is_empty() {
         found.extend(cells(s));
         found.extend(curve(s));
@@ -47,7 +47,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found
 }
 
-/// What goes with which ending of a process.
+/// Mistakes in the keys of a process fault; each ending takes its own.
 fn kills(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     for kill in &s.kill {
@@ -95,7 +95,7 @@ fn conditions(s: &Scenario) -> Vec<Finding> {
     lost.into_iter().chain(held).collect()
 }
 
-/// What is done to the real stacks: each cell once, and nothing that an end cannot do.
+/// Mistakes in the tables of the real stacks: each cell once, and no action that its end cannot do.
 fn stacks(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     if s.is_of_stacks() != (s.evidence == Evidence::Stack) {
@@ -174,10 +174,10 @@ fn times(s: &Scenario) -> Vec<Finding> {
 const SKEW: (u8, u8) = (perception::content::REPEATS, sim::fault::MAX_SKEW);
 const CHAFF: (u8, u8) = (perception::CROWD as u8, sim::fault::MAX_CHAFF);
 
-/// By how much of 255 a byte may be changed.
+/// Range of a change to a byte, of 255.
 const STRENGTH: (u8, u8) = (0, sim::fault::MAX_STRENGTH);
 
-/// Whether this is a whole number within these.
+/// True if this is a whole number within these.
 fn counts(number: f64, (least, most): (u8, u8)) -> bool {
     number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
 }
@@ -335,7 +335,7 @@ fn operator(s: &Scenario) -> Vec<Finding> {
     found
 }
 
-/// Whether the operator's steps can bring the mission so far.
+/// True if the operator's steps can bring the mission so far.
 fn leads_to(s: &Scenario, stage: Stage) -> bool {
     stage == Stage::None || s.operator.step.iter().any(|step| Stage::of(*step.verb) >= stage)
 }
@@ -376,12 +376,12 @@ fn curve(s: &Scenario) -> Vec<Finding> {
     found
 }
 
-/// Everything that does not fit in a scenario that differs from its file, and in its scene.
+/// Every mistake in a scenario that differs from its file, and in its scene.
 pub(super) fn varied(s: &Scenario) -> Vec<Finding> {
     scenario(s, s.name.as_str()).into_iter().chain(s.scene.iter().flat_map(scene)).collect()
 }
 
-/// Everything that does not fit in a scene.
+/// Every mistake in a scene.
 pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
     let mut found = doubles(scene.object.iter().map(|o| &o.name));
     for object in &scene.object {
@@ -409,7 +409,7 @@ pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
     found
 }
 
-/// Whether the footprint of an object, where it stands first, holds this point.
+/// True if the footprint of an object, where it stands first, holds this point.
 fn covers(object: &Object, at_m: &Point) -> bool {
     let Some(place) = object.path_m.first() else { return false };
     let (east, north) = (at_m[0].get() - place[0].get(), at_m[1].get() - place[1].get());
@@ -425,7 +425,7 @@ fn covers(object: &Object, at_m: &Point) -> bool {
     ahead.abs() * 2.0 < object.size_m[0].get() && aside.abs() * 2.0 < object.size_m[1].get()
 }
 
-/// Everything that does not fit in a platform file named `stem`.
+/// Every mistake in a platform file named `stem`.
 pub(super) fn platform(platform: &Platform, stem: &str) -> Vec<Finding> {
     let mut found = Vec::new();
     if platform.name.as_str() != stem {
@@ -460,7 +460,7 @@ fn doubles<'a>(names: impl Iterator<Item = &'a Located<Name>>) -> Vec<Finding> {
         .collect()
 }
 
-/// Whether a point lies inside a polygon, by counting crossings.
+/// True if a point lies inside a polygon, by counting crossings.
 fn inside(fence: &[(f64, f64)], (x, y): (f64, f64)) -> bool {
     let mut odd = false;
     for (i, &(x1, y1)) in fence.iter().enumerate() {

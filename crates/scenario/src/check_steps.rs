@@ -1,4 +1,4 @@
-//! What must fit together in the steps of a scenario: names, what waits for what, and the level of knowledge.
+//! Checks of the steps of a scenario against each other: names, waits for other steps, and the level of knowledge.
 
 use evidence::trial::Knowledge;
 use wire::step::{MAX_STEP_NAME, StepName};
@@ -8,7 +8,7 @@ use super::step::{Trigger, When};
 use super::timed::Windowed;
 use super::{Located, Scenario};
 
-/// Everything that does not fit.
+/// Every mistake in its steps.
 pub(super) fn steps(s: &Scenario) -> Vec<Finding> {
     let windows = s.windows();
     let mut found = Vec::new();
@@ -50,7 +50,7 @@ fn condition(when: &Located<When>) -> Option<Finding> {
     }
 }
 
-/// What the table does by itself may need more than its level.
+/// The table's own action may need more than its level.
 fn content(s: &Scenario, window: &dyn Windowed) -> Option<Finding> {
     let (needs, level) = (window.needs(), level(s, window));
     let at = window.timing().knowledge.or(s.knowledge.as_ref());
@@ -67,7 +67,7 @@ fn declared(s: &Scenario, window: &dyn Windowed) -> Option<Finding> {
     Some(finding(own, message, "raise the scenario's `knowledge`, or take this out"))
 }
 
-/// What is waited for has to be within the level, and within sight of the place that waits.
+/// The event that is waited for has to be within the level, and within sight of the place that waits.
 fn known(s: &Scenario, window: &dyn Windowed, when: &Located<When>, trigger: Trigger<'_>) -> Option<Finding> {
     let (needs, level) = (trigger.needs(), level(s, window));
     if needs > level {

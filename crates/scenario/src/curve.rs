@@ -1,7 +1,7 @@
-//! A curve: one value of a scenario taken through a range, and what is read off it.
+//! A curve: one value of a scenario taken through a range, and the classes that count as detection and as harm.
 //!
-//! The lines of a curve are the scenario's cells, or the scenario itself where it has none. Every point runs on the same
-//! seeds, so that points differ by the value and by nothing else. Running it is the verb `curve`'s business.
+//! The lines of a curve are the scenario's cells, or the scenario itself where it has none. Every point runs on the same seeds,
+//! so that points differ by the value alone. The verb `curve` runs it.
 
 use evidence::trial::Outcome;
 use schemars::JsonSchema;
@@ -19,7 +19,7 @@ const MAX_POINTS: usize = 64;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Curve {
-    /// What the curve shows, for its heading.
+    /// Heading of the curve.
     pub title: Text<120>,
     /// Path of the value, as in a cell's `set`.
     pub set: Located<Text<96>>,
@@ -33,7 +33,7 @@ pub struct Curve {
     /// Classes that say that it did harm.
     #[serde(default = "harm")]
     pub harm: List<Outcome, 9>,
-    /// How far from the truth, in metres, a teammate's accepted claims lead before they have done harm too.
+    /// Distance from the truth, in metres, beyond which a teammate's accepted claims have done harm too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub harm_beyond_m: Option<Real<0, 1_000_000>>,
     /// Classes that any point may end in, in place of each line's own.
@@ -53,7 +53,7 @@ impl Curve {
     /// One line with one of the values in force; its cell is named `line @ value unit`.
     ///
     /// # Errors
-    /// Why the value does not fit, in words.
+    /// The value that does not fit, in words.
     pub fn at(&self, line: &Variation, value: f64) -> Result<Variation, String> {
         let mut scenario = self.setting(value).applied_to(&line.scenario)?;
         if let Some(expected) = &self.expected {
@@ -83,7 +83,7 @@ impl Scenario {
             true => vec![of(None)],
             false => self.cell.iter().map(|cell| of(Some(cell))).collect(),
         };
-        // A line that does not fit is its cell's error, told there.
+        // A line that does not fit is an error of its cell, reported there.
         let lines: Vec<Variation> =
             lines.into_iter().flatten().map(|scenario| Variation { cell: None, scenario }).collect();
         let at = |line: &Variation, value: f64| curve.at(line, value).map(|point| point.scenario);
@@ -103,8 +103,9 @@ mod tests {
         parse("x.toml", "x", &format!("{}{extra}", template(&Name::new("x").unwrap())))
     }
 
+    /// The expectation is that of its line.
     #[test]
-    fn each_point_has_its_value_and_its_name_and_keeps_its_lines_expectation() {
+    fn each_point_has_value_name_and_expectation() {
         let cell = "[[cell]]\nname = \"early\"\nset = { \"loss.0.at_s\" = 3 }\nexpected = [\"REJECTED\"]\n";
         let scenario = with(&format!("{cell}{CURVE}")).unwrap();
         let curve = scenario.curve.clone().unwrap();
@@ -118,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told_at_the_curve() {
+    fn mistakes_are_reported_at_the_curve() {
         for (from, to, message) in [
             ("[0.1, 0.5, 1]", "[0.1, 0.5, 0.5]", "no range"),
             ("[0.1, 0.5, 1]", "[0.1]", "no range"),

@@ -1,10 +1,10 @@
-//! Which way an attack on a path works.
+//! Direction in which an attack on a path works.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
 
-/// Which way the datagrams or bytes go.
+/// Direction of the datagrams or bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
@@ -18,12 +18,12 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// Whether it covers the way from the platform to the gateway.
+    /// True if it covers the way from the platform to the gateway.
     pub fn covers_up(self) -> bool {
         matches!(self, Direction::Up | Direction::Both)
     }
 
-    /// Whether it covers the way from the gateway to the platform.
+    /// True if it covers the way from the gateway to the platform.
     pub fn covers_down(self) -> bool {
         matches!(self, Direction::Down | Direction::Both)
     }

@@ -1,8 +1,8 @@
-//! `extends`: a scenario takes what it leaves out from another one.
+//! `extends`: a scenario takes the keys that it leaves out from another one.
 //!
-//! Keys that a file gives replace those of its *base* whole, lists and tables as well. What a scenario is about, its name,
-//! threats, expected classes and cells, is never taken over ([`OWN`]). The texts of all files stand one after the other in
-//! one space of places, so that each error points into the file that it is in ([`Sources`]).
+//! Keys that a file gives replace those of its *base* whole, lists and tables as well. The keys that state the subject of a
+//! scenario, its name, threats, expected classes and cells, are never taken over ([`OWN`]). The texts of all files stand one
+//! after the other in one space of places, so that each error points into the file that it is in ([`Sources`]).
 
 use std::fs;
 use std::ops::Range;
@@ -99,7 +99,7 @@ impl Sources {
         Ok(Some(base))
     }
 
-    /// The scenario, with what it takes from its bases.
+    /// The scenario, with the keys taken from its bases.
     pub(super) fn read(&self) -> Result<Scenario, Problems> {
         let mut tables = self.texts.iter().map(Text::table);
         let mut whole = tables.next().expect("invariant: a scenario has its own text")?;
@@ -120,7 +120,7 @@ impl Sources {
         })
     }
 
-    /// That something is wrong at a place.
+    /// A problem at a place.
     pub(super) fn problem(
         &self,
         bytes: Range<usize>,

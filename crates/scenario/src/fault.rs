@@ -9,16 +9,16 @@ use super::value::{List, Located, Real, Seconds, Share, Whole};
 timed! {
     /// A fault of one sensor.
     Fault lasts duration_s {
-        /// Which sensor.
+        /// The sensor.
         sensor: Sensor,
-        /// What goes wrong.
+        /// Kind of the failure.
         kind: FaultKind,
         /// A further uniform shift of the start, this fault's own.
         #[serde(default)]
         jitter_s: Real<0, 10_000>,
         /// Length.
         duration_s: Seconds,
-        /// How much, in the unit of the kind (see [`FaultKind`]).
+        /// Size, in the unit of the kind (see [`FaultKind`]).
         #[serde(default)]
         magnitude: Option<Located<Magnitude>>,
     }
@@ -45,20 +45,20 @@ pub enum Sensor {
     Localisation,
 }
 
-/// How a sensor fails.
+/// Kind of failure of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultKind {
-    /// Nothing comes. Takes no magnitude.
+    /// No reading comes. Takes no magnitude.
     Dropout,
     /// The last reading comes again with a fresh stamp. Takes no magnitude.
     Freeze,
-    /// A camera (colour, thermal) shows what it saw some time ago under fresh stamps: magnitude `[frames]`, 4 to 32.
+    /// A camera (colour, thermal) shows an earlier view under fresh stamps: magnitude `[frames]`, 4 to 32.
     Skew,
     /// The colour stage finds so many weak detections in each frame: magnitude `[count]`, 12 to 32.
     Chaff,
-    /// The scene's `perturbation` is added to each colour image: magnitude `[strength]`, by how much of 255 a byte is changed at most, 0 to
-    /// 100.
+    /// The scene's `perturbation` is added to each colour image: magnitude `[strength]`, the largest change of a byte, of 255, 0
+    /// to 100.
     Perturbation,
     /// More noise: magnitude `[factor]`, at least 1.
     Noise,
@@ -75,7 +75,7 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
-    /// How many numbers its magnitude has.
+    /// Count of the numbers in its magnitude.
     pub fn numbers(self) -> usize {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
@@ -85,7 +85,7 @@ impl FaultKind {
         }
     }
 
-    /// Whether `sensor` can fail so.
+    /// True if `sensor` can fail so.
     pub fn fits(self, sensor: Sensor) -> bool {
         match self {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
@@ -102,15 +102,15 @@ impl FaultKind {
 timed! {
     /// A process that ends, hangs, is slow or finds its disk full.
     Kill lasts duration_s {
-        /// Which one.
+        /// The process.
         process: Process,
-        /// How.
+        /// Kind of the fault.
         #[serde(default)]
         ending: Ending,
-        /// How long it hangs, is slow, or has no room on its disk.
+        /// Time for which it hangs, is slow, or has no room on its disk.
         #[serde(default)]
         duration_s: Seconds,
-        /// For a slow one: the share of each period for which it runs. For the rest it is stopped, whatever it would do.
+        /// For a slow one: the share of each period for which it runs. For the rest it is stopped unconditionally.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         quota: Option<Located<Share>>,
         /// For a slow one: the period. 100 ms are the kernel's own for processor quotas.
@@ -123,7 +123,7 @@ timed! {
 }
 
 impl Kill {
-    /// This befalls `process` at once and for no time; the rest is to be filled in.
+    /// A fault of `process` at once and for no time; the rest is to be filled in.
     pub(super) fn of(process: Process, ending: Ending) -> Self {
         Self {
             process,
@@ -162,18 +162,18 @@ pub enum Process {
     Recorder,
 }
 
-/// How a process ends.
+/// Kind of fault of a process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Ending {
     /// At once, without a last word.
     #[default]
     Kill,
-    /// It stays and does nothing for a time; what is sent to it waits, as far as there is room.
+    /// It stays and does no work for a time; messages to it wait, as far as there is room.
     Hang,
     /// It runs for a share of the time.
     Slow,
-    /// It runs, and its disk takes nothing more for a time. The recorder only.
+    /// It runs, and its disk takes no more for a time. The recorder only.
     Full,
 }
 

@@ -1,4 +1,4 @@
-//! Something that does not fit in a scenario, at its place in the file.
+//! A mistake in a scenario, at its place in the file.
 
 use std::ops::Range;
 
@@ -6,22 +6,22 @@ use wire::id::NodeId;
 
 use super::{Located, Name};
 
-/// Something that does not fit.
+/// A mistake in a scenario.
 pub struct Finding {
-    /// Where.
+    /// Its place.
     pub(super) bytes: Range<usize>,
-    /// What.
+    /// The message.
     pub(super) message: String,
-    /// What to do.
+    /// The remedy.
     pub(super) remedy: String,
 }
 
-/// That this does not fit at the place of a value.
+/// A mistake at the place of a value.
 pub(super) fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
     Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
 }
 
-/// That a name is no identity's.
+/// A mistake where a name is no identity's.
 pub(super) fn unknown(name: &Located<Name>) -> Option<Finding> {
     let remedy = "name one of the closed set, such as `operator-2`";
     NodeId::from_name(name.as_str()).is_none().then(|| finding(name, "no such identity", remedy))

@@ -1,11 +1,11 @@
-//! A row of numbers as one line of hexadecimal digits, two each: what is printed, heated or added to an image, field by field.
+//! A row of numbers as one line of hexadecimal digits, two each: a print, its heat or a shift of an image, field by field.
 
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
-/// So much of a row that is refused says which one it is.
+/// Characters of a refused row that its message quotes.
 const BEGINS: usize = 16;
 
 /// `N` bytes.
@@ -61,8 +61,9 @@ impl<const N: usize> JsonSchema for Hex<N> {
 mod tests {
     use super::*;
 
+    /// Any other text is refused.
     #[test]
-    fn a_row_is_read_back_as_it_was_written_and_anything_else_is_refused() {
+    fn row_is_read_back_as_written() {
         let text = "80ff00".repeat(4);
         let row = Hex::<12>::new(&text).unwrap();
         assert_eq!(row.shifts().collect::<Vec<_>>(), [[0, 127, -128]; 4]);

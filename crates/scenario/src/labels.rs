@@ -1,12 +1,12 @@
-//! The file beside a detector that somebody brings: how its output is read, and what its classes are to the platform.
+//! The file beside a custom detector: the head that reads its output, and the meaning of its classes to the platform.
 //!
 //! ```toml
 //! head = "yolo-v8"          # or "yolo-v5", or "grid" for the shipped detector's
-//! sha256 = "…"              # the model's; where it is left out, whatever file is there is taken, and its hash recorded
+//! sha256 = "…"              # the model's; where it is left out, any file is taken, and its hash recorded
 //!
 //! [classes]                 # not for "grid"
 //! count = 80                # how many the model knows
-//! person = [0]              # their indices; what is not named is ignored
+//! person = [0]              # their indices; any other is ignored
 //! vehicle = [2, 5, 7]
 //! ```
 
@@ -20,10 +20,10 @@ use wire::sensor::Class;
 use super::file::read_text;
 use super::{Located, Problem, Problems};
 
-/// What such a file says.
+/// Content of such a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Labels {
-    /// How the output is read.
+    /// The head that reads the output.
     pub head: Head,
     /// SHA-256 of the model, where it is pinned.
     pub sha256: Option<String>,
@@ -62,7 +62,7 @@ struct Classes {
 /// Reads and checks the labels at `path`.
 ///
 /// # Errors
-/// What is wrong with them, in its place.
+/// A mistake in them, in its place.
 pub fn load_labels(path: &Path) -> Result<Labels, Problems> {
     let file = path.display().to_string();
     parse_labels(&file, &read_text(path, &file)?)
@@ -71,7 +71,7 @@ pub fn load_labels(path: &Path) -> Result<Labels, Problems> {
 /// Checks the text of labels by itself.
 ///
 /// # Errors
-/// What is wrong with it, with `file` as its name.
+/// A mistake in it, with `file` as its name.
 pub fn parse_labels(file: &str, text: &str) -> Result<Labels, Problems> {
     let at = |bytes, message: String, remedy: &str| Problem::at(file, text, bytes, message, remedy);
     let read: File = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
@@ -102,10 +102,10 @@ pub fn parse_labels(file: &str, text: &str) -> Result<Labels, Problems> {
     Ok(Labels { head, sha256: read.sha256.map(|pin| pin.to_ascii_lowercase()) })
 }
 
-/// What is wrong, and where.
+/// A mistake: its place and its message.
 type Wrong = (std::ops::Range<usize>, String);
 
-/// What each of the model's classes is to the platform.
+/// Meaning of each of the model's classes to the platform.
 fn meanings(classes: &Located<Classes>) -> Result<Vec<Option<Class>>, Wrong> {
     let count = *classes.count;
     if !(1..=MAX_CLASSES).contains(&count) {
@@ -138,8 +138,9 @@ mod tests {
 
     const GOOD: &str = "head = \"yolo-v8\"\n[classes]\ncount = 4\nperson = [0]\nvehicle = [2, 3]\n";
 
+    /// An index that is not named is ignored.
     #[test]
-    fn indices_become_meanings_and_what_is_not_named_is_ignored() {
+    fn class_indices_become_meanings() {
         let vehicle = Some(Class::Vehicle);
         let classes = vec![Some(Class::Person), None, vehicle, vehicle];
         let head = Head::Yolo(Yolo { layout: Layout::V8, classes });

@@ -1,11 +1,11 @@
-//! A scenario: one TOML file that says what world, what attack, what evidence, and what must come of it.
+//! A scenario: one TOML file with the world, the attack, the kind of evidence, and the expected outcomes.
 //!
 //! Terms: a *cell* is one variation of a scenario with its own policy and its own expected classes; a *phase* is the
 //! shift that a seed gives to the times of all attacks and faults. One array per kind (`[[delay]]`, `[[replay]]`, …):
 //! tagged enums would lose the position of errors. Each kind of attack is a file of `attack`.
 //!
-//! These are plain data. Carrying them out belongs to the twin, the live launcher and the services; `read` takes a file
-//! in, `check` says what must fit together, `problem` shows an error in its file.
+//! These are plain data. Carrying them out belongs to the twin, the live launcher and the services; `read` takes a file in,
+//! `check` holds its parts against each other, `problem` shows an error in its file.
 
 mod alphabet;
 mod attack;
@@ -106,32 +106,32 @@ attack::with_attacks! {
         pub schema_version: Whole<SCHEMA_VERSION, SCHEMA_VERSION>,
         /// Name, equal to the file's name without `.toml`.
         pub name: Located<Name>,
-        /// Another scenario, by name, from which keys are taken that are left out here: all but those that say what a
-        /// scenario is about, from `title` to `expected`, and its cells. It is a file of the same folder or a shipped one.
-        /// After loading it is gone, and what it gave is there.
+        /// Another scenario, by name, from which keys are taken that are left out here: all but those that state the subject of a
+        /// scenario, from `title` to `expected`, and its cells. It is a file of the same folder or a shipped one. After loading
+        /// this key is gone, and the keys that it gave are there.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub extends: Option<Located<Name>>,
         /// One line for tables.
         pub title: Text<120>,
-        /// What is done to whom, and what must then happen.
+        /// The attack, its target, and the reaction that must follow.
         pub description: Text<4000>,
         /// Rows of the threat catalogue.
         pub threats: Located<List<Located<ThreatId>, 16>>,
-        /// Which of STRIDE.
+        /// Categories of STRIDE.
         pub stride: List<Stride, 6>,
         /// ATT&CK and ATLAS techniques.
         #[serde(default)]
         pub techniques: List<TechniqueId, 24>,
         /// The boundary that is attacked.
         pub interface: Interface,
-        /// Where the evidence comes from; n of different kinds is never added.
+        /// Source of the evidence; n of different kinds is never added.
         pub evidence: Evidence,
-        /// What the scenario puts to the test.
+        /// The requirement that is put to the test.
         pub requirement: Requirement,
-        /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
+        /// Knowledge of the adversary while the run is on; by default, the level that the kinds of attack need.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub knowledge: Option<Located<Knowledge>>,
-        /// How far the mission has to come before the attack for a trial to show anything; where nothing is said, as far as the
+        /// Stage that the mission has to reach before the attack for a trial to show anything; by default, the one to which the
         /// operator's steps before the attack lead.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub mission: Option<Located<Stage>>,
@@ -143,21 +143,21 @@ attack::with_attacks! {
         /// Platform by name, a file of `platforms/`.
         #[serde(default = "default_platform")]
         pub platform: Located<Name>,
-        /// Length of a trial; of no account on the real stacks, which run until nothing more comes.
+        /// Length of a trial; of no account on the real stacks, which run until no more messages come.
         pub duration_s: Located<Real<100, 3_600_000>>,
         /// Bounds of the platform that this scenario tightens.
         #[serde(default)]
         pub bounds: Tightened,
-        /// What a seed varies.
+        /// Quantities that a seed varies.
         #[serde(default)]
         pub varies: Varies,
         /// A file with the scene, below the directory of the scenario; instead of `[scene]`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub scene_file: Option<Located<RelativePath>>,
-        /// The world. After loading it is there, but for what runs on the real stacks.
+        /// The world. After loading it is there, but for scenarios on the real stacks.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub scene: Option<Scene>,
-        /// What the operator does.
+        /// The operator's script.
         #[serde(default)]
         pub operator: Operator,
         /// Teammates beside the platform under test.
@@ -168,7 +168,7 @@ attack::with_attacks! {
         #[serde(default)]
         pub conditions: Conditions,
 
-        /// How far the models of sensors and plant are off.
+        /// Errors of the models of sensors and plant.
         #[serde(default)]
         pub models: Models,
 
@@ -183,19 +183,19 @@ attack::with_attacks! {
         #[serde(default)]
         pub mandate: List<Mandate, 8>,
 
-        /// On the real stacks: somebody with a certificate that is no good.
+        /// On the real stacks: an impostor with a certificate that is no good.
         #[serde(default)]
         pub impostor: List<stack::Impostor, 64>,
-        /// On the real stacks: somebody who offers less than the pinned protocol.
+        /// On the real stacks: an adversary that offers less than the pinned protocol.
         #[serde(default)]
         pub downgrade: List<stack::Downgrade, 64>,
-        /// On the real stacks: somebody without a key in the path of an association.
+        /// On the real stacks: an adversary without a key in the path of an association.
         #[serde(default)]
         pub handle: List<stack::Handle, 64>,
-        /// On the real stacks: strangers by the thousand.
+        /// On the real stacks: unknown peers by the thousand.
         #[serde(default)]
         pub storm: List<stack::Storm, 64>,
-        /// On the real stacks: somebody who only looks.
+        /// On the real stacks: a passive observer.
         #[serde(default)]
         pub observe: List<stack::Observe, 64>,
 

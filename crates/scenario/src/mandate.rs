@@ -1,4 +1,4 @@
-//! How long operators and teammates are admitted.
+//! Validity of operators and teammates: the time for which they are admitted.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,8 +9,8 @@ use super::value::{Located, Name, Seconds};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mandate {
-    /// Who: an operator or a teammate.
+    /// The identity: an operator or a teammate.
     pub who: Located<Name>,
-    /// Until when, on the clock of whoever judges it, from its start.
+    /// End of the admission, on the clock of the service that judges it, from its start.
     pub until_s: Seconds,
 }

@@ -1,8 +1,8 @@
-//! What the operator does, as a script: each step waits for its time and for what is displayed, then acts.
+//! The operator's script: each step waits for its time and for its displayed conditions, then acts.
 //!
-//! A step away from safe is staged, confirmed and signed twice by the operator core; the script names it once. The
-//! operator sees only what the console shows. The operator core that follows the script, with its own key, is not
-//! here; nor is what a verb needs in the state machine.
+//! A step away from safe is staged, confirmed and signed twice by the operator core; the script names it once. The operator sees
+//! only the console's display. The operator core that follows the script, with its own key, is not here; nor are the requirements
+//! of a verb in the state machine.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ use super::value::{List, Located, Name, Seconds, Text, Whole};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Operator {
-    /// Whose key signs.
+    /// Identity of the signing key.
     pub name: Name,
     /// The steps, in order.
     pub step: List<Step, 32>,
@@ -46,16 +46,16 @@ pub struct Step {
     /// The class of a track that has to be displayed, fresh and corroborated.
     #[serde(default)]
     pub when_track: Option<Class>,
-    /// What the operator does.
+    /// The operator's action.
     #[serde(rename = "do")]
     pub verb: Located<Verb>,
     /// The values, for configuring.
     #[serde(default)]
     pub values: Option<Values>,
-    /// Who is to be revoked.
+    /// The identity to be revoked.
     #[serde(default)]
     pub who: Option<Name>,
-    /// Why; needed for every step away from safe.
+    /// The reason; needed for every step away from safe.
     #[serde(default)]
     pub reason: Option<Text<64>>,
 }
@@ -64,7 +64,7 @@ fn patience() -> Seconds {
     Seconds::constant(2.0)
 }
 
-/// What an operator sets before a mission, each value within its range (`wire::settings`).
+/// Settings that an operator makes before a mission, each value within its range (`wire::settings`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Values {

@@ -1,10 +1,10 @@
-//! What a rogue or a hostile broker orders, or picks out among orders.
+//! Orders that a rogue or a hostile broker gives, or picks out among others.
 
 use adversary::plan::Kind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What somebody orders who is no operator.
+/// An order of an adversary that is no operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {

@@ -1,4 +1,4 @@
-//! What is added to colour images, as a scene writes it: one line of hexadecimal digits for each row of fields.
+//! Shifts added to colour images, as a scene writes them: one line of hexadecimal digits for each row of fields.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ const ROW: usize = 3 * sim::perturbation::COLUMNS;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Perturbation {
-    /// What other things are to be taken for.
+    /// The class that other things are to be taken for.
     pub aims_at: Class,
     /// Rows from the top: red, green and blue of each field from the left, two digits each; `80` leaves it as it is, `ff` is the brightest
     /// shift and `00` the darkest.

@@ -1,7 +1,7 @@
-//! A platform file: the bounds of one platform, with ranges and places, and what a scenario may tighten.
+//! A platform file: the bounds of one platform, with ranges and places, and the ones that a scenario may tighten.
 //!
-//! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). What a bound means is `wire::bounds`; here it is
-//! only read, checked and handed on.
+//! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). Their meaning is
+//! given by `wire::bounds`; here they are only read, checked and handed on.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -66,15 +66,15 @@ bounds_table! {
     set_point_lease_ms: Bound,
     /// Time between challenges.
     challenge_period_ms: Bound,
-    /// How long an echo may serve, from the issue of its nonce.
+    /// Time for which an echo may serve, from the issue of its nonce.
     echo_limit_ms: Bound,
-    /// How old a command's nonce may be.
+    /// Greatest age of a command's nonce.
     command_limit_ms: Bound,
-    /// How long authority lives unused.
+    /// Lifetime of unused authority.
     authority_ms: Bound,
-    /// How long guards hold before DEGRADED may end.
+    /// Time for which guards hold before DEGRADED may end.
     hysteresis_ms: Bound,
-    /// How long a loss that driving depends on may last before DEGRADED becomes HOLD_SAFE.
+    /// Time for which a loss that driving depends on may last before DEGRADED becomes HOLD_SAFE.
     unrecovered_ms: Bound,
     /// Longest time without a seal over the log before authority goes.
     seal_limit_ms: Bound,
@@ -84,7 +84,7 @@ bounds_table! {
     designation_confidence: Whole<0, 1_000>,
     /// Confidence below which a designated track is given up, permille.
     designation_keep: Whole<0, 1_000>,
-    /// How long a designated track may go without an update.
+    /// Time for which a designated track may go without an update.
     track_limit_ms: Bound,
     /// Highest speed, millimetres per second.
     max_speed_mm_s: Length,
@@ -139,7 +139,7 @@ impl Tightened {
         own.filter(|(own, base)| own.get() > *base).collect()
     }
 
-    /// Whether any bound is tightened: the report then shows both results.
+    /// True if no bound is tightened.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }

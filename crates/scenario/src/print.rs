@@ -1,4 +1,4 @@
-//! What is printed on an object, as a scenario writes it: one line of hexadecimal digits for each row of fields, and one for its heat.
+//! A print on an object, as a scenario writes it: one line of hexadecimal digits for each row of fields, and one for its heat.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,24 +14,24 @@ const COLUMNS: usize = sim::print::COLUMNS;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Print {
-    /// What the object is to be taken for.
+    /// The class that the object is to be taken for.
     pub aims_at: Class,
-    /// Shifts beyond this are cut to it, of 255; at 0 nothing is printed.
+    /// Shifts beyond this are cut to it, of 255; 0 prints no shift.
     #[serde(default = "whole")]
     pub strength: Whole<0, 127>,
     /// Rows from the top: red, green and blue of each field from the object's end to its front, two digits each; `80` leaves the coat as
     /// it is, `ff` is the brightest shift and `00` the darkest.
     pub rows: [Hex<{ 3 * COLUMNS }>; sim::print::ROWS],
-    /// How warm its fields are; without it the object is as warm as it is.
+    /// Heat of its fields; without it the object is as warm as it is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heat: Option<Heat>,
 }
 
-/// How warm the fields of a print are. What bears no field is as cold as the ground.
+/// Heat of the fields of a print. A part that bears no field is as cold as the ground.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Heat {
-    /// What is warmer than this above the ground is cut to it, kelvin.
+    /// Heat above the ground beyond this is cut to it, kelvin.
     #[serde(default = "any")]
     pub strength_k: Whole<0, 63>,
     /// Rows from the top: how many quarters of a kelvin each field is warmer than the ground, from the object's end to its front, two

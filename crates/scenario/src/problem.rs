@@ -1,6 +1,6 @@
-//! What is wrong with a file, shown in the file: message, place, remedy.
+//! A mistake in a file, shown in the file: message, place, remedy.
 //!
-//! A [`Problem`] renders as one screen on a terminal and as one object in JSON; it decides nothing.
+//! A [`Problem`] renders as one screen on a terminal and as one object in JSON; it makes no decision.
 
 use std::fmt;
 use std::ops::Range;
@@ -8,9 +8,9 @@ use std::ops::Range;
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
 use serde::Serialize;
 
-/// How many problems of one file are shown; the rest are counted.
+/// Most problems of one file that are shown; the rest are counted.
 const MAX_SHOWN: usize = 5;
-/// How many lines are marked; of what is longer only the first is.
+/// Most lines that are marked; of a longer passage only the first is.
 const MAX_MARKED: usize = 10;
 
 /// One problem.
@@ -61,12 +61,12 @@ impl Problem {
         }
     }
 
-    /// What is wrong.
+    /// The message.
     pub fn message(&self) -> &str {
         &self.message
     }
 
-    /// What to do about it.
+    /// The remedy.
     pub fn remedy(&self) -> &str {
         &self.remedy
     }
@@ -95,7 +95,7 @@ fn floor_boundary(text: &str, at: usize) -> usize {
     at
 }
 
-/// The one of `known` that `word` is most like; none where nothing is near.
+/// The one of `known` that `word` is most like; `None` where none is near.
 pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The threshold is that of clap's suggestions.
     const NEAR: f64 = 0.7;
@@ -223,9 +223,9 @@ pub struct ProblemRow {
     pub line: Option<usize>,
     /// Column from 1.
     pub column: Option<usize>,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 

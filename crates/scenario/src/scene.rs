@@ -1,4 +1,4 @@
-//! The world of a trial: where the platform starts, where it goes, where it may be, and what stands and moves there.
+//! The world of a trial: the platform's start, route and fence, and the objects that stand and move there.
 //!
 //! World frame: east, north, up, right-handed, metres; headings anticlockwise from east, radians.
 
@@ -17,7 +17,7 @@ pub type Point = [Real<-50_000, 50_000>; 2];
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// Where the platform under test starts.
+    /// Start of the platform under test.
     pub start: Located<Pose>,
     /// Way points, in order.
     pub route: Located<List<Located<Point>, 64>>,
@@ -29,10 +29,10 @@ pub struct Scene {
     /// Light and air; anything but a clear noon needs rendered sensors.
     #[serde(default)]
     pub weather: Weather,
-    /// What faults of that kind add to colour images; needs rendered sensors.
+    /// Shifts that faults of that kind add to colour images; needs rendered sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,
-    /// What stands and moves there.
+    /// Objects that stand and move there.
     #[serde(default)]
     pub object: List<Object, 64>,
 }
@@ -84,7 +84,7 @@ pub struct Weather {
     pub visibility_m: Option<Real<5_000, 100_000_000>>,
     /// Rate of rain.
     pub rain_mm_h: Real<0, 50_000>,
-    /// How far the colour image is smeared along its rows, pixels.
+    /// Length of the smear of the colour image along its rows, pixels.
     #[schemars(range(max = 16))]
     pub smear_px: u16,
 }
@@ -101,9 +101,9 @@ impl Default for Weather {
 pub struct Object {
     /// Its name in the report.
     pub name: Located<Name>,
-    /// What it is.
+    /// Its class.
     pub class: Class,
-    /// Where it is, east and north: one point and it stands there, more and it goes from point to point.
+    /// Its place, east and north: one point and it stands there, more and it goes from point to point.
     pub path_m: Located<List<Point, 64>>,
     /// Heading while it stands; on its way it faces where it goes.
     #[serde(default)]
@@ -115,22 +115,22 @@ pub struct Object {
     /// Paint: red, green, blue.
     #[serde(default = "grey")]
     pub colour: [u8; 3],
-    /// The class whose paint it bears, if not its own.
+    /// The class of its paint, if not its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub painted_as: Option<Class>,
     /// The class that is warm where it is, if not its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm_as: Option<Class>,
-    /// What is printed on its sides; needs rendered sensors.
+    /// The print on its sides; needs rendered sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub print: Option<Print>,
     /// Speed along the path.
     #[serde(default)]
     pub speed_m_s: Real<0, 15_000>,
-    /// When it sets out.
+    /// Time at which it sets out.
     #[serde(default)]
     pub departs_s: Seconds,
-    /// Whether it goes on from the last point to the first, for ever.
+    /// True if it goes on from the last point to the first, for ever.
     #[serde(default)]
     pub closed: bool,
 }

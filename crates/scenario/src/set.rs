@@ -1,7 +1,7 @@
 //! Settings: values put into a scenario by their path, as if they had stood there in the file.
 //!
-//! A scenario is taken apart into TOML, changed and read again, so a value that is set meets the same types and ranges as
-//! one that is written. What changed values mean to each other is `check`'s business, as for any scenario.
+//! A scenario is taken apart into TOML, changed and read again, so a value that is set meets the same types and ranges as one
+//! that is written. Holding changed values against each other is the part of `check`, as for any scenario.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ impl Settings {
     /// The scenario with these values in it, without its cells and its curve.
     ///
     /// # Errors
-    /// Which path leads nowhere, or what is wrong with the value there.
+    /// A path that leads nowhere, a value that is wrong there, or too many values.
     pub fn applied_to(&self, scenario: &Scenario) -> Result<Scenario, String> {
         let mut bare = scenario.clone();
         (bare.cell, bare.curve) = (super::List::default(), None);
@@ -120,8 +120,9 @@ mod tests {
         (problems.all()[0].message().to_owned(), problems.all()[0].marked().map(str::to_owned))
     }
 
+    /// A scenario that is taken apart and put together is the same.
     #[test]
-    fn every_shipped_scenario_is_the_same_when_taken_apart_and_put_together() {
+    fn shipped_scenarios_survive_a_round_trip() {
         for file in shipped(&find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()).unwrap() {
             let scenario = load(&file).unwrap();
             let title = serde_json::Value::from(scenario.title.as_str());
@@ -131,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cell_sets_values_by_their_path_and_keeps_the_rest() {
+    fn cell_sets_values_by_path_keeping_the_rest() {
         let cells = "[[cell]]\nname = \"half/late\"\nexpected = [\"REJECTED\"]\n\
                      set = { \"loss.0.share\" = 0.5, \"loss.0.at_s\" = 5, \"conditions.jitter_ms\" = 3 }\n\
                      [[cell]]\nname = \"all\"\npolicy = \"session-only\"\n";
@@ -144,8 +145,9 @@ mod tests {
         assert_eq!((all.scenario.loss[0].share.get(), &all.scenario.expected[..]), (1.0, &[Outcome::HoldSafe][..]));
     }
 
+    /// Cells that name none then expect no class.
     #[test]
-    fn under_another_policy_only_cells_that_name_it_or_none_are_left_and_the_latter_expect_nothing() {
+    fn another_policy_leaves_cells_naming_it_or_none() {
         let cells = "[[cell]]\nname = \"a\"\n[[cell]]\nname = \"b\"\npolicy = \"session-only\"\n\
                      [[cell]]\nname = \"c\"\npolicy = \"session-bound\"\n";
         let left = with(cells).unwrap().variations(Some("session-only"));
@@ -154,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told_at_its_cell() {
+    fn mistakes_are_reported_at_their_cell() {
         let cell = |set: &str| problem(&format!("[[cell]]\nname = \"one\"\nset = {{ {set} }}\n"));
         for (set, message) in [
             ("\"loss.1.at_s\" = 5", "in cell one: `loss.1.at_s` leads nowhere"),

@@ -1,6 +1,6 @@
 //! Everything a trial needs beside its scenario: policy, bounds, whether sensors are rendered; and where the files lie.
 //!
-//! A waived check makes a run an ablation; the [`Setup`] says so, and whoever reports the run has to repeat it.
+//! A waived check makes a run an ablation; the [`Setup`] says so, and every report of the run has to repeat it.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ use super::read::load_platform;
 use super::shipped::files;
 use super::{Name, Platform, Problem, Problems, Scenario};
 
-/// Every fifth set of frames of a recorded live run stays whole, if nobody asks for others: two a second, 1 GB an hour.
+/// Every fifth set of frames of a recorded live run stays whole, unless others are asked for: two a second, 1 GB an hour.
 pub const FRAMES: u32 = 5;
 
 /// Policy, bounds and rendering of a trial, and where its recordings go.
@@ -27,21 +27,21 @@ pub struct Setup {
     pub policy: Policy,
     /// The bounds in force: the platform's, tightened by the scenario.
     pub bounds: Bounds,
-    /// What the services are made with in their place, where it is measured what a bound that is set wrong lets through.
+    /// Bounds that the services are made with in their place, in a measurement of the effects of a bound that is set wrong.
     pub misset: Option<Bounds>,
     /// The platform as its file states it.
     pub platform: Platform,
-    /// Whether sensors are rendered and the detector runs; else candidates are drawn from the noise model.
+    /// True if sensors are rendered and the detector runs; else candidates are drawn from the noise model.
     pub rendered: bool,
     /// A detector in place of the shipped one, loaded.
     pub detector: Option<Brought>,
     /// Directory for the trial's recordings; `None` where none are kept.
     pub run_dir: Option<PathBuf>,
-    /// Of a live run's recordings: every which set of sensor frames stays whole; 0 for none.
+    /// Of a live run's recordings: every n-th set of sensor frames stays whole; 0 for none.
     pub frames: u32,
-    /// Of a live run: what the person at the operator's window may do; no window where absent.
+    /// Of a live run: the rights of the person at the operator's window; no window where absent.
     pub window: Option<Role>,
-    /// How often a live trial is repeated at most when a stall of the host alone makes it INVALID.
+    /// Most repetitions of a live trial that a stall of the host alone makes INVALID.
     pub retries: u32,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
@@ -51,7 +51,7 @@ impl Setup {
     /// For `scenario`, with the files below `root`; `policy` is a file that takes the place of the scenario's.
     ///
     /// # Errors
-    /// What is wrong with the platform or policy file, or a bound that the scenario loosens.
+    /// A mistake in the platform or policy file, or a bound that the scenario loosens.
     pub fn load(root: &Path, scenario: &Scenario, policy: Option<&Path>, rendered: bool) -> Result<Self, Problems> {
         let platform = load_platform(&named(root, "platforms", &scenario.platform))?;
         let loosened = scenario.bounds.loosened(&platform.bounds);
@@ -105,7 +105,7 @@ impl Setup {
 /// Reads a policy file.
 ///
 /// # Errors
-/// What is wrong with it, in its place.
+/// A mistake in it, in its place.
 pub fn load_policy(path: &Path, name: &str) -> Result<Policy, Problems> {
     let file = path.display().to_string();
     parse_policy(&file, name, &read_text(path, &file)?)
@@ -114,7 +114,7 @@ pub fn load_policy(path: &Path, name: &str) -> Result<Policy, Problems> {
 /// Checks a policy's text by itself.
 ///
 /// # Errors
-/// What is wrong with it, with `file` as its name.
+/// A mistake in it, with `file` as its name.
 pub fn parse_policy(file: &str, name: &str, text: &str) -> Result<Policy, Problems> {
     let policy: Policy = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
     if policy.name != name {
@@ -127,7 +127,7 @@ pub fn parse_policy(file: &str, name: &str, text: &str) -> Result<Policy, Proble
 /// Every shipped platform, by name.
 ///
 /// # Errors
-/// The folder cannot be read, or what is wrong with one of its files.
+/// The folder cannot be read, or one of its files has a mistake.
 pub fn platforms(root: &Path) -> Result<Vec<Platform>, Problems> {
     let folder = root.join("platforms");
     let unread = |e: std::io::Error| {

@@ -1,7 +1,8 @@
 //! A host's shared memory, where a rogue process speaks on channels which are others'.
 //!
-//! The channel says which host; whose keys the process holds, `holder`. Without one it is an impostor of the same user with
-//! no key; with one it is an insider in that service's place. A rogue has no steps: its tables begin at their time.
+//! The channel determines the host, `holder` the service that the process has the keys of. Without one it is an impostor of the
+//! same user with no key; with one it is an insider in that service's place. A rogue has no steps: its tables begin at their
+//! time.
 
 use adversary::plan::{RogueMove, Says, Spot};
 use schemars::JsonSchema;
@@ -34,19 +35,19 @@ pub enum Channel {
     Act,
     /// Seals, recorder to autonomy.
     Seals,
-    /// What was accepted, gateway to console.
+    /// Accepted messages, gateway to console.
     Feed,
     /// The operator's requests, console to gateway.
     Intents,
 }
 
 impl Channel {
-    /// Whether it is on the control host; the others are on the vehicle's.
+    /// True if it is on the control host; the others are on the vehicle's.
     pub fn on_control(self) -> bool {
         matches!(self, Channel::Feed | Channel::Intents)
     }
 
-    /// What a rogue does on the channel, from the start of a table to its end.
+    /// The rogue's action on the channel, from the start of a table to its end.
     pub(crate) fn overwritten(self, of: &dyn Windowed, phase_ms: u64, every_ms: u64, says: Says) -> RogueMove {
         RogueMove {
             topic: self.topic(),
@@ -85,7 +86,7 @@ impl Channel {
     }
 }
 
-/// A service whose keys a rogue may hold.
+/// A service that a rogue may hold the keys of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Holder {
@@ -104,7 +105,7 @@ pub enum Holder {
 }
 
 impl Holder {
-    /// Whether it runs on the control host; the others run on the vehicle's.
+    /// True if it runs on the control host; the others run on the vehicle's.
     pub fn on_control(self) -> bool {
         matches!(self, Holder::Gateway | Holder::Console)
     }

@@ -1,4 +1,4 @@
-//! Where the shipped scenarios lie, and which there are.
+//! Places of the shipped scenarios, and their lists.
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,7 @@
-//! What is done to the real stacks in memory: each table is a cell of its scenario, with its own expected classes.
+//! Actions on the real stacks in memory: each table is a cell of its scenario, with its own expected classes.
 //!
-//! There is no platform in such a scenario, so none of these has a time; the seed varies what is not written here. What
-//! the tables mean is carried out by `stacks`.
+//! There is no platform in such a scenario, so none of these has a time; the seed varies the values that are not written here.
+//! `stacks` carries the tables out.
 
 use evidence::trial::Outcome;
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use wire::policy::Requirement;
 use super::Scenario;
 use super::value::{List, Located, Whole};
 
-/// Which of the two links.
+/// One of the two links.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Link {
@@ -21,7 +21,7 @@ pub enum Link {
     Command,
 }
 
-/// Which end of a handshake the adversary is, or whether it stands between.
+/// Place of the adversary: an end of a handshake, or between both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Hand {
@@ -29,11 +29,11 @@ pub enum Hand {
     Dials,
     /// It listens.
     Listens,
-    /// It edits what two honest ends say to each other.
+    /// It edits the messages of two honest ends to each other.
     Relays,
 }
 
-/// What an impostor presents.
+/// Certificate that an impostor presents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Certificate {
@@ -61,21 +61,21 @@ pub enum Certificate {
     TwoNames,
 }
 
-/// Somebody with this certificate opens or accepts a session.
+/// An impostor with this certificate opens or accepts a session.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Impostor {
-    /// On which link.
+    /// The link.
     pub link: Link,
-    /// At which end.
+    /// The end.
     pub end: Located<Hand>,
-    /// With what.
+    /// The certificate.
     pub certificate: Located<Certificate>,
-    /// What must come of it.
+    /// The expected classes.
     pub expected: Located<List<Outcome, 9>>,
 }
 
-/// What a handshake is brought down to.
+/// Level that a handshake is brought down to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Lower {
@@ -91,21 +91,21 @@ pub enum Lower {
     MasterSecret,
 }
 
-/// Somebody offers less than the pinned protocol, or makes it look as if an honest end did.
+/// An adversary offers less than the pinned protocol, or makes it look as if an honest end did.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Downgrade {
-    /// On which link.
+    /// The link.
     pub link: Link,
-    /// Where it stands.
+    /// Place of the adversary.
     pub by: Located<Hand>,
-    /// To what.
+    /// The level.
     pub to: Located<Lower>,
-    /// What must come of it.
+    /// The expected classes.
     pub expected: Located<List<Outcome, 9>>,
 }
 
-/// What is done to the records of a standing association.
+/// Action on the records of a standing association.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Deed {
@@ -121,7 +121,7 @@ pub enum Deed {
     Flip,
     /// The end is cut off.
     Truncate,
-    /// Something is put behind.
+    /// Bytes are put behind.
     Extend,
     /// The head of one is put before the body of another.
     Splice,
@@ -133,51 +133,51 @@ pub enum Deed {
     Data,
 }
 
-/// Somebody without a key handles the datagrams of a standing association.
+/// An adversary without a key handles the datagrams of a standing association.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Handle {
-    /// What is done.
+    /// The action.
     pub deed: Deed,
-    /// To how many records, or how often.
+    /// Count of the records, or of the repetitions.
     pub count: Whole<1, 512>,
-    /// Whether the target's guard drops what no key protects.
+    /// Requirement that the target's guard drops records that no key protects.
     #[serde(default = "required")]
     #[schemars(with = "String")]
     pub guard: Requirement,
-    /// What must come of it.
+    /// The expected classes.
     pub expected: Located<List<Outcome, 9>>,
 }
 
-/// What strangers send.
+/// Datagrams that unknown peers send.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flood {
-    /// Sound ClientHellos, and then nothing, whatever is answered.
+    /// Sound ClientHellos, and then silence to any answer.
     Hello,
     /// ClientHellos that are cut off.
     Broken,
     /// Random bytes.
     Noise,
-    /// Sound ClientHellos of those who show that they receive, begin again, and then say nothing.
+    /// Sound ClientHellos of peers that show that they receive, begin again, and then stay silent.
     Proving,
 }
 
-/// Strangers come to the door of a listener, each from an address of its own.
+/// Unknown peers send to a listener, each from an address of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Storm {
-    /// What they send.
+    /// Their datagrams.
     pub content: Flood,
-    /// How many.
+    /// Count of the peers.
     pub count: Whole<1, 4000>,
     /// Time between two of them, microseconds.
     pub every_us: Whole<10, 1_000_000>,
-    /// What must come of it.
+    /// The expected classes.
     pub expected: Located<List<Outcome, 9>>,
 }
 
-/// Where an observer stands.
+/// Place of an observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stand {
@@ -187,15 +187,15 @@ pub enum Stand {
     Behind,
 }
 
-/// Somebody sees every byte and does nothing else.
+/// An observer sees every byte and does no more.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Observe {
-    /// On which link.
+    /// The link.
     pub link: Link,
-    /// Where.
+    /// The place.
     pub at: Stand,
-    /// What must come of it.
+    /// The expected classes.
     pub expected: Located<List<Outcome, 9>>,
 }
 
@@ -217,7 +217,7 @@ fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// Whether there is such a downgrade: who listens follows who dials, the suite of the telemetry link is one, and TLS 1.3
+/// True if there is such a downgrade: a listener follows the dialling end, the suite of the telemetry link is one, and TLS 1.3
 /// has neither the old constructions nor keys that were agreed upon before.
 pub fn can_be_lowered(link: Link, by: Hand, to: Lower) -> bool {
     match (link, by) {
@@ -230,7 +230,7 @@ pub fn can_be_lowered(link: Link, by: Hand, to: Lower) -> bool {
 }
 
 impl Scenario {
-    /// Whether it runs on the real stacks in memory, without a platform.
+    /// True if it runs on the real stacks in memory, without a platform.
     pub fn is_of_stacks(&self) -> bool {
         !(self.impostor.is_empty()
             && self.downgrade.is_empty()
@@ -239,7 +239,7 @@ impl Scenario {
             && self.observe.is_empty())
     }
 
-    /// Each of its cells, by name, as a scenario with nothing else in it.
+    /// Each of its cells, by name, as a scenario with that one of these tables alone.
     pub(super) fn stack_cells(&self) -> Vec<(String, Scenario)> {
         let mut cells = Vec::new();
         let bare = || {

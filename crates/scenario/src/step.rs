@@ -1,8 +1,8 @@
-//! Steps: what an attack waits for beside its time, and how much its adversary knows.
+//! Steps: the events that an attack waits for beside its time, and the knowledge of its adversary.
 //!
-//! Every attack, insider, fault and kill may name its step and wait for something (`when`); so several tables compose in
-//! time, each beginning by what came before. A level of knowledge says what may be waited for and used. Whether a
-//! scenario keeps to its level is `check_steps`' to say.
+//! Every attack, insider, fault and kill may name its step and wait for an event (`when`); so several tables compose in time,
+//! each beginning by an earlier one's progress. A level of knowledge limits the events that may be waited for and the information
+//! that may be used. `check_steps` refuses a scenario that does not keep to its level.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,8 +13,8 @@ use evidence::trial::Knowledge;
 use super::operator::DisplayedState;
 use super::value::{Located, Millis, Name, Whole};
 
-/// What a step waits for: exactly one of `enters`, `begun`, `ended`, `datagrams`, `silence_ms` and `hears`. What comes
-/// before the step's `at_s` does not count, but for a step that has begun or ended by then.
+/// The event that a step waits for: exactly one of `enters`, `begun`, `ended`, `datagrams`, `silence_ms` and `hears`. Events
+/// before the step's `at_s` do not count, but for a step that has begun or ended by then.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct When {
@@ -24,7 +24,7 @@ pub struct When {
     /// With `enters`: from this mode only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub from: Option<DisplayedState>,
-    /// With `enters`: the how-manyth such change, 1 where nothing is said.
+    /// With `enters`: index of the change among such changes, from 1; by default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nth: Option<Whole<1, 100>>,
     /// The step of this name has begun.
@@ -36,13 +36,13 @@ pub struct When {
     /// So many datagrams (or pieces of the stream) have passed the relay in the table's direction. On-path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub datagrams: Option<Whole<1, 100_000>>,
-    /// Nothing has passed the relay in the table's direction for so long. On-path.
+    /// No datagram (or piece of the stream) has passed the relay in the table's direction for so long. On-path.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub silence_ms: Option<Whole<1, 60_000>>,
     /// The unit under test reports this mode to its team. Insider.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub hears: Option<DisplayedState>,
-    /// And so long after it.
+    /// Further wait after it.
     pub after_ms: Millis,
 }
 
@@ -55,7 +55,7 @@ pub enum Trigger<'a> {
         mode: DisplayedState,
         /// From, where that matters.
         from: Option<DisplayedState>,
-        /// The how-manyth.
+        /// Index among such changes, from 1.
         nth: u32,
     },
     /// A step has begun.
@@ -64,7 +64,7 @@ pub enum Trigger<'a> {
     Ended(&'a Name),
     /// So many datagrams or pieces have passed.
     Passes(u32),
-    /// Nothing has passed for so many milliseconds.
+    /// No datagram or piece has passed for so many milliseconds.
     Silence(u64),
     /// A mode is reported to the team.
     Hears(DisplayedState),
@@ -104,19 +104,19 @@ impl When {
     }
 }
 
-/// What a table says of its step.
+/// The step of a table.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timing<'a> {
     /// Its step's name.
     pub step: Option<&'a Located<Name>>,
-    /// What it waits for.
+    /// Event that it waits for.
     pub when: Option<&'a Located<When>>,
-    /// What its adversary may know, where that is less than the scenario's level.
+    /// Level of its adversary's knowledge, where that is less than the scenario's.
     pub knowledge: Option<&'a Located<Knowledge>>,
 }
 
 impl Scenario {
-    /// The level of knowledge: as declared, or else what the tables' kinds need by themselves.
+    /// The level of knowledge: as declared, or else the one that the tables' kinds need by themselves.
     pub fn level(&self) -> Knowledge {
         let needed = || self.windows().iter().map(|w| w.needs()).max().unwrap_or_default();
         self.knowledge.as_ref().map_or_else(needed, |declared| **declared)

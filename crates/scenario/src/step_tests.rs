@@ -1,4 +1,4 @@
-//! What bad steps are answered with, and what a level of knowledge lets a scenario wait for.
+//! Answers to bad steps, and the events that a level of knowledge lets a scenario wait for.
 
 use super::*;
 
@@ -12,7 +12,7 @@ fn with(level: &str, first: &str, second: &str) -> Result<Scenario, Problems> {
 
 const CUT: &str = "[[cut]]\nat_s = 4.0\nduration_s = 1.0\n";
 
-/// Level, what is added to the loss, the second table, what the message holds, the marked text.
+/// Level, keys added to the loss, the second table, part of the message, the marked text.
 const MISTAKES: [(&str, &str, &str, &str, &str); 13] = [
     ("white-box", "when = { enters = \"READY\" }", "", "a step that waits has no name", "{ enters = \"READY\" }"),
     ("white-box", "step = \"a\"\nwhen = {}", "", "waits for nothing", "{}"),
@@ -78,7 +78,7 @@ const MISTAKES: [(&str, &str, &str, &str, &str); 13] = [
 ];
 
 #[test]
-fn each_mistake_in_a_step_is_named_at_its_place_with_a_remedy() {
+fn each_step_mistake_has_place_and_remedy() {
     for (level, first, second, message, marked) in MISTAKES {
         let problems = with(&format!("knowledge = \"{level}\""), first, second).unwrap_err();
         let problem = &problems.all()[0];
@@ -98,21 +98,22 @@ fn tables_of_one_step_wait_for_one_thing() {
 }
 
 #[test]
-fn two_steps_that_wait_for_each_other_are_refused() {
+fn steps_waiting_for_each_other_are_refused() {
     let second = format!("{CUT}step = \"b\"\nwhen = {{ begun = \"a\" }}");
     let problems = with("", "step = \"a\"\nwhen = { ended = \"b\" }", &second).unwrap_err().to_string();
     assert!(problems.contains("waits for itself"), "{problems}");
 }
 
+/// It is the level that their kinds need.
 #[test]
-fn where_no_level_is_said_it_is_what_the_kinds_of_attack_need() {
+fn default_level_is_that_of_the_attacks() {
     let level = |file: &str| load(&find(&tests::root(), file).unwrap()).unwrap().level();
     let levels = ["loss", "replay", "teammate", "cut_at_arming"].map(level);
     assert_eq!(levels, [Knowledge::Blind, Knowledge::OnPath, Knowledge::Insider, Knowledge::WhiteBox]);
 }
 
 #[test]
-fn an_ending_that_does_not_add_up_is_refused_at_its_place() {
+fn inconsistent_process_faults_are_refused() {
     let kill = |keys: &str| with("", "", &format!("[[kill]]\nprocess = \"gateway\"\nat_s = 4.0\n{keys}"));
     kill("").unwrap();
     kill("ending = \"hang\"\nduration_s = 1.5").unwrap();

@@ -1,18 +1,18 @@
-//! Tampering with the evidence by an insider whose hands the recorder is in.
+//! Tampering with the evidence by an insider in control of the recorder.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Something done to the recording between the run and the judge. A trial carries out one of them, in turn by its seed, at a
+/// A change to the recording between the run and the judge. A trial carries out one of them, in turn by its seed, at a
 /// place that the seed draws.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Tamper {
-    /// What.
+    /// The change.
     pub does: Tampered,
 }
 
-/// What is done to a recording.
+/// Change to a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tampered {

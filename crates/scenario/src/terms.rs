@@ -1,4 +1,4 @@
-//! The closed sets in which a scenario says what it is about: threats, interfaces, evidence, requirements, classes of objects.
+//! The closed sets that classify a scenario: threats, interfaces, evidence, requirements, classes of objects.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,23 +35,23 @@ impl Stride {
     }
 }
 
-/// Where an attack or fault enters.
+/// Interface at which an attack or fault enters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interface {
     /// DTLS between platform and gateway.
     TelemetryLink,
-    /// What an admitted peer sends over it.
+    /// Messages that an admitted peer sends over it.
     TelemetryPeer,
     /// MQTT over TLS between gateway, broker and platform.
     CommandPlane,
-    /// What the gateway tells the console, and the console asks of it.
+    /// Reports of the gateway to the console, and requests of the console to the gateway.
     ConsoleFeed,
     /// The parser behind the gateway's boundary.
     GatewayParser,
-    /// What the sensors give to perception.
+    /// Output of the sensors to perception.
     PerceptionInput,
-    /// What perception gives to autonomy.
+    /// Output of perception to autonomy.
     PerceptionOutput,
     /// Localisation.
     Localisation,
@@ -83,7 +83,7 @@ impl Interface {
     }
 }
 
-/// Where the evidence comes from.
+/// Source of the evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Evidence {
@@ -106,13 +106,13 @@ impl Evidence {
     }
 }
 
-/// What a scenario puts to the test.
+/// Requirement that a scenario puts to the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Requirement {
-    /// What is sensed is what is there.
+    /// The sensed world is the real one.
     PerceptionIntegrity,
-    /// What is received is from whom it says, fresh and once.
+    /// A received message is from its claimed origin, fresh and once.
     CommunicationTrust,
     /// Loss of trust is noticed and acted upon in time.
     RuntimeAssurance,
@@ -129,7 +129,7 @@ impl Requirement {
     }
 }
 
-/// What an object is in truth.
+/// True class of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Class {
@@ -137,8 +137,8 @@ pub enum Class {
     Vehicle,
     /// A person.
     Person,
-    /// Something made to look like a vehicle.
+    /// An object made to look like a vehicle.
     Decoy,
-    /// Anything else in the way.
+    /// Any other object in the way.
     Obstacle,
 }

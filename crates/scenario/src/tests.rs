@@ -1,4 +1,4 @@
-//! What bad files are answered with: message, marked text, line, remedy. One table, one row a mistake.
+//! Answers to bad files: message, marked text, line, remedy. One table, one row a mistake.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -89,7 +89,7 @@ const MISTAKES: [(&str, &str, &str, &str); 34] = [
 ];
 
 #[test]
-fn each_mistake_is_named_at_its_place_with_a_remedy() {
+fn each_mistake_has_place_and_remedy() {
     let mut wrong = Vec::new();
     for (from, to, message, marked) in MISTAKES {
         let text = template_named_x().replacen(from, to, 1);
@@ -103,8 +103,9 @@ fn each_mistake_is_named_at_its_place_with_a_remedy() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// An error fits one screen.
 #[test]
-fn an_error_fits_one_screen_and_names_file_line_and_remedy() {
+fn error_screen_names_file_line_and_remedy() {
     let text = template_named_x().replace("share = 1.0", "share = 1.5");
     let screen = parse("x.toml", "x", &text).unwrap_err().render(false);
     let line = text.lines().position(|l| l == "share = 1.5").unwrap() + 1;
@@ -114,7 +115,7 @@ fn an_error_fits_one_screen_and_names_file_line_and_remedy() {
 }
 
 #[test]
-fn what_is_wrong_with_many_lines_is_marked_in_the_first_of_them() {
+fn long_mistakes_are_marked_in_their_first_line() {
     let problem = Problem::at("x.toml", &"row\n".repeat(400), 4..1200, "wrong", "right it");
     assert_eq!((problem.marked(), problem.line_column()), (Some("row"), Some((2, 1))));
     assert!(Problems::from(problem).render(false).lines().count() < 12);
@@ -125,8 +126,9 @@ fn the_template_is_a_valid_scenario() {
     parse("x.toml", "x", &template_named_x()).unwrap();
 }
 
+/// Its platform and policies load, too.
 #[test]
-fn every_shipped_scenario_is_valid_short_and_has_its_platform_and_policies() {
+fn every_shipped_scenario_is_valid_and_short() {
     let files = shipped(&root()).unwrap();
     assert!(files.len() >= 12, "{files:?}");
     for file in files {
@@ -167,13 +169,13 @@ fn shipped_scenarios_lie_by_interface_under_unique_names() {
 }
 
 #[test]
-fn the_platform_file_is_the_one_that_wire_names() {
+fn platform_file_has_the_bounds_of_wire() {
     let platform = load_platform(&root().join("platforms/ground.toml")).unwrap();
     assert_eq!(platform.bounds.to_bounds(), wire::bounds::Bounds::GROUND);
 }
 
 #[test]
-fn the_teammate_table_has_every_form_presence_and_policy() {
+fn teammate_table_has_every_form_presence_and_policy() {
     let scenario = load(&root().join("scenarios/telemetry/teammate.toml")).unwrap();
     let cells = scenario.variations(None);
     assert_eq!(cells.len(), 18);
@@ -193,8 +195,9 @@ fn another_policy_brings_its_own_expectation_or_none() {
     assert_eq!(expected(Some("session-only")), []);
 }
 
+/// A loosened bound is refused; a tightened one is in force.
 #[test]
-fn a_loosened_bound_is_refused_and_a_tightened_one_is_in_force() {
+fn bounds_are_tightened_and_never_loosened() {
     let with = |bound: &str| {
         parse("x.toml", "x", &template_named_x().replace("[varies]", &format!("[bounds]\n{bound}\n[varies]")))
     };
@@ -205,8 +208,9 @@ fn a_loosened_bound_is_refused_and_a_tightened_one_is_in_force() {
     assert_eq!(setup.watermark(), None);
 }
 
+/// A missing file, a directory and a gigabyte.
 #[test]
-fn a_missing_file_a_directory_and_a_gigabyte_are_refused_unread() {
+fn unfit_files_are_refused_unread() {
     let dir = tempfile::tempdir().unwrap();
     let told = |path: &Path| load(path).unwrap_err().to_string();
     assert!(told(&dir.path().join("none.toml")).ends_with("none.toml: no such file"));
@@ -217,7 +221,7 @@ fn a_missing_file_a_directory_and_a_gigabyte_are_refused_unread() {
 }
 
 #[test]
-fn a_file_that_is_not_text_is_refused_with_its_line() {
+fn non_text_file_is_refused_with_its_line() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("x.toml");
     fs::write(&path, b"name = 1\n\xff\xfe").unwrap();
@@ -257,7 +261,7 @@ fn a_scene_file_stays_below_its_scenario() {
 }
 
 #[test]
-fn an_error_in_a_scene_file_points_into_that_file() {
+fn scene_file_errors_point_into_that_file() {
     let dir = tempfile::tempdir().unwrap();
     let (scenario, scene) = split_scene("scene.toml");
     fs::write(dir.path().join("x.toml"), scenario).unwrap();
@@ -267,8 +271,9 @@ fn an_error_in_a_scene_file_points_into_that_file() {
     assert_eq!(problems.all()[0].marked(), Some("9000"));
 }
 
+/// A policy may only waive checks that exist.
 #[test]
-fn a_policy_with_a_check_that_does_not_exist_is_refused_at_its_name() {
+fn unknown_check_is_refused_at_its_name() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("odd.toml");
     fs::write(&path, "name = \"odd\"\n[boundary]\nlength = \"waived\"\n").unwrap();

@@ -1,4 +1,4 @@
-//! What every table of a scenario has that happens at a time: its start, its length, its step, and what it takes to do it.
+//! Common parts of every table of a scenario that has a time: its start, its length, its step, and the knowledge that it needs.
 
 use adversary::plan::{On, Step, Wait};
 use evidence::trial::Knowledge;
@@ -11,9 +11,9 @@ use super::value::{Located, Seconds};
 pub trait Windowed {
     /// Start, before the trial's phase.
     fn at_s(&self) -> &Located<Seconds>;
-    /// Length; zero for what happens once.
+    /// Length; zero for a table that happens once.
     fn duration_s(&self) -> Seconds;
-    /// Its step and what that waits for.
+    /// Its step and the event that the step waits for.
     fn timing(&self) -> Timing<'_> {
         Timing::default()
     }
@@ -21,8 +21,8 @@ pub trait Windowed {
     fn needs(&self) -> Knowledge {
         Knowledge::Blind
     }
-    /// What can be waited for from the place where it is done, beside other steps and what the instrument plane tells:
-    /// the traffic on a path, or what a teammate hears.
+    /// Knowledge that the place where it is done gives, beside other steps and the events of the instrument plane, to wait by:
+    /// the traffic on a path, or the reports that a teammate hears.
     fn sees(&self) -> Option<Knowledge> {
         None
     }
@@ -38,7 +38,7 @@ pub trait Windowed {
     fn step_name(&self) -> Option<StepName> {
         self.timing().step.and_then(|name| StepName::new(name.as_str()))
     }
-    /// Its step, as its actor is told of it.
+    /// Its step, as its actor gets it.
     fn actor_step(&self) -> Option<Step> {
         let wait = self.timing().when.and_then(|when| {
             let on = match when.trigger()? {
@@ -53,9 +53,9 @@ pub trait Windowed {
     }
 }
 
-/// Declares tables of what happens at a time: its start, and the step that it is a part of, stand beside its own fields.
-/// `lasts` names the field with its length; without one it happens once. `needs` is the least that has to be known to do
-/// it at all, nothing by default; `sees` what can be waited for from where it is done.
+/// Declares tables with a time: their start, and the step that they are a part of, stand beside their own fields. `lasts` names
+/// the field with the length; without one a table happens once. `needs` is the least that has to be known to do it at all, blind
+/// by default; `sees` the knowledge to wait by that its place gives.
 macro_rules! timed {
     ($(
         $(#[$doc:meta])* $name:ident $(lasts $length:ident)? $(needs $level:ident)? $(sees $sight:ident)? {
@@ -72,10 +72,10 @@ macro_rules! timed {
             /// Name of the step that this is a part of.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub step: Option<crate::Located<crate::Name>>,
-            /// What it waits for; `at_s` is then the earliest.
+            /// The event that it waits for; `at_s` is then the earliest.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub when: Option<crate::Located<crate::When>>,
-            /// What may be known here, where that is less than the scenario's level.
+            /// Level of knowledge here, where that is less than the scenario's.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             pub knowledge: Option<crate::Located<evidence::trial::Knowledge>>,
         }

@@ -1,4 +1,4 @@
-//! Teammates, and insiders among them: holders of valid credentials who do what their role does not allow.
+//! Teammates, and insiders among them: holders of valid credentials who do more than their role allows.
 //!
 //! An insider is an identity of its own beside the honest units; no service knows which one it is.
 
@@ -14,13 +14,13 @@ use super::value::{Located, Name};
 pub struct Unit {
     /// `unit-b`, `unit-c` or `unit-d`; `unit-a` is the platform under test.
     pub name: Located<Name>,
-    /// What it is.
+    /// Its role.
     pub role: Role,
-    /// Where it starts.
+    /// Its start.
     pub start: Pose,
 }
 
-/// What a teammate is.
+/// Role of a teammate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Role {

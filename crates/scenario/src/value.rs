@@ -1,8 +1,8 @@
 //! The small value types of a scenario file: numbers that carry their range, lists that carry their bound, names that
 //! carry their alphabet, and [`Located`], which remembers where in the file a value stood.
 //!
-//! A value out of range is refused while it is read, so the error points at the value itself. What values mean to each
-//! other is the business of `scenario::check`.
+//! A value out of range is refused while it is read, so the error points at the value itself. Holding values against each other
+//! is the business of `scenario::check`.
 
 use core::fmt;
 use core::ops::{Deref, Range};
@@ -27,7 +27,7 @@ pub type Radians = Real<-7_000, 7_000>;
 pub type Share = Real<0, 1_000>;
 /// Milliseconds, to a minute.
 pub type Millis = Whole<0, 60_000>;
-/// How many times.
+/// Number of times.
 pub type Count = Whole<1, 10_000>;
 
 impl Share {
@@ -43,7 +43,7 @@ impl<const MIN: i64, const MAX: i64> Real<MIN, MAX> {
         (value.is_finite() && value >= MIN as f64 / 1000.0 && value <= MAX as f64 / 1000.0).then_some(Self(value))
     }
 
-    /// The number of the range that is nearest to `value`; the lowest for what is no number.
+    /// The number of the range that is nearest to `value`; the lowest for NaN.
     pub(super) fn nearest(value: f64) -> Self {
         let (low, high) = (MIN as f64 / 1000.0, MAX as f64 / 1000.0);
         Self(if value.is_nan() { low } else { value.clamp(low, high) })
@@ -289,8 +289,7 @@ impl fmt::Display for Name {
     }
 }
 
-/// What a variation is called: parts of `a-z`, `0-9`, `-`, `_` and `.` joined by `/`, 1 to 96 characters. No part starts
-/// with a point.
+/// Name of a variation: parts of `a-z`, `0-9`, `-`, `_` and `.` joined by `/`, 1 to 96 characters. No part starts with a point.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(transparent)]
 pub struct Label(String);
@@ -468,7 +467,7 @@ impl<T> Located<T> {
         Self { value, bytes: 0..0 }
     }
 
-    /// Where the value stood, in bytes of its file.
+    /// Place of the value, in bytes of its file.
     pub fn bytes(&self) -> Range<usize> {
         self.bytes.clone()
     }

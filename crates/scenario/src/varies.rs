@@ -1,12 +1,12 @@
-//! What a seed varies, and what the link and the models are like whatever the seed.
+//! Quantities that a seed varies, and the conditions of the link and the models that hold for every seed.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::value::{List, Located, Millis, Real, Share};
 
-/// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
-/// injected, no receipt is owed, and what is lost by it in quiet hours is a false trip.
+/// Conditions of the telemetry link all along, both ways, from the first datagram to the last. They are no attack: no injection
+/// is made, no receipt is owed, and a trip that they cause in quiet hours is a false trip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Conditions {
@@ -16,12 +16,12 @@ pub struct Conditions {
     pub jitter_ms: Located<Millis>,
 }
 
-/// How far the twin's models of sensors and plant are taken to be off: factors, 1 as they ship. No service knows of them. They are there to
-/// ask which results hang on the models (`docs/researcher/evaluation.md`).
+/// Factors by which the twin's models of sensors and plant are taken to be off, 1 as they ship. No service knows of them. They
+/// are there to ask which results hang on the models (`docs/researcher/evaluation.md`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Models {
-    /// On the noise of every sensor; unrendered, also on how often a stage misses, confuses or invents something.
+    /// On the noise of every sensor; unrendered, also on the rate at which a stage misses, confuses or invents an object.
     pub noise: Real<100, 10_000>,
     /// On the vehicle's mass, which its drive and its brakes are not told.
     pub load: Real<500, 2_000>,
@@ -35,7 +35,7 @@ impl Default for Models {
     }
 }
 
-/// What a seed varies. Everything else is the same in each trial.
+/// Quantities that a seed varies. Everything else is the same in each trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Varies {
@@ -64,7 +64,7 @@ impl Default for Varies {
 }
 
 impl Varies {
-    /// The phase's range in seconds; `(0, 0)` where nothing is drawn.
+    /// The phase's range in seconds; `(0, 0)` where none is drawn.
     pub fn phase_s(&self) -> (f64, f64) {
         match &self.injection_phase_s[..] {
             [from, to] => (from.get(), to.get()),

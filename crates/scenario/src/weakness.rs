@@ -1,6 +1,7 @@
-//! A list of weaknesses: each a check that is waived or a bound that is set wrong, and with what a search is to find that out.
+//! A list of weaknesses: each a check that is waived or a bound that is set wrong, with the scenario and the attack space in
+//! which a search is to find it.
 //!
-//! How fast it is found, and by which strategy, is `lab::bench`'s to measure.
+//! Measuring the time to find it, by strategy, is the part of `lab::bench`.
 
 use std::path::Path;
 
@@ -25,15 +26,15 @@ pub struct Weaknesses {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Weakness {
-    /// What it is called in reports.
+    /// Name in reports.
     pub name: Located<Name>,
-    /// What goes on meanwhile, a scenario of one cell.
+    /// The scenario that runs meanwhile, of one cell.
     pub scenario: Name,
-    /// What may be done.
+    /// The attack space.
     pub alphabet: Name,
-    /// The one check that is waived; or else
+    /// The one check that is waived, instead of a `misset`.
     pub waive: Option<Switch>,
-    /// the one bound that the services are made with a wrong value of. The oracle judges by the right one.
+    /// The one bound that the services are made with a wrong value of, instead of a `waive`. The oracle judges by the right one.
     pub misset: Option<Misset>,
     /// Classes that count as found.
     pub find: Located<List<Outcome, 9>>,
@@ -43,7 +44,7 @@ pub struct Weakness {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Misset {
-    /// Which.
+    /// The bound.
     pub bound: BoundName,
     /// Its wrong value, milliseconds.
     pub to_ms: u32,
@@ -58,21 +59,21 @@ pub enum BoundName {
     FreshnessMs,
     /// The supervision lease.
     LeaseMs,
-    /// How old a stage's product may be.
+    /// Greatest age of a stage's product.
     ProductLimitMs,
-    /// How long a loss may last that driving depends on.
+    /// Time for which a loss may last that driving depends on.
     UnrecoveredMs,
-    /// How old a track may be.
+    /// Greatest age of a track.
     TrackLimitMs,
-    /// How old an order may be.
+    /// Greatest age of an order.
     CommandLimitMs,
-    /// How long authority lives.
+    /// Lifetime of authority.
     AuthorityMs,
-    /// How long all has to be well before DEGRADED ends.
+    /// Time for which all has to be well before DEGRADED ends.
     HysteresisMs,
-    /// How long a set-point is followed.
+    /// Time for which a set-point is followed.
     SetPointLeaseMs,
-    /// How long the log may go unsealed.
+    /// Time for which the log may go unsealed.
     SealLimitMs,
 }
 
@@ -123,7 +124,7 @@ impl BoundName {
 }
 
 impl Weakness {
-    /// What is wrong, as a report tells it.
+    /// The waived check, or the bound with its wrong value, as a report gives it.
     pub fn wrong(&self) -> String {
         let waived = self.waive.map(Switch::name);
         waived.or_else(|| self.misset.as_ref().map(Misset::name)).unwrap_or_default()
@@ -195,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_that_is_set_wrong_is_that_bound_alone() {
+    fn misset_changes_one_bound_alone() {
         let text = TEXT.replace("waive = \"guards.lease\"", "misset = { bound = \"lease_ms\", to_ms = 670 }");
         let list = Weaknesses::parse("w.toml", &text).unwrap();
         let wrong = list.weakness[1].misset.as_ref().unwrap().of(&Bounds::GROUND);
@@ -215,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_list_that_makes_no_sense_is_refused_in_its_place() {
+    fn senseless_list_is_refused_in_its_place() {
         assert_eq!(Weaknesses::parse("w.toml", TEXT).unwrap().weakness.len(), 2);
         for (wrong, with, message, marked) in [
             ("name = \"b\"", "name = \"a\"", "weakness a is there twice", "\"a\""),

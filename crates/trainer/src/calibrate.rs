@@ -1,8 +1,8 @@
-//! Makes scores mean what they say: logistic recalibration (Platt 1999) on tuning frames, folded into the objectness of the
-//! network's head, so that nothing beside the model has to carry it.
+//! Calibration of scores: logistic recalibration (Platt 1999) on tuning frames, folded into the objectness of the network's head,
+//! so that no file beside the model has to carry it.
 //!
-//! A score is objectness times what the class is sure of. Where the class is sure, which is nearly everywhere, the score's
-//! logit is the objectness, and what is right for the one is right for the other.
+//! A score is objectness times the confidence in the class. Where the class is sure, which is nearly everywhere, the score's
+//! logit is the objectness, and the correction of the one is right for the other.
 
 use std::error::Error;
 use std::path::Path;
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scores_that_were_too_sure_are_made_less_so() {
+    fn calibration_softens_overconfident_scores() {
         // At a logit of 2 (0.88) six of ten are right, at -2 four of ten.
         let sample: Vec<(f64, bool)> =
             (0..100).map(|k| (2.0, k % 10 < 6)).chain((0..100).map(|k| (-2.0, k % 10 < 4))).collect();

@@ -1,4 +1,4 @@
-//! The model card and the manifest that stand beside the model: what it was made from and what it was measured at.
+//! The model card and the manifest that stand beside the model: its training and its measurements.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -26,7 +26,7 @@ const THRESHOLDS: [u16; 6] = [250, 350, 400, 450, 500, 600];
 /// Frames of each cell that is learnt from, for that.
 const TUNING: u64 = 60;
 
-/// How a model was made, as training left it beside the model.
+/// Record of a model's training, left beside the model.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Training {
@@ -44,7 +44,7 @@ pub(crate) struct Round {
     pub(crate) steps: u64,
     /// Frames in a batch.
     pub(crate) batch: u64,
-    /// By how much of 255 half of each batch was made harder at most.
+    /// Largest change, of 255, by which half of each batch was made harder.
     #[serde(default)]
     pub(crate) hardened: u8,
     /// Patterns of heat, made against the weights of the round before or at random, that some fakes bore.
@@ -63,7 +63,7 @@ pub(crate) struct Round {
 }
 
 impl Training {
-    /// What stands beside a model.
+    /// The record beside a model.
     pub(crate) fn read(sense: Sense, directory: &Path) -> Result<Self, Box<dyn std::error::Error>> {
         Ok(toml::from_str(&std::fs::read_to_string(sense.training(directory))?)?)
     }
@@ -74,7 +74,7 @@ impl Training {
     }
 }
 
-/// A model of a directory, loaded, with how it was made.
+/// A model of a directory, loaded, with the record of its training.
 struct Made {
     bytes: usize,
     sha256: String,

@@ -21,14 +21,14 @@ use crate::views::{SHIFTS, print};
 /// Cells of the grid.
 pub(crate) const CELLS: usize = ROWS * COLUMNS;
 
-/// What is warmer than the ground by so much is warm, whoever made it so, kelvin.
+/// Excess over the ground's temperature from which an object is warm, by any heat, kelvin.
 const WARM_K: f32 = 8.0;
-/// By how much more than that what is heated may be.
+/// Greatest further excess of a heated object, kelvin.
 const HOTTER_K: f32 = 37.0;
-/// Share of an object's sides whose cells are its own.
+/// Share of an object's sides within which cells are its own.
 const MIDDLE: f32 = 0.4;
 
-/// One frame with what it shows.
+/// One frame with its labels.
 pub(crate) struct Example {
     /// Colour or bands of warmth: row-major, 3 bytes a pixel.
     pub(crate) image: Vec<u8>,
@@ -38,13 +38,13 @@ pub(crate) struct Example {
     pub(crate) ignored: Vec<Label>,
 }
 
-/// What the network should give for one example, cell by cell.
+/// Wanted output of the network for one example, cell by cell.
 pub(crate) struct Target {
     /// 1 where an object is.
     pub(crate) object: Vec<f32>,
-    /// 0 where nothing is asked.
+    /// 0 where no output is asked.
     pub(crate) asked: Vec<f32>,
-    /// Where an object is: one over the root of how many cells it has, so that a near object does not drown a far one.
+    /// One over the root of the count of the object's cells, where one is, so that a near object does not drown a far one.
     pub(crate) weight: Vec<f32>,
     /// Four channels, one hot where an object is.
     pub(crate) class: Vec<f32>,
@@ -52,7 +52,7 @@ pub(crate) struct Target {
     pub(crate) place: Vec<f32>,
 }
 
-/// Frames of what may be learnt from, the cells in turn, with the hash of all that is in them. `pool`: heat that some fakes bear.
+/// Frames that may be learnt from, the cells in turn, with the hash of all that is in them. `pool`: heat that some fakes bear.
 pub(crate) fn examples(
     sense: Sense,
     frames: std::ops::Range<u64>,
@@ -80,15 +80,15 @@ pub(crate) fn examples(
     Ok((examples, digest.iter().map(|b| format!("{b:02x}")).collect()))
 }
 
-/// What can be seen in a frame.
+/// Visible objects of a frame, with its colour image.
 pub(crate) fn seen(frame: Frame) -> Example {
     let frame = frame.frame;
     let (labels, ignored) = frame.labels.into_iter().partition(counts);
     Example { image: frame.rgb, labels, ignored }
 }
 
-/// What is warm in a frame: vehicles and persons as such, whatever else is warm as an obstacle, which is to say as warm and
-/// neither. Other things as cold as the ground are not there.
+/// Warm objects of a frame: vehicles and persons as such, any other as an obstacle, which is to say as warm and neither. Other
+/// things as cold as the ground are not there.
 pub(crate) fn felt(example: Frame) -> Example {
     let Frame { scene, frame, .. } = example;
     let warm = |label: &Label| scene.objects[usize::from(label.object.0)].kelvin >= scene.ground.kelvin + WARM_K;
@@ -129,8 +129,8 @@ pub(crate) fn heated(
     Ok((Frame::of(scene, start, number)?, which))
 }
 
-/// The grid of targets. A cell belongs to the smallest object whose middle part covers its middle, and in any case to
-/// the object whose middle lies in it.
+/// The grid of targets. A cell belongs to the smallest object with a middle part that covers the cell's middle, and in any case
+/// to the object with its middle in the cell.
 pub(crate) fn target(example: &Example, mirrored: bool) -> Target {
     let mut target = Target {
         object: vec![0.0; CELLS],

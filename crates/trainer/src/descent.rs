@@ -1,6 +1,6 @@
 //! Downhill by the mean gradient of some views at each step, within bounds.
 
-/// What is kept of the step before (momentum, Dong et al. 2018).
+/// Share of the step before that is kept (momentum, Dong et al. 2018).
 const MOMENTUM: f32 = 0.8;
 /// Share of the way from the middle of the bounds to an end that the first step goes at most.
 const FIRST: f32 = 0.25;

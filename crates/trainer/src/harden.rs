@@ -1,9 +1,10 @@
-//! Frames made harder on purpose: what somebody who knows the weights would print on the objects in them.
+//! Frames made harder on purpose: by prints on their objects, as an attacker who knows the weights would make them.
 //!
-//! Learning from what the present weights are worst at is Madry et al.'s (2018) adversarial training. A few steps of signed gradients
-//! go uphill from the true labels (hide) or downhill to false ones (impersonate). Mostly the gradient is averaged over the fields of
-//! a print that covers each object's box; now and then it is taken pixel by pixel over the whole frame. How a print lies on the
-//! sides of an object, and how light falls on it, is not known here: that is left to the attacks that the model is judged by.
+//! Learning from the inputs that the present weights are worst at is Madry et al.'s (2018) adversarial training. A few steps of
+//! signed gradients go uphill from the true labels (hide) or downhill to false ones (impersonate). Mostly the gradient is
+//! averaged over the fields of a print that covers each object's box; now and then it is taken pixel by pixel over the whole
+//! frame. The lie of a print on the sides of an object, and the light on it, are not known here: that is left to the attacks that
+//! the model is judged by.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use dataset::draw::uniform;
@@ -25,8 +26,8 @@ const PIXEL: f32 = 0.08;
 const FIRST: f32 = 0.5;
 const MOVE: f32 = 0.75;
 
-/// Changes `planes`, one frame after another, to what the weights are worse at, by at most `most` of 255. Each is of an example,
-/// perhaps mirrored.
+/// Changes `planes`, one frame after another, to inputs that the weights are worse at, by at most `most` of 255. Each is of an
+/// example, perhaps mirrored.
 pub(crate) fn perturb(
     net: &Net,
     planes: &mut [f32],
@@ -67,7 +68,7 @@ pub(crate) fn gradient(
     Ok(gradient.into_data().convert::<f32>().iter::<f32>().collect())
 }
 
-/// What is changed about one frame.
+/// The change to one frame.
 struct Change {
     /// Labels to go downhill to, or uphill from.
     wanted: Example,
@@ -141,7 +142,7 @@ fn printed(labels: &[Label], mirrored: bool) -> Vec<Option<usize>> {
     fields
 }
 
-/// What an object is to be taken for.
+/// The class that an object is to be taken for.
 fn other(class: Class) -> Class {
     match class {
         Class::Vehicle => Class::Decoy,

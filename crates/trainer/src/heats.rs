@@ -12,7 +12,7 @@ use crate::net::Net;
 use crate::shifts::MADE_ON;
 use crate::views::View;
 
-/// How many kelvin above the ground a field may be, pattern by pattern.
+/// Kelvin above the ground that a field may be, pattern by pattern.
 const HEATS: [u8; 4] = [10, 20, 30, 40];
 /// Patterns at random for each of these.
 const RANDOM: u64 = 3;

@@ -1,4 +1,4 @@
-//! Intervals of what was counted.
+//! Intervals of counted shares.
 
 /// Wilson's interval (1927) of a share, 95 %.
 pub(crate) fn wilson(k: u32, n: u32) -> [f64; 2] {

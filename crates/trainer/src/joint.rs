@@ -1,9 +1,9 @@
-//! The attack on everything at once: a print in colour and in warmth, by somebody who knows the detector, the thermal stage and
-//! what corroboration makes of both, and bears them on a shape that depth and LiDAR take for a vehicle's.
+//! The attack on all stages at once: a print in colour and in warmth, by an attacker who knows the detector, the thermal stage
+//! and the rules of corroboration for both, and bears them on a shape that depth and LiDAR take for a vehicle's.
 //!
-//! Both networks' gradients are followed at once, from two beginnings: heated evenly, and as warm as a vehicle where a vehicle is. Of
-//! what comes out, what has most views stand as a vehicle after the whole of corroboration is kept: detector, depth, LiDAR and
-//! warmth as the platform judges them. It is judged on other views.
+//! Both networks' gradients are followed at once, from two beginnings: heated evenly, and as warm as a vehicle where a vehicle
+//! is. Of the results, the one that has most views stand as a vehicle after the whole of corroboration is kept: detector, depth,
+//! LiDAR and warmth as the platform judges them. It is judged on other views.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -37,25 +37,25 @@ use crate::views::{FIELDS, SHIFTS, View, steps};
 
 // Fixed before the first attack was made.
 
-/// Strengths: by how much of 255 a channel of the coat may be shifted at most, and how many kelvin above the ground a field may be.
+/// Strengths: the largest shift of a channel of the coat, of 255, and the most kelvin above the ground that a field may be.
 const COATS: [u8; 4] = [0, 8, 16, 32];
 const HEATS: [u8; 4] = [0, 10, 20, 30];
 /// The design strength.
 const DESIGN: (u8, u8) = (32, 30);
-/// A strength fails whose share of views that stand is above this with 95 % confidence.
+/// A strength fails if its share of views that stand is above this with 95 % confidence.
 const FAILS: f64 = 0.05;
-/// Steps after which, and after every so many more, what there is may be kept.
+/// Steps after which, and after every so many more, the suit of that step may be kept.
 const SETTLED: usize = 30;
 const EVERY: usize = 10;
 
-/// What is worn: shifts of the coat, of 255, and kelvin above the ground, field by field.
+/// A suit: shifts of the coat, of 255, and kelvin above the ground, field by field.
 #[derive(Clone)]
 pub(crate) struct Suit {
     pub(crate) shifts: Vec<f32>,
     pub(crate) heat: Vec<f32>,
 }
 
-/// How the heat of a suit begins.
+/// Beginning of the heat of a suit.
 #[derive(Clone, Copy)]
 pub(crate) enum Begins {
     /// All fields as warm as they may be.
@@ -81,7 +81,7 @@ impl Pair {
     }
 }
 
-/// What an attacker knows.
+/// Knowledge of an attacker.
 #[derive(Clone, Copy)]
 enum Knows {
     Nothing,
@@ -89,7 +89,7 @@ enum Knows {
     Pair,
 }
 
-/// How decoys came out in views that the suit was not made on.
+/// Results of decoys in views that the suit was not made on.
 #[derive(Default)]
 struct Tally {
     views: u32,
@@ -102,8 +102,8 @@ struct Tally {
     joint: u32,
 }
 
-/// Attacks the detector in `of[0]` with the thermal stage in `of[1]`, by their own weights and by those in `of[2]` and `of[3]`; writes `page`,
-/// and beside it the suit of the design strength.
+/// Attacks the detector in `of[0]` with the thermal stage in `of[1]`, by their own weights and by those in `of[2]` and `of[3]`;
+/// writes `page`, and beside it the suit of the design strength.
 pub(crate) fn write(of: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
     let (own, other) = (Pair::read(of[0], of[1])?, Pair::read(of[2], of[3])?);
     let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
@@ -151,7 +151,7 @@ fn made(pair: &Pair, views: &[View], (coat, heat): (u8, u8)) -> Result<Suit, Box
     Ok(best.1)
 }
 
-/// Downhill in each network, by so much at most, to labels that say vehicle; `each` sees what there is after each step, from 1.
+/// Downhill in each network, by so much at most, to labels that say vehicle; `each` gets the suit after each step, from 1.
 pub(crate) fn descend(
     colour: Option<(&Net, u8)>,
     thermal: Option<(&Net, u8)>,
@@ -188,7 +188,7 @@ pub(crate) fn descend(
     Ok(())
 }
 
-/// What the thermal stage would be asked for if the view's decoys were vehicles.
+/// Output that the thermal stage would be asked for if the view's decoys were vehicles.
 fn claimed_warm(view: &View) -> Example {
     let mut claimed = claimed(view);
     claimed.labels.retain(|label| label.class != Class::Obstacle);
@@ -229,7 +229,7 @@ impl Begins {
     }
 }
 
-/// In how many views the decoy stands as a vehicle, as the platform judges it.
+/// Count of the views in which the decoy stands as a vehicle, as the platform judges it.
 fn standing(stages: &Stages, views: &[View], suit: &Suit) -> Result<usize, ExampleError> {
     let limits = Limits::default();
     let mut count = 0;
@@ -258,7 +258,7 @@ fn judge(pair: &Pair, views: &[View], suit: &Suit, (_, heat): (u8, u8)) -> Resul
     Ok(tally)
 }
 
-/// Whether the thermal stage would bear out a vehicle where the decoy is.
+/// True if the thermal stage would bear out a vehicle where the decoy is.
 fn warm(thermal: &Detector, example: &Frame, view: &View) -> bool {
     let claim = Detection { class: Class::Vehicle, score: 1000, bounds: view.label.bounds };
     let blobs = blobs(thermal, &example.frame.thermal, example.frame.width, example.frame.height);

@@ -1,12 +1,12 @@
 //! Trains the networks of `perception` on the project's own rendered frames, and attacks them.
 //!
-//! `trainer train colour|thermal DIR [STEPS] [FRAMES]` renders, trains and writes a model, `trainer refine` goes on from there with
-//! other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose (for warmth: with fakes that
-//! bear heat made against it), `trainer calibrate` makes scores mean what they say. `trainer measure DIR [FRAMES]` runs both files
-//! through the pure-Rust runtime on frames that nothing was learnt from and writes their card and manifest; `trainer pixels DIR
-//! [FRAMES]` changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on
-//! decoys, `trainer perturbations DIR OTHER [VIEWS]` adds one pattern to every image, `trainer joint` prints on them and heats them against all stages at once. Not part of the normal build: nothing depends
-//! on this package.
+//! `trainer train colour|thermal DIR [STEPS] [FRAMES]` renders, trains and writes a model, `trainer refine` goes on from there
+//! with other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose (for warmth: with fakes
+//! that bear heat made against it), `trainer calibrate` calibrates scores. `trainer measure DIR [FRAMES]` runs both files through
+//! the pure-Rust runtime on frames that were not learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]`
+//! changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys,
+//! `trainer perturbations DIR OTHER [VIEWS]` adds one pattern to every image, `trainer joint` prints on them and heats them
+//! against all stages at once. Not part of the normal build: no crate depends on this package.
 
 mod calibrate;
 mod card;
@@ -44,7 +44,7 @@ const SEED: u64 = 20_261;
 /// Batches, and frames learnt from, unless others are asked for.
 const STEPS: u64 = 2_000;
 const FRAMES: u64 = 5_400;
-/// By how much of 255 frames are made harder at most.
+/// Largest change by which frames are made harder, of 255.
 const STRENGTH: u8 = 102;
 
 fn main() -> ExitCode {
@@ -107,7 +107,7 @@ fn train(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let mut training = if kind == Kind::New { Training::default() } else { Training::read(sense, directory)? };
     let first = training.round.iter().map(|round| round.frames).sum();
-    // What is warm is made harder before it is rendered, colours while they are learnt.
+    // Heat is made harder before frames are rendered, colours while they are learnt.
     let hardens_heat = sense == Sense::Thermal && matches!(kind, Kind::Hardened(_));
     let pool = if hardens_heat { heats::pool(&Victim::read(sense, directory)?.net)? } else { Vec::new() };
     let kind = if hardens_heat { Kind::Again } else { kind };

@@ -1,4 +1,4 @@
-//! Where shifts of colour come from: printed on the decoys, or added to every image.
+//! Means of a shift of colour: a print on the decoys, or a pattern added to every image.
 
 use dataset::example::{Example, ExampleError};
 use sim::{perturbation, print};
@@ -10,7 +10,7 @@ use crate::views::View;
 pub(crate) enum Means {
     /// On each side of a decoy.
     Print,
-    /// Over the whole image, whatever it shows.
+    /// Over the whole image, in any scene.
     Perturbation,
 }
 
@@ -28,7 +28,7 @@ impl Means {
         3 * self.fields().iter().product::<usize>()
     }
 
-    /// Strengths: by how much of 255 a shift may be at most. Fixed before the first of its kind was made.
+    /// Strengths: the largest shift, of 255. Fixed before the first of its kind was made.
     pub(crate) fn strengths(self) -> [u8; 6] {
         match self {
             Means::Print => [0, 8, 16, 32, 64, 96],
@@ -44,7 +44,7 @@ impl Means {
         }
     }
 
-    /// What its files are called.
+    /// Name of its files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Means::Print => "print",
@@ -76,7 +76,7 @@ impl Means {
         }
     }
 
-    /// What stands above its table.
+    /// Text above its table.
     pub(crate) fn says(self) -> String {
         let [rows, columns] = self.fields();
         match self {

@@ -57,7 +57,7 @@ impl Net {
         Net { blocks, head: Conv2dConfig::new([into, CHANNELS], [1, 1]).init(device) }
     }
 
-    /// The same network with objectness `slope · x + offset`: what calibration asks for, folded into the head.
+    /// The same network with objectness `slope · x + offset`: the calibration, folded into the head.
     pub(crate) fn calibrated(self, slope: f32, offset: f32, device: &Device) -> Self {
         let row = |first: f32, rest: f32| {
             let mut values = vec![rest; CHANNELS];
@@ -76,7 +76,7 @@ impl Net {
     }
 }
 
-/// What a batch should give; each `[n, channels, cells]`.
+/// Wanted output for a batch; each `[n, channels, cells]`.
 pub(crate) struct Wanted {
     /// One channel.
     pub(crate) object: Tensor<3>,

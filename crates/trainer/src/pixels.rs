@@ -1,8 +1,9 @@
-//! How little it takes to fool the detector when its weights are known, and what of that the other modalities let stand.
+//! Changes of pixels, by strength, that fool the detector when its weights are known, and the share of them that the other
+//! modalities let stand.
 //!
-//! Projected gradient descent (Madry et al. 2018) on the colour image alone, bounded in each channel of each pixel and rounded
-//! to whole bytes as a camera gives them: once to hide what is there, once to have decoys taken for vehicles. Beside it noise of
-//! the same size without a purpose. Depth, thermal and LiDAR are as they were: this is one modality deceived, and fusion has the others.
+//! Projected gradient descent (Madry et al. 2018) on the colour image alone, bounded in each channel of each pixel and rounded to
+//! whole bytes as a camera gives them: once to hide objects, once to have decoys taken for vehicles. Beside it noise of the same
+//! size without a purpose. Depth, thermal and LiDAR are as they were: this is one modality deceived, and fusion has the others.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -40,18 +41,18 @@ const FRAMES: u64 = 60;
 enum Goal {
     /// Noise, for comparison.
     None,
-    /// Nothing is found.
+    /// No object is found.
     Hide,
     /// Decoys are vehicles.
     Impersonate,
 }
 
-/// What came of one goal at one strength.
+/// Results of one goal at one strength.
 #[derive(Clone, Copy, Default)]
 struct Tally {
-    /// Objects, and how many of them are found under their own class.
+    /// Count of the objects, and of those that are found under their own class.
     objects: [u32; 2],
-    /// Decoys, how many of them the detector calls vehicles, and how many stand as vehicles after corroboration.
+    /// Count of the decoys, of those that the detector calls vehicles, and of those that stand as vehicles after corroboration.
     decoys: [u32; 3],
 }
 
@@ -103,7 +104,7 @@ fn perturb(net: &Net, frame: &Frame, goal: Goal, strength: u8, device: &Device) 
     paint(clean, false, 1.0, &mut plane);
     let tensor = |plane: Vec<f32>| Tensor::<4>::from_data(TensorData::new(plane, [1, 3, HEIGHT, WIDTH]), device);
     let (first, step) = (tensor(plane.clone()), bound / 4.0);
-    // Downhill towards what is wanted, uphill away from what is there.
+    // Downhill towards the wanted labels, uphill away from the true ones.
     let sign = if goal == Goal::Impersonate { -step } else { step };
     let mut image = first.clone();
     for _ in 0..STEPS {

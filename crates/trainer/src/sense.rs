@@ -1,13 +1,13 @@
-//! Which of the two networks is meant: the one that looks at colour, or the one that looks at warmth.
+//! The two networks: the one that looks at colour, and the one that looks at warmth.
 
 use std::path::{Path, PathBuf};
 
-/// What a network looks at.
+/// Input of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sense {
     /// The colour image; every class.
     Colour,
-    /// The bands of the thermal image; what is warm.
+    /// The bands of the thermal image; warm objects.
     Thermal,
 }
 
@@ -33,7 +33,7 @@ impl Sense {
         })
     }
 
-    /// How it was made.
+    /// The record of its training.
     pub(crate) fn training(self, directory: &Path) -> PathBuf {
         directory.join(match self {
             Sense::Colour => "training.toml",

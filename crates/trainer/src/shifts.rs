@@ -1,10 +1,10 @@
-//! What it takes to have a decoy taken for a vehicle by shifts of colour, printed on it or added to every image (`means`), made on one set
-//! of views and judged on another.
+//! The attack that has a decoy taken for a vehicle by shifts of colour, printed on it or added to every image (`means`), made on
+//! one set of views and judged on another.
 //!
-//! One print or pattern serves every view, so it is made from the mean gradient of many (expectation over transformation, Athalye et al.
-//! 2018). Beside the attacker who knows the weights stand one who only sees the scores of
-//! some detections (random search over rectangles of fields, after Andriushchenko et al. 2020), one who knows another model's
-//! weights, and one who draws at random. Shape is a vehicle's throughout; the decoy is judged cold, and heated like a vehicle.
+//! One print or pattern serves every view, so it is made from the mean gradient of many (expectation over transformation, Athalye
+//! et al. 2018). Beside the attacker who knows the weights stand one who only sees the scores of some detections (random search
+//! over rectangles of fields, after Andriushchenko et al. 2020), one who knows another model's weights, and one who draws at
+//! random. Shape is a vehicle's throughout; the decoy is judged cold, and heated like a vehicle.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -37,7 +37,7 @@ use crate::views::{COLD, HEATED, View};
 
 // Fixed before the first print was made, as strengths and design strength are (`means`).
 
-/// Views that one is made on, how many of them a step looks at, and steps.
+/// Counts of the views that one is made on, of those that a step looks at, and of the steps.
 pub(crate) const MADE_ON: usize = 64;
 pub(crate) const BATCH: usize = 8;
 pub(crate) const STEPS: usize = 60;
@@ -46,7 +46,7 @@ const QUERIES: usize = 400;
 /// Views that it is judged on.
 pub(crate) const JUDGED_ON: usize = 299;
 
-/// What an attacker knows.
+/// Knowledge of an attacker.
 #[derive(Clone, Copy, PartialEq)]
 enum Knows {
     Nothing,
@@ -55,7 +55,7 @@ enum Knows {
     Weights,
 }
 
-/// How the decoy came out in views that nothing was made on.
+/// Results of the decoy in views that the shifts were not made on.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     views: u32,
@@ -67,8 +67,8 @@ struct Tally {
     heated: u32,
 }
 
-/// Attacks `directory/detector.onnx`, by its own weights, by its scores and by the weights in `other`; writes a page and what is of the
-/// design strength.
+/// Attacks `directory/detector.onnx`, by its own weights, by its scores and by the weights in `other`; writes a page and the
+/// shifts of the design strength.
 pub(crate) fn write(means: Means, directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
     let [own, other] = [Victim::read(Sense::Colour, directory)?, Victim::read(Sense::Colour, other)?];
     let stages = own.stages(&Arc::new(Detector::thermal()?));
@@ -118,7 +118,7 @@ fn by_weights(means: Means, net: &Net, views: &[View], strength: u8) -> Result<V
     Ok(descent.values)
 }
 
-/// What the view's labels would be if its decoys were vehicles.
+/// Labels that the view would have if its decoys were vehicles.
 pub(crate) fn claimed(view: &View) -> Example {
     let (mut labels, ignored): (Vec<_>, Vec<_>) = view.plain.frame.labels.iter().copied().partition(counts);
     labels.iter_mut().filter(|label| label.class == Class::Decoy).for_each(|label| label.class = Class::Vehicle);
@@ -153,7 +153,7 @@ fn by_scores(means: Means, target: &Victim, views: &[View], strength: u8) -> Res
     Ok(best)
 }
 
-/// By how much the best vehicle where the decoy is outdoes the best decoy, permille.
+/// Margin of the best vehicle where the decoy is over the best decoy, permille.
 fn margin(means: Means, target: &Victim, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn Error>> {
     let planes = means.planes(view, shifts);
     let byte = |k: usize| libm::roundf(planes[(k % 3) * HEIGHT * WIDTH + k / 3] * 255.0) as u8;

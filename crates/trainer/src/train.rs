@@ -28,7 +28,7 @@ const RATE_AGAIN: f64 = 2e-3;
 /// Steps over which the rate rises.
 const WARM_UP: usize = 40;
 
-/// What a round starts from, and what it shows.
+/// Beginning of a round, and the frames that it shows.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Kind {
     /// New weights.
@@ -88,7 +88,7 @@ fn cpu() -> Duration {
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
 }
 
-/// Writes the network as ONNX, and its weights beside it for whoever attacks it with gradients.
+/// Writes the network as ONNX, and its weights beside it for attacks with gradients.
 pub(crate) fn save(net: &Net, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let sample = Tensor::<4>::zeros([1, 3, HEIGHT, WIDTH], &Device::default());
     OnnxExporter::new().export(net, sample, Net::forward)?.save(path)?;
@@ -108,7 +108,7 @@ fn rate(step: usize, steps: usize) -> f64 {
 struct Batch<'a> {
     /// Planes of red, green and blue, one frame after another.
     planes: Vec<f32>,
-    /// What each is of, and whether it is mirrored.
+    /// The example of each, and true if it is mirrored.
     of: Vec<(&'a Example, bool)>,
 }
 
@@ -119,7 +119,7 @@ impl<'a> Batch<'a> {
             let example = &examples[rng.next_u32() as usize % examples.len()];
             let mirrored = rng.next_u32() & 1 == 1;
             let gain = 0.8 + 0.4 * uniform(rng);
-            // A temperature is what it is.
+            // A temperature has no gain.
             let gain = if sense == Sense::Colour { gain } else { 1.0 };
             paint(&example.image, mirrored, gain, plane);
             batch.of.push((example, mirrored));

@@ -1,4 +1,4 @@
-//! What is attacked: the stages that run, and the weights that an attacker has of them.
+//! The target of an attack: the stages that run, and the weights that an attacker has of them.
 
 use std::error::Error;
 use std::path::Path;

@@ -1,7 +1,7 @@
-//! Views of one decoy, among what else a scene has: where prints and heat are made, and where they are judged.
+//! Views of one decoy, among the other objects of a scene: prints and heat are made on some of them and judged on others.
 //!
-//! Scenes are drawn as for measurements, and the decoys in them are all the attacker's: of one size and coat, which it knows. What
-//! it makes is judged on other views, rendered anew with the print in the scene.
+//! Scenes are drawn as for measurements, and the decoys in them are all the attacker's: of one size and coat, which it knows. Its
+//! prints and heat are judged on other views, rendered anew with the print in the scene.
 
 use dataset::cells::{self, Split};
 use dataset::draw;
@@ -32,7 +32,7 @@ pub(crate) struct View {
     scene: Scene,
     start: Start,
     noise: u64,
-    /// With a print that changes nothing.
+    /// With a print that leaves the coat as it is.
     pub(crate) plain: Example,
     /// The thermal plane with all decoys as cold as the ground.
     cold: Vec<u8>,
@@ -111,12 +111,13 @@ impl View {
         planes
     }
 
-    /// From the gradient at the image to that at what is added to it, added to `sum`.
+    /// From the gradient at the image to that at the shifts added to it, added to `sum`.
     pub(crate) fn back_perturbed(gradient: &[f32], sum: &mut [f32]) {
         gradient.iter().enumerate().for_each(|(k, of)| sum[shift_at(k)] += of);
     }
 
-    /// What the thermal network sees with its decoys so many kelvin above the ground, field by field, without rendering it anew.
+    /// Input of the thermal network with the view's decoys so many kelvin above the ground, field by field, without rendering it
+    /// anew.
     pub(crate) fn felt(&self, heat: &[f32]) -> Vec<f32> {
         let skins = self.plain.frame.skin.iter();
         let warmer = skins.zip(self.cold.chunks_exact(2)).flat_map(|(skin, cold)| {
@@ -126,8 +127,8 @@ impl View {
         felt(&warmer.collect::<Vec<u8>>())
     }
 
-    /// From the gradient at what the thermal network saw to that at the heat, a kelvin, added to `sum`. A band that is at its end does
-    /// not change.
+    /// From the gradient at the input of the thermal network to that at the heat, a kelvin, added to `sum`. A band that is at its
+    /// end does not change.
     pub(crate) fn back_warm(&self, gradient: &[f32], seen: &[f32], sum: &mut [f32]) {
         for (at, skin) in self.plain.frame.skin.iter().enumerate() {
             let Some(skin) = skin else { continue };
@@ -156,7 +157,7 @@ fn shift_at(k: usize) -> usize {
     3 * perturbation::field(k % (HEIGHT * WIDTH), WIDTH, HEIGHT) + k / (HEIGHT * WIDTH)
 }
 
-/// What the thermal network sees of a plane, as planes in 0..1.
+/// Input of the thermal network from a plane, as planes in 0..1.
 fn felt(plane: &[u8]) -> Vec<f32> {
     let mut planes = vec![0.0; FRAME];
     let bands = bands(plane, WIDTH as u16, HEIGHT as u16).unwrap_or_default();

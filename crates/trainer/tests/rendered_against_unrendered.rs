@@ -14,7 +14,7 @@ use wire::setup::{Channel, Secret, Setup};
 use wire::time::{Instant, Span};
 use wire::track::{Track, Tracks};
 
-/// Class, place, heading and temperature of what stands there.
+/// Class, place, heading and temperature of the objects that stand there.
 const THINGS: [(Class, [f32; 2], f32, f32); 4] = [
     (Class::Vehicle, [2.0, -2.0], 1.2, 318.0),
     (Class::Person, [-1.0, -6.0], 0.0, 306.0),
@@ -23,7 +23,7 @@ const THINGS: [(Class, [f32; 2], f32, f32); 4] = [
 ];
 
 #[test]
-fn rendered_frames_and_unrendered_candidates_give_the_same_tracks() {
+fn rendered_and_unrendered_runs_give_same_tracks() {
     for rendered in [false, true] {
         let tracks = run(rendered, Span::s(4));
         for (class, place, ..) in THINGS {
@@ -37,7 +37,7 @@ fn rendered_frames_and_unrendered_candidates_give_the_same_tracks() {
 }
 
 #[test]
-fn a_rendered_run_repeats_itself_to_the_last_bit() {
+fn rendered_run_repeats_to_the_last_bit() {
     assert_eq!(run(true, Span::ms(800)), run(true, Span::ms(800)));
 }
 

@@ -22,10 +22,10 @@ pub struct Alter {
     pub at_s: Located<Seconds>,
     /// Length of the window.
     pub duration_s: Seconds,
-    /// The service whose keys it holds; none for an impostor.
+    /// The service that it holds the keys of; none for an impostor.
     #[serde(default)]
     pub holder: Option<Holder>,
-    /// Where the vehicle is said to stand; metres east and north.
+    /// Claimed place of the vehicle; metres east and north.
     pub place_m: Point,
 }
 

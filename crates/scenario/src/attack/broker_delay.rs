@@ -10,7 +10,7 @@ use crate::{Millis, Order};
 attacks! {
     /// Publications are passed on later.
     BrokerDelay needs Insider {
-        /// By how much.
+        /// The delay.
         by_ms: Millis,
         /// Only those about an order that asks this.
         #[serde(default)]

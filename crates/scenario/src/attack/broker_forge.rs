@@ -15,7 +15,7 @@ timed! {
     BrokerForge lasts duration_s needs Insider sees OnPath {
         /// Length of the window.
         duration_s: Seconds,
-        /// What it is made of.
+        /// Kind of the forgery.
         forgery: AckForgery,
     }
 }
@@ -35,7 +35,7 @@ impl Attack for BrokerForge {
     }
 }
 
-/// What a forged acknowledgement is made of.
+/// Kind of a forged acknowledgement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum AckForgery {

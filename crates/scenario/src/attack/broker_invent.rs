@@ -13,12 +13,12 @@ use crate::{Count, Direction, Millis, Order};
 timed! {
     /// Orders of the broker's own making.
     BrokerInvent needs Insider sees OnPath {
-        /// What they ask.
+        /// The order.
         #[serde(rename = "do")]
         verb: Order,
-        /// What they are made of.
+        /// Kind of the forgery.
         forgery: OrderForgery,
-        /// How many.
+        /// Count of the orders.
         count: Count,
         /// Time between them.
         every_ms: Millis,
@@ -47,7 +47,7 @@ impl Attack for BrokerInvent {
     }
 }
 
-/// What an invented order is made of.
+/// Kind of an invented order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderForgery {

@@ -11,10 +11,10 @@ use crate::{Count, Direction, Millis};
 timed! {
     /// Captured publications are delivered again, the newest first and then back in turn.
     BrokerReplay needs Insider sees OnPath {
-        /// Which way.
+        /// Direction.
         #[serde(default)]
         direction: Direction,
-        /// How many.
+        /// Count of the publications.
         count: Count,
         /// Time between them.
         every_ms: Millis,

@@ -36,7 +36,7 @@ impl Attack for Corrupt {
     }
 }
 
-/// How a datagram is changed.
+/// Change to a datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Damage {

@@ -18,12 +18,12 @@ pub struct Falsehood {
     pub at_s: Located<Seconds>,
     /// Length.
     pub duration_s: Seconds,
-    /// How fast the claimed place leaves the true one, or the speed that is feigned.
+    /// Speed at which the claimed place leaves the true one, or the speed that is feigned.
     pub drift_m_s: Real<0, 100_000>,
-    /// Which way, from east to north.
+    /// Direction of the motion, from east to north.
     #[serde(default)]
     pub towards_rad: Radians,
-    /// What of it the claimed motion shows.
+    /// Part of it that the claimed motion shows.
     pub motion: Motion,
 }
 
@@ -61,7 +61,7 @@ impl Attack for Falsehood {
     }
 }
 
-/// How the claimed motion stands to the claimed place.
+/// Relation of the claimed motion to the claimed place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Motion {

@@ -12,9 +12,9 @@ timed! {
     FeedDelay lasts duration_s needs Insider {
         /// Length of the window.
         duration_s: Seconds,
-        /// By how much.
+        /// The delay.
         by_ms: Millis,
-        /// And said to be as young as if they had just come.
+        /// Claim that the reports are as young as if they had just come.
         young: bool,
     }
 }

@@ -15,7 +15,7 @@ timed! {
     FeedForge lasts duration_s needs Insider {
         /// Length of the window.
         duration_s: Seconds,
-        /// How.
+        /// Kind of the forgery.
         forgery: FeedForgery,
         /// The state they are made to say.
         state: DisplayedState,
@@ -38,7 +38,7 @@ impl Attack for FeedForge {
     }
 }
 
-/// How a report is made to say something else.
+/// Kind of a forged report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FeedForgery {

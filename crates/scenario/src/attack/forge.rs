@@ -22,14 +22,14 @@ pub struct Forge {
     pub duration_s: Seconds,
     /// Time between messages.
     pub every_ms: Every,
-    /// Which channel.
+    /// The channel.
     pub topic: Channel,
-    /// The service whose keys it holds; none for an impostor.
+    /// The service that it holds the keys of; none for an impostor.
     #[serde(default)]
     pub holder: Option<Holder>,
-    /// What the messages say.
+    /// Content of the messages.
     pub says: Saying,
-    /// Where the vehicle is said to stand, or by how much a position is shifted; metres east and north.
+    /// Claimed place of the vehicle, or the shift of a position; metres east and north.
     #[serde(default)]
     pub place_m: Option<Point>,
 }
@@ -80,11 +80,11 @@ impl Attack for Forge {
     }
 }
 
-/// What forged messages say.
+/// Content of forged messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Saying {
-    /// What the producer said last, with its time made new.
+    /// The producer's last message, with its time made new.
     Echo,
     /// A perception that lives and does no work.
     Beat,
@@ -99,12 +99,12 @@ pub enum Saying {
 }
 
 impl Saying {
-    /// Whether it needs a place.
+    /// True if it needs a place.
     pub fn needs_place(self) -> bool {
         matches!(self, Saying::Vehicle | Saying::Synthetic | Saying::PlayedBack | Saying::Elsewhere)
     }
 
-    /// Whether it can be said on `topic`.
+    /// True if it can be said on `topic`.
     pub fn fits(self, topic: Channel) -> bool {
         match self {
             Saying::Echo => true,

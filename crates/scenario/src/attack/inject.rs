@@ -12,9 +12,9 @@ use crate::{Count, Millis};
 attacks! {
     /// Sends datagrams of the relay's own making.
     Inject {
-        /// What they hold.
+        /// Their content.
         content: Content,
-        /// How many.
+        /// Count of the datagrams.
         count: Count,
         /// Time between them.
         every_ms: Millis,
@@ -42,7 +42,7 @@ impl Attack for Inject {
     }
 }
 
-/// What an injected datagram holds.
+/// Content of an injected datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Content {
@@ -56,7 +56,7 @@ pub enum Content {
     Garbage,
     /// Random bytes that are no record at all.
     Noise,
-    /// A well-formed ClientHello that nothing follows, from a fresh source.
+    /// A well-formed ClientHello, followed by silence, from a fresh source.
     SilentHello,
     /// A ClientHello with broken lengths.
     MalformedHello,

@@ -8,7 +8,7 @@ use crate::timed::timed;
 use crate::{Direction, Order, Seconds};
 
 timed! {
-    /// What the operator asks for does not reach the gateway.
+    /// Requests of the operator do not reach the gateway.
     IntentDrop lasts duration_s needs Insider {
         /// Length of the window.
         duration_s: Seconds,

@@ -14,7 +14,7 @@ timed! {
     Malformed needs Insider sees Insider {
         /// The flaws, taken in turn.
         flaws: Located<List<Flaw, 8>>,
-        /// How many records.
+        /// Count of the records.
         count: Count,
         /// Time between them.
         every_ms: Millis,
@@ -37,7 +37,7 @@ impl Attack for Malformed {
     }
 }
 
-/// What is wrong with a malformed record.
+/// Flaw of a malformed record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flaw {

@@ -1,9 +1,9 @@
-//! Attacks, one a file that is named as its table: the fields, what must fit together, what the actor does, and what the
+//! Attacks, one a file that is named as its table: the fields, the checks of them, the actor's action, and the injection that the
 //! oracle has to find a receipt of.
 //!
 //! A new attack is a file here and, in this one, its `mod` and its row of [`with_attacks`]. The keys of scenario files, the
-//! schema, cells' paths, search alphabets, plans and receipts follow from these. What an actor can do at all is
-//! `adversary`'s; what counts as a receipt of which [`Planned`], the oracle's.
+//! schema, cells' paths, search alphabets, plans and receipts follow from these. The actions that an actor can take at all are
+//! the part of `adversary`; the facts that count as a receipt of each [`Planned`], the oracle's.
 
 pub(super) mod alter;
 pub(super) mod broker_delay;
@@ -147,7 +147,7 @@ macro_rules! attacks {
             $name lasts duration_s $(needs $level)? sees OnPath {
                 /// Length of the window.
                 duration_s: crate::Seconds,
-                /// Which way.
+                /// Direction.
                 #[serde(default)]
                 direction: crate::Direction,
                 $( $(#[$field_doc])* $field: $kind, )*
@@ -159,19 +159,20 @@ use attacks;
 
 /// One table of an attack.
 pub trait Attack: Windowed {
-    /// What its actor does, in a trial of this phase; `None` where the table names nobody there is, which a checked one does not.
+    /// The actor's action, in a trial of this phase; `None` where the table names an unknown identity, which a checked one does
+    /// not.
     fn act(&self, phase_ms: u64) -> Option<Act>;
 
-    /// What the oracle has to find a receipt of; `None` where [`Attack::act`] is.
+    /// The injection that the oracle has to find a receipt of; `None` where [`Attack::act`] is.
     fn injection(&self) -> Option<Injection>;
 
-    /// What does not fit in the table, by itself or beside the others of the scenario.
+    /// Mistakes in the table, by itself or beside the others of the scenario.
     fn check(&self, _whole: &Scenario) -> Vec<Finding> {
         Vec::new()
     }
 }
 
-/// An entry in an actor's plan: what is done, by whom.
+/// An entry in an actor's plan: the action, by its actor.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// By the relay on the telemetry path.
@@ -192,14 +193,14 @@ pub enum Act {
     Rogue {
         /// The channel that it writes.
         channel: Channel,
-        /// The service whose keys it holds; none for an impostor.
+        /// The service that it holds the keys of; none for an impostor.
         holder: Option<Holder>,
-        /// What it does there.
+        /// Its action there.
         plan: RogueMove,
     },
 }
 
-/// What the insider among the teammates does.
+/// Action of the insider among the teammates.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Deceit {
     /// Forwards another's telemetry.
@@ -214,14 +215,14 @@ pub enum Deceit {
     Confusion(Confusion),
 }
 
-/// What the oracle has to find a receipt of, and what has to be there for it to arrive.
+/// An injection that the oracle has to find a receipt of, and the conditions for it to arrive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Injection {
-    /// What.
+    /// The planned effect.
     pub what: Planned,
-    /// How long after its window it may still come; `None` until the end of the run.
+    /// Time after its window for which it may still come; `None` until the end of the run.
     pub later_ms: Option<u64>,
-    /// What it takes hold of, where it does not bring everything along.
+    /// Traffic that it takes hold of, where it does not bring everything along.
     pub takes: Option<Takes>,
     /// The processes that have to run, where they are others than for all of its kind.
     pub running: Option<&'static [NodeId]>,

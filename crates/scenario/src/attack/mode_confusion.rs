@@ -18,9 +18,9 @@ pub struct ModeConfusion {
     pub at_s: Located<Seconds>,
     /// Length.
     pub duration_s: Seconds,
-    /// What the reports say that they are.
+    /// Claimed product of the reports.
     pub product: Product,
-    /// How far their stamps are ahead.
+    /// Time by which their stamps are ahead.
     #[serde(default)]
     pub clock_ms: Whole<-60_000, 60_000>,
 }
@@ -58,7 +58,7 @@ impl Attack for ModeConfusion {
     }
 }
 
-/// Where a report says that its content comes from.
+/// Claimed origin of a report's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Product {

@@ -12,7 +12,7 @@ attacks! {
     Reorder {
         /// Probability for each datagram.
         share: Share,
-        /// How long those are held.
+        /// Time for which those are held.
         hold_ms: Millis,
     }
 }

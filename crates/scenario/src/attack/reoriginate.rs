@@ -12,7 +12,7 @@ attacks! {
     Reoriginate needs OnPath {
         /// The unit it claims to be.
         claim: Name,
-        /// How many datagrams.
+        /// Count of the datagrams.
         count: Count,
         /// Time between them.
         every_ms: Millis,

@@ -12,7 +12,7 @@ attacks! {
     Replay needs OnPath {
         /// Age of the captured datagram when it is sent again.
         lag_ms: Millis,
-        /// How many are sent again.
+        /// Count of those that are sent again.
         count: Count,
         /// Time between them.
         every_ms: Millis,

@@ -11,19 +11,19 @@ use super::{Act, Attack, Injection};
 use crate::shared::Every;
 use crate::{Channel, Located, Millis, Seconds, Windowed};
 
-/// Publishes again what the channel's own producer published.
+/// Publishes again the messages of the channel's own producer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Republish {
-    /// Start on the trial's clock; the trial's phase is added. What is published again was recorded before.
+    /// Start on the trial's clock; the trial's phase is added. The messages were recorded before.
     pub at_s: Located<Seconds>,
     /// Length of the window.
     pub duration_s: Seconds,
     /// Time between messages.
     pub every_ms: Every,
-    /// Which channel.
+    /// The channel.
     pub topic: Channel,
-    /// Least age of what is published again.
+    /// Least age of the messages.
     pub lag_ms: Millis,
 }
 

@@ -1,7 +1,7 @@
 //! `[[rogue]]`: a rogue station gives orders under a key that is not its own.
 //!
-//! It holds somebody's signing key and gives orders with it: through a station of its own at the gateway, or under a
-//! certificate at the broker. It is an identity of its own; no service knows it for what it is.
+//! It holds another identity's signing key and gives orders with it: through a station of its own at the gateway, or under a
+//! certificate at the broker. It is an identity of its own; no service knows that it is a rogue.
 
 use adversary::plan::{self, RogueOrders};
 use evidence::Planned;
@@ -17,29 +17,29 @@ use crate::{Count, Located, Millis, Name, Order, Scenario, Values, Whole, Window
 timed! {
     /// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
     Rogue needs Insider {
-        /// Whose signing key it holds.
+        /// Identity of the signing key that it holds.
         holds: Located<Name>,
-        /// By which way its orders go.
+        /// Way of its orders.
         way: Way,
-        /// Under whose certificate it publishes at the broker; that of whose key it holds where nothing is said.
+        /// Identity of the certificate that it publishes under at the broker; by default the one of the key that it holds.
         #[serde(default)]
         certificate: Option<Located<Name>>,
-        /// In whose name it orders; of whose key it holds where nothing is said.
+        /// Identity that it orders in the name of; by default the one of the key that it holds.
         #[serde(default)]
         claims: Option<Located<Name>>,
-        /// What it orders.
+        /// The order.
         order: Order,
-        /// How many times.
+        /// Count of the orders.
         count: Count,
         /// Time between them.
         every_ms: Millis,
-        /// How far the counter is run ahead with each.
+        /// Amount by which the counter is run ahead with each.
         #[serde(default)]
         ahead: Whole<0, 9_000_000_000_000_000_000>,
-        /// Under which id.
+        /// Id of the order.
         #[serde(default)]
         id: OrderId,
-        /// On which track, to arm or to confirm.
+        /// Track of the order, to arm or to confirm.
         #[serde(default)]
         track: OrderTrack,
         /// The values, where it orders to configure.
@@ -102,7 +102,7 @@ impl Rogue {
     }
 }
 
-/// By which way a rogue's orders go.
+/// Way of a rogue's orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Way {
@@ -112,7 +112,7 @@ pub enum Way {
     Broker,
 }
 
-/// Under which id a rogue orders.
+/// Id of a rogue's order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderId {
@@ -125,7 +125,7 @@ pub enum OrderId {
     OlderBoot,
 }
 
-/// On which track a rogue orders.
+/// Track of a rogue's order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderTrack {

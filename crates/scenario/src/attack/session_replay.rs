@@ -10,17 +10,17 @@ use wire::event::Action;
 use super::{Act, Attack, Deceit, Injection};
 use crate::{Count, Located, Millis, Seconds, Windowed};
 
-/// B ends its session, dials again, and sends what it recorded in the session before.
+/// B ends its session, dials again, and sends the messages that it recorded in the session before.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SessionReplay {
-    /// When it hangs up, on the trial's clock; the trial's phase is added.
+    /// Time at which it hangs up, on the trial's clock; the trial's phase is added.
     pub at_s: Located<Seconds>,
     /// Records sent in the next session, the newest first: each whole, and then its report alone.
     pub count: Count,
     /// Time between them.
     pub every_ms: Millis,
-    /// Whether B has a later boot from then on and counts from the beginning.
+    /// True if B has a later boot from then on and counts from the beginning.
     #[serde(default)]
     pub restart: bool,
 }
@@ -50,7 +50,7 @@ impl Attack for SessionReplay {
     }
 
     fn injection(&self) -> Option<Injection> {
-        // How long it takes to dial again is up to the gateway.
+        // The gateway determines the time that dialling again takes.
         Some(Injection::of(Planned::Action(Action::Resend)).without_end())
     }
 }

@@ -1,4 +1,4 @@
-//! `[[takeover]]`: a thief holds a copy of somebody's certificate and takes its session at the broker.
+//! `[[takeover]]`: a thief holds a copy of a service's certificate and takes its session at the broker.
 
 use adversary::plan;
 use evidence::Planned;
@@ -10,12 +10,12 @@ use crate::timed::timed;
 use crate::{Located, Name, Scenario, Seconds, Windowed};
 
 timed! {
-    /// A thief holds a copy of somebody's certificate and takes that one's session at the broker. All tables of a scenario are
+    /// A thief holds a copy of a service's certificate and takes that one's session at the broker. All tables of a scenario are
     /// one thief's.
     Takeover lasts duration_s needs Insider {
-        /// For how long it has the session, or fights for it with whom it belongs to.
+        /// Time for which it has the session, or fights for it with the owner.
         duration_s: Seconds,
-        /// Whose certificate it holds: the unit under test or the gateway.
+        /// Identity of the certificate: the unit under test or the gateway.
         certificate: Located<Name>,
     }
 }

@@ -13,9 +13,9 @@ use crate::{Millis, Seconds, Windowed};
 timed! {
     /// An admitted teammate B forwards a third unit C's telemetry: the paper's central finding.
     Teammate lasts duration_s needs Insider sees Insider {
-        /// How it forwards.
+        /// Form of the forwarding.
         form: Forwarding,
-        /// Whether C itself reports meanwhile.
+        /// Presence of C's own reports meanwhile.
         c: ThirdUnit,
         /// Length.
         duration_s: Seconds,
@@ -46,7 +46,7 @@ impl Attack for Teammate {
     }
 }
 
-/// How B forwards C's telemetry.
+/// Form in which B forwards C's telemetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Forwarding {
@@ -58,7 +58,7 @@ pub enum Forwarding {
     ReSigned,
 }
 
-/// Whether C reports while B forwards its telemetry.
+/// Presence of C's reports while B forwards its telemetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ThirdUnit {

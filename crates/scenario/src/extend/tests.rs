@@ -4,7 +4,7 @@ use std::fs;
 
 use super::super::{Name, Problems, Scenario, load, template};
 
-/// What a file says of itself where it takes everything else from its base.
+/// Keys of a file that takes everything else from its base.
 const HEAD: &str = "schema_version = 1\nname = \"one\"\nextends = \"base\"\ntitle = \"One\"\ndescription = \"One.\"\n\
                     threats = [\"A04\"]\nstride = []\ninterface = \"telemetry-link\"\nevidence = \"model\"\n\
                     requirement = \"communication-trust\"\nexpected = [\"HOLD_SAFE\"]\n";
