@@ -140,7 +140,7 @@ fn a_new_scenario_is_written_where_the_user_is_and_is_checked_like_a_shipped_one
     assert!(String::from_utf8_lossy(&none.stderr).contains("no scenario `nominall`"), "{none:?}");
 }
 
-/// Nothing stands in the scene that could be armed on.
+/// The scene has no object that could be armed on.
 #[test]
 fn a_step_of_the_operator_that_was_never_carried_out_is_said_in_words_and_in_json() {
     let dir = tempfile::tempdir().unwrap();
@@ -211,7 +211,7 @@ fn a_matrix_that_was_ended_goes_on_where_it_was_and_comes_to_the_same() {
     assert_eq!(matrix(), first);
     for (file, text) in kept.iter().zip(&before) {
         let after = fs::read_to_string(file).unwrap();
-        // What was whole stays to the byte, processor time included: it was not run again.
+        // Whole lines stay to the byte, processor time included: their trials were not run again.
         let whole = text.lines().take(2).map(|line| format!("{line}\n")).collect::<String>();
         assert!(after.starts_with(&whole) && after.lines().count() == 3);
     }

@@ -40,7 +40,7 @@ impl Place {
         holdsafe(&[&["merge"], parts.as_slice(), &["--out", into.to_str().unwrap(), "--quiet", "--json"]].concat())
     }
 
-    /// The campaign's object, and what its table holds, byte for byte.
+    /// The campaign's object, and the bytes of its table.
     fn result(&self, name: &str) -> (String, Vec<u8>) {
         let file = |file: &str| fs::read(self.dir(name).join(file)).unwrap();
         (String::from_utf8(file("campaign.json")).unwrap(), Sha256::digest(file("trials.parquet")).to_vec())
@@ -108,7 +108,7 @@ fn start(place: &Place, name: &str, trials: &str) -> Child {
         .unwrap()
 }
 
-/// Sends the signal once a trial of the campaign below `dir` is finished, and gives what the child says on stderr.
+/// Sends the signal once a trial of the campaign below `dir` is finished, and gives the child's stderr.
 fn end_midway(mut child: Child, dir: &Path, signal: Signal) -> (Option<i32>, String) {
     let finished = || fs::read_to_string(dir.join("trials.jsonl")).is_ok_and(|text| text.contains('\n'));
     while !finished() {
@@ -129,7 +129,7 @@ fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice(
     assert!(!place.dir("killed").join("campaign.json").exists());
     let before = fs::read_to_string(place.dir("killed").join("trials.jsonl")).unwrap();
     assert!((1..24).contains(&before.lines().count()), "{} lines", before.lines().count());
-    // What is finished is taken as it stands: a trial that ran again would come out otherwise than this line says.
+    // Finished trials are taken as they stand: a trial that ran again would come out otherwise than this line.
     fs::create_dir(place.dir("marked")).unwrap();
     fs::copy(place.dir("killed").join("plan.json"), place.dir("marked").join("plan.json")).unwrap();
     let marked = before.replacen("\"sim_us\":9000000", "\"sim_us\":9000001", 1);

@@ -1,4 +1,4 @@
-//! What `verify` says of a run directory in which somebody changed, added or took away something; and what no command writes over.
+//! Verdicts of `verify` on a run directory with changed, added or removed parts; and files that no command overwrites.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -206,7 +206,7 @@ fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
     }
 }
 
-/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives what is held of it.
+/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives its trust anchors.
 fn as_live(run: &Path) -> Held {
     let (mut held, _) = store::read_held(run).unwrap();
     let all = frames(&run.join("recording")).unwrap();
@@ -223,7 +223,7 @@ fn as_live(run: &Path) -> Held {
     held
 }
 
-/// Makes the digests of a changed directory anew, as whoever changed it can.
+/// Makes the digests of a changed directory anew, as an attacker can.
 fn seal_anew(run: &Path, held: &Held) {
     fs::remove_file(run.join("held.json")).unwrap();
     store::held(run, held).unwrap();

@@ -1,5 +1,5 @@
-//! `--detector FILE --labels FILE`: a detector that somebody brings is tried in a process of its own, and one that is not
-//! what was pinned starts nothing.
+//! `--detector FILE --labels FILE`: a custom detector is tried in a process of its own, and one that differs from its
+//! pin starts no run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,7 +52,7 @@ fn folder(files: &[(&str, &str)]) -> (tempfile::TempDir, Vec<String>) {
     (folder, paths)
 }
 
-/// Two seconds of the null attack in which nobody does anything.
+/// Two seconds of the null attack without any action.
 fn short() -> String {
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
@@ -136,7 +136,7 @@ fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reaso
     };
     assert!(why.starts_with("perception did not start: ") && why.contains("model changed"), "{why}");
     assert!(why.contains(&pin(&file).unwrap().sha256), "what is there now: {why}");
-    // No word of a unit: the recording holds nothing that was decided.
+    // The recording holds no decision of a unit.
     let recorded = fs::read_dir(keep.join("recording")).unwrap().count();
     assert!(recorded <= 1, "{recorded} files of a run that did not begin");
 }
@@ -152,7 +152,7 @@ fn a_model_that_goes_on_for_hours_or_takes_terabytes_ends_the_process_that_tries
     assert!(why.contains("wanted more than 2048 MiB"), "{why}");
 }
 
-/// Whatever a file is made of, trying it ends, and nothing but the process that tried it.
+/// Trying any damaged file ends, and ends at most the process that tries it.
 #[test]
 fn damaged_models_are_refused_or_loaded_and_none_brings_its_caller_down() {
     let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
@@ -166,7 +166,7 @@ fn damaged_models_are_refused_or_loaded_and_none_brings_its_caller_down() {
         let (whole, labels) = &seeds[below(seeds.len())];
         let mut bytes = whole.clone();
         for _ in 0..=below(3) {
-            // Where the structure is: weights change nothing but numbers.
+            // The part with the structure: weights change only numbers.
             let near = if below(2) == 0 { below(bytes.len().min(3_000)) } else { bytes.len() - 1 - below(600) };
             bytes[near] = if below(2) == 0 { below(256) as u8 } else { bytes[near] ^ 1 << below(8) };
         }

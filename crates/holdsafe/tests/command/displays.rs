@@ -1,4 +1,4 @@
-//! What shows a run to somebody: `watch`, `console` and `live --console`, as far as they go without a display.
+//! Displays of a run: `watch`, `console` and `live --console`, as far as they go without a display.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -20,7 +20,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Two seconds in which nobody does anything, in a folder of its own.
+/// Two seconds without any action, in a folder of its own.
 pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
@@ -63,13 +63,13 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     let (code, says) = blind(&["console", run]);
     assert_eq!(code, Some(5), "{says}");
 
-    // What was fed to the cores was fed to them again; after that one in five sets of frames is enough to look at.
+    // The cores' inputs have been replayed; after that one in five sets of frames is enough to look at.
     let file = folder.path().join("run.mcap");
     let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
     let (kept, not_kept) = (told(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
     assert!(not_kept > 0 && kept == (kept + not_kept).div_ceil(5), "{kept} kept, {not_kept} not");
 
-    // What every picture in the window says of a recording that is evidence of nothing, and what is said of this one once it is.
+    // Mark of an INVALID recording on every picture in the window: absent here, and present in an invalid player.
     let marked = |player: &Player| player.shown().marks.invalid;
     let (player, _) = Player::open(&out).unwrap();
     assert_eq!(marked(&player), None);

@@ -1,4 +1,4 @@
-//! What is made of runs that were kept: explanations, reports, cores that are fed again.
+//! Explanations, reports and replays of kept runs.
 
 use std::fs;
 use std::path::{Path, PathBuf};

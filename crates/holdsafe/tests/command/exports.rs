@@ -7,7 +7,7 @@ use super::evidence::{object, recorded};
 use super::judge::Line;
 use super::{holdsafe, root};
 
-/// Messages by topic, as told.
+/// Messages by topic, as reported.
 pub(super) fn told(exported: &serde_json::Value) -> BTreeMap<String, u64> {
     let channels = exported["channels"].as_array().unwrap();
     channels.iter().map(|c| (c["topic"].as_str().unwrap().to_owned(), c["messages"].as_u64().unwrap())).collect()

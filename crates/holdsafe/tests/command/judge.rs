@@ -1,4 +1,4 @@
-//! The second judge, and what it makes of logs that somebody changed.
+//! The second judge, and its verdicts on changed logs.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use super::evidence::{object, recorded};
 use super::{holdsafe, mistaken, root};
 
-/// The second judge of this log; nothing where this host has no Python.
+/// The second judge of this log; `None` where this host has no Python.
 fn second_judge(log: &Path) -> Option<Output> {
     Command::new("python3").arg(root().join("tools/judge")).arg(log).output().ok()
 }
@@ -19,7 +19,7 @@ fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed
     let log = run.join("events.jsonl");
     let Some(output) = second_judge(&log) else { return };
     assert_eq!(object(&output)["outcome"], "HOLD_SAFE", "{output:?}");
-    // A unit that leaves HOLD_SAFE with nobody's consent.
+    // A unit that leaves HOLD_SAFE without consent.
     let text = fs::read_to_string(&log).unwrap();
     let held = text.lines().find(|line| line.contains(r#""to":"HOLD_SAFE""#)).unwrap();
     let mut left: serde_json::Value = serde_json::from_str(held).unwrap();
@@ -65,7 +65,8 @@ fn without_the_mission_that_is_presumed_both_judges_say_that_a_run_shows_nothing
     assert!(said["mission"][0].as_str().unwrap().starts_with("armed by "), "{said}");
 }
 
-/// What the second judge says of a run's log in which `change` was made to the lines that it is given, and of the log as it was.
+/// The second judge's verdicts on a run's log with `change` made to the lines that it is given, and on the log as it
+/// was.
 fn of_changed(log: &Path, change: impl Fn(&mut Line)) -> Option<(serde_json::Value, serde_json::Value)> {
     let text = fs::read_to_string(log).unwrap();
     let mut lines = text.lines();
@@ -90,7 +91,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Who wrote it.
+    /// Its author.
     pub(super) fn node(&self) -> String {
         self.rest["node"].as_str().unwrap().to_owned()
     }
@@ -104,10 +105,10 @@ impl Line {
     }
 }
 
-/// What is done to every line of a log.
+/// A change to every line of a log.
 type Change<'a> = &'a dyn Fn(&mut Line);
 
-/// Later than everything that a run is prepared with.
+/// Later than the preparation of every run.
 const UNDER_WAY_US: u64 = 4_000_000;
 
 #[test]

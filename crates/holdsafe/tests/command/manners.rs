@@ -1,4 +1,4 @@
-//! How the program treats its user: hostile arguments, closed streams, mistakes that a suggestion mends.
+//! Manners towards the user: hostile arguments, closed streams, mistakes that a suggestion mends.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use super::{holdsafe, mistaken, root};
 
-/// What a command says on stderr, and its exit code.
+/// A command's stderr, and its exit code.
 fn told(arguments: &[&str]) -> (String, Option<i32>) {
     let output = holdsafe(arguments);
     (String::from_utf8(output.stderr).unwrap(), output.status.code())

@@ -1,4 +1,5 @@
-//! `holdsafe rare`: the same estimate by any number of threads, bounds where there are any, and why it does not begin.
+//! `holdsafe rare`: the same estimate by any number of threads, bounds where there are any, and refusals with their
+//! reasons.
 
 use super::holdsafe;
 
@@ -10,7 +11,7 @@ fn a_rare_event_is_estimated_the_same_by_any_number_of_threads() {
             holdsafe(&[&what[..], &["--trials", "12", "--repetitions", "3", "--jobs", jobs, "--json"]].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let mut object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        // How long it took is nobody's result.
+        // Its duration is no part of the result.
         object["cpu_seconds"].take();
         object["plain"]["cpu_seconds"].take();
         object

@@ -1,7 +1,8 @@
 //! `lab kill --at-transitions`: every process killed, hung and slowed at every change of mode that the mission of
-//! `process_ends` goes through, in the twin; and how often everything owed came in time.
+//! `process_ends` goes through, in the twin; and the share of trials in which every required response came in time.
 //!
-//! What is owed is `oracle::process_fault`'s; that nothing arms or leaves HOLD_SAFE by itself is the oracle's P9 in every trial.
+//! The required responses are `oracle::process_fault`'s; no process may arm or leave HOLD_SAFE by itself, which is the
+//! oracle's P9 in every trial.
 
 use std::collections::BTreeMap;
 

@@ -1,8 +1,8 @@
-//! `lab window`: what the width of the anti-replay window costs and what it admits.
+//! `lab window`: cost and admissions of the anti-replay window by its width.
 //!
-//! The window is `wire`'s own, fed as a receiver would be: a sender's records, some lost, some late; then each that came
-//! once more, and each that was lost as one who had withheld it would release it. Freshness is left out, to see what
-//! order does by itself, and counted beside.
+//! The window is `wire`'s own, fed as a receiver would be: a sender's records, some lost, some late; then each that
+//! came once more, and each that was lost, as an attacker who had withheld it would release it. Freshness is left out,
+//! to isolate the effect of order, and counted beside.
 
 use evidence::SCHEMA_VERSION;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ const LOSSES: [u64; 4] = [0, 5, 10, 20];
 const LATE: [u64; 4] = [0, 5, 10, 20];
 /// The latest that one may come, ms: as long as the widest window is.
 const LATEST_MS: u64 = 6_400;
-/// When what was seen, or withheld, is sent again at the latest, ms.
+/// Largest delay of a second sending of a record that was seen or withheld, ms.
 const AGAIN_MS: u64 = 20_000;
 
 #[derive(Debug, clap::Args)]
@@ -44,7 +44,7 @@ struct Row {
     /// First arrivals no older than *Tf*, and of these refused.
     fresh: u64,
     fresh_refused: u64,
-    /// Second arrivals that were accepted: has to be none.
+    /// Second arrivals, and of these accepted: has to be none.
     replays: u64,
     replays_accepted: u64,
     /// Lost records that were released later, those accepted, and the oldest of these, ms.
@@ -74,7 +74,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if leaks { Exit::Unexpected } else { Exit::Fine })
 }
 
-/// An arrival: when, in microseconds, of which record, and of what kind.
+/// An arrival: its time, in microseconds, its record, and its kind.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Arrival {
     at: u64,
@@ -118,7 +118,7 @@ fn sweep((width, loss, late): (u8, u64, u64), records: u64, seed: u64, bounds: &
     row
 }
 
-/// Everything that comes, in order of its time. A record that comes again does so after it came first.
+/// All arrivals, in order of time. A record that comes again does so after it came first.
 fn arrivals(records: u64, period: u64, (loss, late): (u64, u64), seed: u64) -> Vec<Arrival> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut below = |n: u64| rng.next_u64() % n;
@@ -131,7 +131,7 @@ fn arrivals(records: u64, period: u64, (loss, late): (u64, u64), seed: u64) -> V
             all.push(Arrival { at: sequence * period + again, sequence, kind: Kind::Withheld });
         } else {
             all.push(Arrival { at: first, sequence, kind: Kind::First });
-            // Only what was accepted can be replayed; what the window refused first time it refuses again.
+            // Only an accepted record can be replayed; one that the window refused first time it refuses again.
             all.push(Arrival { at: first + again, sequence, kind: Kind::Again });
         }
     }

@@ -1,7 +1,7 @@
-//! The finished trials of a campaign on disk: a set that only grows. `plan.json` says of which campaign, `trials.jsonl` has a
-//! line a trial in the order in which they were judged, whatever process or partition they came from.
+//! The finished trials of a campaign on disk: a set that only grows. `plan.json` identifies the campaign,
+//! `trials.jsonl` has a line a trial in the order in which they were judged, for every process and partition.
 //!
-//! In memory is an index alone, about fifty bytes a trial; one process at a time has the folder.
+//! Only an index is in memory, about fifty bytes a trial; one process at a time has the folder.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
@@ -68,7 +68,7 @@ impl Journal {
         at.map(|at| self.lines.get(at)).transpose()
     }
 
-    /// How many trials are finished.
+    /// Number of finished trials.
     pub(super) fn len(&self) -> usize {
         self.index().len()
     }
@@ -134,11 +134,11 @@ pub(super) fn each_row(
             told
         })
     });
-    // What the taker refused is no fault of the file.
+    // A refusal by `take` is no fault of the file.
     refused.map_or(read.map(|_| ()), Err)
 }
 
-/// That a folder holds the campaign of `plan` and no other.
+/// Checks that a folder holds the campaign of `plan` and no other.
 pub(super) fn same(directory: &Path, plan: &Plan, there: &Plan) -> Result<(), Failure> {
     let Some(difference) = plan.difference(there) else { return Ok(()) };
     let message = format!("{} is of another campaign: {difference}", directory.display());
