@@ -167,8 +167,9 @@ fn features(pieces: &[Piece]) -> [f64; FEATURES] {
 mod tests {
     use super::*;
 
+    /// Its mode is that in its middle; each direction is counted by itself.
     #[test]
-    fn a_window_has_the_mode_in_its_middle_and_counts_each_direction_by_itself() {
+    fn window_has_its_middle_mode_and_separate_directions() {
         let piece = |at, direction, length| Piece { at, direction, length };
         let pieces = [
             piece(500_000, 0, 999),

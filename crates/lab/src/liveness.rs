@@ -271,8 +271,9 @@ mod tests {
 
     const CALM: Weather = Weather { loss: 0.0, jitter_ms: 0.0, changing: false };
 
+    /// No detector is later than the lease.
     #[test]
-    fn on_a_perfect_stream_nothing_trips_and_nobody_is_later_than_the_lease() {
+    fn perfect_stream_trips_no_detector() {
         let draws = Draws::new(1, 1);
         for detector in Detector::all() {
             let outcome = draws.watch(detector, CALM);
@@ -281,8 +282,9 @@ mod tests {
         }
     }
 
+    /// As often as so many losses in a row come.
     #[test]
-    fn a_lease_trips_as_often_as_so_many_losses_in_a_row_come() {
+    fn lease_trips_as_often_as_loss_bursts() {
         let draws = Draws::new(1, 20);
         let weather = Weather { loss: 0.2, ..CALM };
         let outcome = draws.watch(Detector::Fixed { ms: 450 }, weather);
@@ -290,8 +292,9 @@ mod tests {
         assert!((outcome.per_hour() / expected - 1.0).abs() < 0.2, "{outcome:?} expected {expected}");
     }
 
+    /// It is quick on a quiet one.
     #[test]
-    fn an_adaptive_detector_is_quick_on_a_quiet_stream_and_slow_on_a_lossy_one() {
+    fn adaptive_detector_is_slower_on_a_lossy_stream() {
         let draws = Draws::new(1, 2);
         for detector in [Detector::Accrual { phi: 8 }, Detector::Configured { recurrence_s: 36_000 }] {
             let latency = |loss| draws.watch(detector, Weather { loss, ..CALM }).latency_ms;

@@ -215,8 +215,9 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
 mod tests {
     use super::*;
 
+    /// From the input that made one core speak to the same bytes at the next.
     #[test]
-    fn a_stage_is_from_the_input_that_made_one_speak_to_the_same_bytes_at_the_next() {
+    fn stage_lasts_from_cause_to_next_input() {
         let word = |at, node, said, hash| Word { at, node, said, way: Way::Session, hash };
         let (unit, gateway) = (NodeId::UNIT_A, NodeId::GATEWAY);
         let mut delays = Delays::default();

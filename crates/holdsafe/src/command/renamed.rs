@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_old_verb_is_answered_with_the_new() {
+    fn misspelt_former_verb_is_answered_with_the_current() {
         let command = Cli::command();
         let answer = meant(&command, "explan").unwrap();
         assert!(answer.ends_with("did you mean `inspect explain`?"), "{answer}");

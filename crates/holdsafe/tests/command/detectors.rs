@@ -59,8 +59,9 @@ fn short() -> String {
     head.replace("duration_s = 9.0", "duration_s = 2.0").replace("name = \"nominal\"", "name = \"short\"")
 }
 
+/// The log is that of the built-in one, and the manifest names the file's.
 #[test]
-fn the_shipped_detector_brought_from_its_file_gives_the_log_of_the_built_in_one_and_the_manifest_names_it() {
+fn shipped_detector_from_file_gives_the_same_log() {
     let (folder, files) = folder(&[("short.toml", &short()), ("grid.toml", GRID)]);
     let out = folder.path().join("out");
     let run = |more: &[&str]| {
@@ -80,8 +81,9 @@ fn the_shipped_detector_brought_from_its_file_gives_the_log_of_the_built_in_one_
     assert_ne!(seen(&other[0]), run(&["--rendered"]), "another detector sees otherwise");
 }
 
+/// With exit code 2, before any trial runs.
 #[test]
-fn a_detector_that_is_not_what_was_pinned_or_cannot_be_used_is_refused_with_exit_2_before_anything_runs() {
+fn changed_or_unusable_detector_is_refused() {
     let pinned = |sha256: &str| format!("sha256 = \"{sha256}\"\n{COLOURS}");
     let other = "0".repeat(64);
     let (_folder, files) =
@@ -109,9 +111,10 @@ fn a_detector_that_is_not_what_was_pinned_or_cannot_be_used_is_refused_with_exit
     assert_eq!(alone.status.code(), Some(2), "a detector without labels");
 }
 
+/// With the reason.
 /// A34: the launcher looked at the file, and then it was another one.
 #[test]
-fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reason_before_it_begins() {
+fn swapped_model_ends_the_run_before_it_begins() {
     let (folder, files) = folder(&[("short.toml", &short())]);
     let file = folder.path().join("detector.onnx");
     fs::copy(shipped(), &file).unwrap();
@@ -141,8 +144,9 @@ fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reaso
     assert!(recorded <= 1, "{recorded} files of a run that did not begin");
 }
 
+/// A model that runs for hours or takes terabytes ends the process that tries it, at that process's limits.
 #[test]
-fn a_model_that_goes_on_for_hours_or_takes_terabytes_ends_the_process_that_tries_it_at_its_limits() {
+fn greedy_model_ends_at_its_limits() {
     let tried =
         |name: &str, cpu_s: u64| vet(&services(), &brought(&seed(name), COLOURS), Limits { cpu_s, ..Limits::USUAL });
     assert_eq!(tried("yolo-v8", 1), Ok(()), "an honest one stays within them");
@@ -152,9 +156,10 @@ fn a_model_that_goes_on_for_hours_or_takes_terabytes_ends_the_process_that_tries
     assert!(why.contains("wanted more than 2048 MiB"), "{why}");
 }
 
+/// Each is refused or loaded.
 /// Trying any damaged file ends, and ends at most the process that tries it.
 #[test]
-fn damaged_models_are_refused_or_loaded_and_none_brings_its_caller_down() {
+fn damaged_models_never_bring_their_caller_down() {
     let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("damaged.onnx");

@@ -34,8 +34,9 @@ pub(super) fn short() -> (tempfile::TempDir, String) {
     (folder, path)
 }
 
+/// It is watched from beside to its end.
 #[test]
-fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
+fn live_run_is_watched_and_shown_again() {
     let (folder, scenario) = short();
     let out = folder.path().join("run");
     let run = out.to_str().unwrap();
@@ -82,8 +83,9 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     }
 }
 
+/// With one line and a remedy; no run is started.
 #[test]
-fn without_a_display_a_window_is_one_line_with_a_remedy_and_nothing_is_started() {
+fn window_without_a_display_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let (code, says) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
@@ -107,8 +109,9 @@ fn a_window_is_for_one_live_trial() {
     }
 }
 
+/// Nor opened in a window.
 #[test]
-fn what_is_no_run_is_neither_watched_nor_opened() {
+fn folder_without_a_run_is_not_watched() {
     let folder = tempfile::tempdir().unwrap();
     let none = folder.path().to_str().unwrap();
     for arguments in [&["watch", none][..], &["console", none], &["sensors", none]] {

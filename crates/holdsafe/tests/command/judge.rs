@@ -12,8 +12,9 @@ fn second_judge(log: &Path) -> Option<Output> {
     Command::new("python3").arg(root().join("tools/judge")).arg(log).output().ok()
 }
 
+/// It comes to the class of the first judge, and notices changes of the log.
 #[test]
-fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed() {
+fn second_judge_agrees_and_notices_changes() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "delay");
     let log = run.join("events.jsonl");
@@ -38,7 +39,7 @@ fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed
 }
 
 #[test]
-fn a_log_whose_cores_did_not_replay_is_invalid_to_the_second_judge_too() {
+fn failed_replay_is_invalid_to_the_second_judge() {
     let dir = tempfile::tempdir().unwrap();
     let log = recorded(dir.path(), "delay").join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
@@ -52,8 +53,9 @@ fn a_log_whose_cores_did_not_replay_is_invalid_to_the_second_judge_too() {
     assert!(object(&output)["findings"].to_string().contains("P10"), "{output:?}");
 }
 
+/// To both judges a run without the presumed mission shows no result.
 #[test]
-fn without_the_mission_that_is_presumed_both_judges_say_that_a_run_shows_nothing() {
+fn run_without_its_mission_is_no_evidence() {
     let dir = tempfile::tempdir().unwrap();
     let file = mistaken(dir.path(), "when_track = \"vehicle\"", "when_track = \"obstacle\"");
     let out = dir.path().join("out");
@@ -111,8 +113,9 @@ type Change<'a> = &'a dyn Fn(&mut Line);
 /// Later than the preparation of every run.
 const UNDER_WAY_US: u64 = 4_000_000;
 
+/// Each property that a change to a log breaks.
 #[test]
-fn each_property_that_a_change_to_a_log_breaks_the_second_judge_finds_broken() {
+fn second_judge_finds_each_property_broken() {
     let dir = tempfile::tempdir().unwrap();
     let later = |line: &mut Line, cause: &str| {
         if line.is("transition") && line.event["cause"] == cause {
@@ -161,8 +164,9 @@ fn each_property_that_a_change_to_a_log_breaks_the_second_judge_finds_broken() {
     }
 }
 
+/// An action that its target did not see is believed of no actor.
 #[test]
-fn what_its_target_did_not_see_the_second_judge_believes_of_no_actor() {
+fn second_judge_believes_no_unseen_action() {
     let dir = tempfile::tempdir().unwrap();
     let unseen = |line: &mut Line, what: &str, field: &str| {
         if line.is(what) {

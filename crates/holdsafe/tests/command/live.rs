@@ -79,8 +79,9 @@ fn shift_an_input(folder: &Path, node: NodeId) -> usize {
     n + 1
 }
 
+/// One wrong time in an input journal makes it INVALID.
 #[test]
-fn a_short_live_trial_is_nominal_its_cores_replay_and_one_time_wrong_in_a_mouth_log_makes_it_invalid() {
+fn short_live_trial_is_nominal_and_replays() {
     let (_folder, scenario) = short();
     let scenario = Path::new(&scenario);
     let mut tries = (1..=TRIES).map(|seed| trial(scenario, seed));

@@ -4,7 +4,7 @@
 use super::holdsafe;
 
 #[test]
-fn a_rare_event_is_estimated_the_same_by_any_number_of_threads() {
+fn rare_event_estimate_is_independent_of_threads() {
     let rare = |jobs: &str| {
         let what = ["rare", "nominal", "--set", "conditions.loss=0.3", "--event", "hold-safe", "--levels", "250,450"];
         let output =
@@ -22,8 +22,9 @@ fn a_rare_event_is_estimated_the_same_by_any_number_of_threads() {
     assert!(object["estimate"].as_f64().unwrap() > 0.0 && object["set"]["conditions.loss"] == 0.3, "{object}");
 }
 
+/// Plain trials give a bound.
 #[test]
-fn what_never_happens_has_no_estimate_and_by_plain_trials_a_bound() {
+fn event_never_seen_has_no_estimate() {
     let rare = |more: &[&str]| {
         let what = ["rare", "nominal", "--event", "lease", "--trials", "5", "--repetitions", "2", "--json"];
         let output = holdsafe(&[&what[..], more].concat());

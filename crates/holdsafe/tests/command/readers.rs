@@ -126,8 +126,9 @@ fn all_say_it(read: &Read, reason: &str) {
     }
 }
 
+/// Each says INVALID first, with the reason, and ends with exit code 4.
 #[test]
-fn of_a_run_with_one_bit_flipped_every_reader_says_invalid_first_and_why_and_ends_with_4() {
+fn every_reader_reports_a_flipped_bit_first() {
     let read = Read::new();
     for (line, own) in read.lines() {
         let output = holdsafe(&line);
@@ -141,8 +142,9 @@ fn of_a_run_with_one_bit_flipped_every_reader_says_invalid_first_and_why_and_end
     assert!(first_line(&console.stdout).starts_with("INVALID: "), "{console:?}");
 }
 
+/// A run without its keys and heads, or with a trial that ended INVALID, is no better than a changed one.
 #[test]
-fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better() {
+fn run_without_keys_or_valid_trial_is_invalid() {
     let read = Read::new();
     let verdict = read.run.join("verdict.json");
     let mut ended: Value = serde_json::from_str(&fs::read_to_string(&verdict).unwrap()).unwrap();
@@ -172,7 +174,7 @@ fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better
 }
 
 #[test]
-fn an_explained_scenario_says_when_its_trial_ended_invalid() {
+fn explained_scenario_reports_its_invalid_trial() {
     let dir = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     // No operator enables it.
@@ -189,8 +191,9 @@ fn an_explained_scenario_says_when_its_trial_ended_invalid() {
     assert_eq!(holdsafe(&[&line[..], &["--unverified"]].concat()).status.code(), Some(0));
 }
 
+/// With its digest and its verification; the verdict counts them.
 #[test]
-fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_verdict() {
+fn report_lists_and_counts_each_recording() {
     let read = Read::new();
     let whole = recorded(read.folder.parent().unwrap(), "loss");
     flip_a_bit(&read.run);
@@ -213,7 +216,7 @@ fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_
 }
 
 #[test]
-fn a_file_for_viewers_says_that_the_run_it_is_of_is_invalid() {
+fn export_is_marked_where_its_run_is_invalid() {
     let read = Read::new();
     flip_a_bit(&read.run);
     let [run, out] = [&read.run, &read.out].map(|p| p.to_str().unwrap());
@@ -222,8 +225,9 @@ fn a_file_for_viewers_says_that_the_run_it_is_of_is_invalid() {
     assert_eq!(told.get("/custody"), Some(&1), "{told:?}");
 }
 
+/// Of several each is listed.
 #[test]
-fn a_run_is_named_by_any_level_and_of_several_each_is_listed() {
+fn run_is_found_from_any_level() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     as_if_live(&run);

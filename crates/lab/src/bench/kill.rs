@@ -155,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn something_is_stated_of_the_death_of_every_process_that_can_be_killed() {
+    fn every_killed_process_has_a_stated_response() {
         assert!(PROCESSES.iter().all(|(_, process)| owed(*process).is_ok()));
         assert_eq!(PROCESSES.len(), process_fault::OWED.len());
     }

@@ -113,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_cells_are_every_process_every_ending_and_every_change() {
+    fn cells_cover_every_process_ending_and_change() {
         assert_eq!(PROCESSES.len() * ENDINGS.len() * CHANGES.len(), 168);
         let labels: std::collections::BTreeSet<String> = CHANGES.into_iter().map(label).collect();
         assert_eq!(labels.len(), CHANGES.len());

@@ -167,8 +167,9 @@ fn table(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
+    /// A wider window refuses fewer late records and admits older ones.
     #[test]
-    fn no_width_lets_a_record_in_twice_and_a_wider_one_refuses_fewer_late_ones_and_admits_older_ones() {
+    fn no_width_admits_a_record_twice() {
         let of = |width| sweep((width, 10, 20), 2_000, 1, &Bounds::GROUND);
         let rows: Vec<Row> = WIDTHS.iter().map(|width| of(*width)).collect();
         assert!(rows.iter().all(|row| row.replays_accepted == 0 && row.replays > 1_000));
@@ -180,8 +181,9 @@ mod tests {
         assert!(fresh[0] > 0 && fresh[1..].iter().all(|refused| *refused == 0), "{fresh:?}");
     }
 
+    /// Without loss and lateness every record is accepted once.
     #[test]
-    fn without_loss_and_lateness_every_width_accepts_everything_once() {
+    fn every_width_accepts_a_perfect_stream_once() {
         for width in WIDTHS {
             let row = sweep((width, 0, 0), 500, 1, &Bounds::GROUND);
             assert_eq!((row.arrived, row.refused, row.replays_accepted), (500, 0, 0));

@@ -162,8 +162,9 @@ mod tests {
         (0..200).map(|seed| Run { seed, windows: (0..12).map(&mut window).collect() }).collect()
     }
 
+    /// Lengths that give the mode away make the guess right, and only for an observer that sees that link.
     #[test]
-    fn where_lengths_give_the_mode_away_the_guess_is_right_and_only_for_who_sees_that_link() {
+    fn telling_lengths_are_guessed_on_their_link_only() {
         let leak = measure(&runs(true), Sees::Telemetry, 1).expect("both halves have runs");
         assert!(leak.accuracy > 0.99 && leak.balanced > 0.99, "{leak:?}");
         assert!(leak.by_run.lower_95 > 0.9 && leak.balanced_by_run[1] > 0.9, "{leak:?}");
@@ -185,8 +186,9 @@ mod tests {
         assert!(leak.over_majority.p > 0.05, "{leak:?}");
     }
 
+    /// Half a set of runs gives no measurement.
     #[test]
-    fn the_same_seed_measures_the_same_and_half_a_set_of_runs_is_none() {
+    fn measurement_is_reproducible_by_seed() {
         assert_eq!(measure(&runs(true), Sees::Both, 3), measure(&runs(true), Sees::Both, 3));
         let even: Vec<Run> = runs(true).into_iter().filter(|run| run.seed.is_multiple_of(2)).collect();
         assert_eq!(measure(&even, Sees::Both, 3), None);

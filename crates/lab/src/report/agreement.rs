@@ -190,8 +190,9 @@ mod tests {
         }
     }
 
+    /// It is counted apart.
     #[test]
-    fn an_invalid_live_run_is_counted_apart_and_lowers_the_second_bound_only() {
+    fn invalid_live_run_lowers_the_second_bound_only() {
         let valid = (0..20).map(|_| word(Stratum::Safe, Outcome::HoldSafe, Outcome::HoldSafe));
         let words: Vec<_> = valid.chain([word(Stratum::Safe, Outcome::HoldSafe, Outcome::Invalid)]).collect();
         let row = StratumRow::of(Stratum::Safe, &words);
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_that_differ_still_agree_on_whether_anything_broke() {
+    fn different_classes_may_agree_on_breaking() {
         let words = [
             word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
             word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
@@ -216,8 +217,9 @@ mod tests {
         assert_eq!((row.unsafe_or_not.k, row.broken_or_not.k, row.same_class.k), (2, 3, 1));
     }
 
+    /// Misses of the twin, with the lines that run them again.
     #[test]
-    fn who_reads_the_table_sees_what_the_twin_missed_and_how_to_run_it_again() {
+    fn table_lists_missed_runs_with_their_commands() {
         let missed = word(Stratum::Safe, Outcome::HoldSafe, Outcome::Unsafe);
         let differs = word(Stratum::Edge, Outcome::Late, Outcome::HoldSafe);
         let object = AgreementObject::new(1, 1, String::new(), vec![missed, differs]);

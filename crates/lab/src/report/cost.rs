@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_spread_is_of_the_values_in_any_order_and_of_none_is_zero() {
+    fn spread_ignores_order_and_is_zero_if_empty() {
         assert_eq!(Spread::of([3.0, 1.0, 2.0]), Spread { n: 3, min: 1.0, median: 2.0, max: 3.0 });
         assert_eq!(Spread::of([]), Spread::default());
     }

@@ -140,8 +140,9 @@ pub fn growth_table(growth: &Growth) -> String {
 mod tests {
     use super::*;
 
+    /// Values that are on no line are off the fit.
     #[test]
-    fn a_line_is_found_again_and_what_is_none_is_off_it() {
+    fn exact_line_is_fitted_exactly() {
         let straight: Vec<_> = [1.0, 2.0, 4.0, 64.0].map(|n| (n, 100.0 + 7.0 * n)).to_vec();
         let fit = Fit::of(Grown::Objects, &straight).unwrap();
         assert!((fit.fixed_us - 100.0).abs() < 1e-6 && (fit.each_us - 7.0).abs() < 1e-6 && fit.off < 1e-9, "{fit:?}");

@@ -180,8 +180,9 @@ mod tests {
     use super::*;
     use crate::liveness::Draws;
 
+    /// Each in its panel.
     #[test]
-    fn every_point_is_drawn_in_its_panel_and_stands_in_the_table() {
+    fn every_point_is_drawn_and_tabulated() {
         let draws = Draws::new(1, 1);
         let weather = Weather { loss: 0.1, jitter_ms: 0.0, changing: false };
         let outcomes = Detector::all().into_iter().map(|detector| draws.watch(detector, weather)).collect();

@@ -160,8 +160,9 @@ mod tests {
         Row::of(number, &Trial::example(number, outcome))
     }
 
+    /// The journal has each trial once; one that differs is refused, and the refusal shows both.
     #[test]
-    fn a_trial_is_there_once_and_one_that_differs_is_refused_with_both() {
+    fn journal_refuses_a_trial_that_differs() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(10));
         let journal = Journal::open(directory.path(), &plan).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("new");
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_of_one_campaign_and_in_one_process() {
+    fn folder_belongs_to_one_campaign_and_process() {
         let (directory, ours) = (tempfile::tempdir().expect("a folder"), plan(10));
         let journal = Journal::open(directory.path(), &ours).expect("new");
         let told = Journal::open(directory.path(), &ours).expect_err("locked").to_string();
@@ -188,8 +189,9 @@ mod tests {
         assert!(told.contains("is of another campaign: trials: expected 11, got 10"), "{told}");
     }
 
+    /// At its line.
     #[test]
-    fn a_trial_that_the_campaign_does_not_have_is_refused_at_its_line() {
+    fn trial_outside_the_campaign_is_refused() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));
         let line = serde_json::to_string(&row(2, Outcome::HoldSafe)).expect("a line");
         fs::write(directory.path().join(TRIALS), line + "\n").expect("written");

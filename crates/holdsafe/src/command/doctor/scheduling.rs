@@ -95,8 +95,9 @@ impl Scheduling {
 mod tests {
     use super::*;
 
+    /// Near the limit there is advice.
     #[test]
-    fn lateness_is_told_against_the_limit_with_advice_where_it_is_near() {
+    fn lateness_is_compared_with_the_limit() {
         let quiet = Scheduling::of(2, (1..=100).map(|n| n * 10).collect());
         assert_eq!((quiet.p50_ms, quiet.p99_ms, quiet.max_ms), (0.5, 0.99, 1.0));
         assert!(quiet.within && quiet.advice().is_none());

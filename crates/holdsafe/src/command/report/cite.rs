@@ -213,8 +213,9 @@ mod tests {
         cited(serde_json::from_str(manifest).expect("a manifest"), Some("twin".to_owned()), results, "m", "")
     }
 
+    /// LaTeX takes the entry.
     #[test]
-    fn an_entry_names_the_program_the_seed_and_the_results_and_latex_takes_it() {
+    fn citation_names_program_seed_and_results() {
         let cited = of(&[("result.json", "aa")]);
         assert_eq!(cited.title, "holdsafe: does trust decay safely?");
         for part in [

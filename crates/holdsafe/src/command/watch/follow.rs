@@ -60,8 +60,9 @@ mod tests {
 
     use super::*;
 
+    /// From its first byte on.
     #[test]
-    fn a_log_is_followed_from_its_first_byte_on_over_entries_that_are_half_written() {
+    fn log_is_followed_over_half_written_entries() {
         let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
         let mut whole = Vec::new();
         let mut log = Writer::new(&mut whole, header, 1 << 20).unwrap();

@@ -149,8 +149,9 @@ impl Viewer {
 mod tests {
     use super::*;
 
+    /// The age of a picture that was there from the beginning is unknown.
     #[test]
-    fn how_long_a_picture_lies_ready_is_told_and_of_one_that_was_there_from_the_beginning_nobody_knows() {
+    fn age_of_a_picture_is_reported_if_known() {
         assert_eq!(Laid::default().answer(7), r#"{"held_ms":null,"picture":null}"#);
         let laid = |since| Laid { picture: Some("{}".to_owned()), since };
         assert_eq!(laid(None).answer(9_000_000), r#"{"held_ms":null,"picture":{}}"#);

@@ -245,8 +245,9 @@ mod tests {
 
     use super::*;
 
+    /// Seen late or taken in late, on any offset of its clock.
     #[test]
-    fn a_reading_is_no_younger_for_being_seen_late_or_taken_in_late_whatever_its_clock_shows() {
+    fn late_reading_is_never_shown_younger() {
         let flush = FLUSH_EVERY.as_micros() as u64;
         for offset in [0, 7_000_000] {
             let mut lag = Lag::default();
@@ -269,8 +270,9 @@ mod tests {
         assert_eq!(Lag::default().taken(Instant(5), Instant(5), 9), None, "the first look");
     }
 
+    /// The newest frame that perception used is found, and after it those of a perception that was started again.
     #[test]
-    fn the_newest_frame_that_perception_went_by_is_found_and_after_it_those_of_one_that_was_started_again() {
+    fn newest_used_frame_is_found_after_restarts() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("mouth")).unwrap();
         let write = |boot: &str, frames: &[(u8, bool)], ends: bool| {
