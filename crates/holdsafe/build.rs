@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-/// What a trial in the twin or on the stacks is made of, below the workspace.
+/// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
 const MADE_OF: [&str; 27] = [
     "Cargo.toml",
     "Cargo.lock",
@@ -39,7 +39,7 @@ const MADE_OF: [&str; 27] = [
 ];
 
 fn main() -> std::io::Result<()> {
-    // Asked when it runs: a cache may bring this very script from another clone.
+    // Read when the script runs: a cache may bring this very script from another clone.
     let here = std::env::var_os("CARGO_MANIFEST_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
     let root = Path::new(&here).join("../..");
     let mut digest = Sha256::new();

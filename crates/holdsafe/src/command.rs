@@ -1,7 +1,7 @@
 //! The `holdsafe` command: its twelve verbs, one a file or a folder, and its exit codes.
 //!
-//! Results go to stdout, progress, logs and failures to stderr. What verbs share is in `runner`; `renamed` knows the verbs of before, `help`
-//! groups the verbs by who uses them.
+//! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `renamed` maps
+//! the former verbs, `help` groups the verbs by their users.
 
 mod ablate;
 mod campaign;
@@ -24,7 +24,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use runner::failure::Exit;
 use runner::start::{self, Common};
 
-/// SHA-256 over the sources that this program was built from, whatever the build.
+/// SHA-256 over the sources that this program was built from, the same for every build of them.
 const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
 
 const EXIT_CODES: &str = "Exit codes:

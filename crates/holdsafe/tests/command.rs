@@ -67,8 +67,9 @@ fn mistaken(dir: &Path, from: &str, to: &str) -> String {
     path.to_str().unwrap().to_owned()
 }
 
+/// On one screen, with file, line and remedy, and exit code 2.
 #[test]
-fn bad_input_is_answered_on_one_screen_with_file_line_and_remedy_and_exit_2() {
+fn bad_input_is_answered_with_place_and_remedy() {
     let mistakes = [
         ("duration_s = 9.0", "duration = 9.0", "unknown field `duration`"),
         ("duration_s = 9.0", "duration_s = \"9\"", "invalid type"),
@@ -91,8 +92,9 @@ fn bad_input_is_answered_on_one_screen_with_file_line_and_remedy_and_exit_2() {
     }
 }
 
+/// With exit code 2.
 #[test]
-fn a_file_that_cannot_be_a_scenario_is_refused_unread_with_exit_2() {
+fn unsuitable_scenario_file_is_refused_unread() {
     let dir = tempfile::tempdir().unwrap();
     let huge = dir.path().join("huge.toml");
     File::create(&huge).unwrap().set_len(1_000_000_000).unwrap();
@@ -108,8 +110,9 @@ fn a_file_that_cannot_be_a_scenario_is_refused_unread_with_exit_2() {
     assert_eq!(output.status.code(), Some(2));
 }
 
+/// With the nearest, or with the list of all.
 #[test]
-fn a_name_that_is_no_scenario_is_answered_with_the_nearest_or_with_those_there_are() {
+fn unknown_scenario_is_answered_with_known_names() {
     for (name, answer) in [("nominall", "did you mean `nominal`?"), ("xqz", "nominal, ")] {
         let output = holdsafe(&["run", name, "--json"]);
         assert_eq!(output.status.code(), Some(2));
@@ -118,8 +121,9 @@ fn a_name_that_is_no_scenario_is_answered_with_the_nearest_or_with_those_there_a
     }
 }
 
+/// It is written into the user's folder, and checked by name.
 #[test]
-fn a_new_scenario_is_written_where_the_user_is_and_is_checked_like_a_shipped_one_by_name() {
+fn new_scenario_is_checked_like_a_shipped_one() {
     let dir = tempfile::tempdir().unwrap();
     let here = |arguments: &[&str]| {
         let root = root().canonicalize().unwrap();
@@ -146,9 +150,10 @@ fn a_new_scenario_is_written_where_the_user_is_and_is_checked_like_a_shipped_one
     assert!(String::from_utf8_lossy(&none.stderr).contains("no scenario `nominall`"), "{none:?}");
 }
 
-/// Nothing stands in the scene that could be armed on.
+/// In words and in JSON.
+/// The scene has no object that could be armed on.
 #[test]
-fn a_step_of_the_operator_that_was_never_carried_out_is_said_in_words_and_in_json() {
+fn step_never_carried_out_is_reported() {
     let dir = tempfile::tempdir().unwrap();
     let file = mistaken(dir.path(), "when_track = \"vehicle\"", "when_track = \"obstacle\"\nwithin_s = 1.0");
     let run = |more: &[&str]| holdsafe(&[&["run", &file, "--trials", "1", "--quiet"], more].concat());
@@ -171,8 +176,9 @@ fn every_shipped_scenario_passes_the_check() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+/// A run prints one object.
 #[test]
-fn a_run_prints_one_object_and_the_same_seed_gives_the_same_hashes() {
+fn same_seed_gives_the_same_hashes() {
     let run = |seed: &str| {
         let output = holdsafe(&["run", "loss", "--trials", "2", "--seed", seed, "--json", "--quiet"]);
         let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -185,8 +191,9 @@ fn a_run_prints_one_object_and_the_same_seed_gives_the_same_hashes() {
     assert_ne!(first[0], first[1]);
 }
 
+/// The exit codes are in the help.
 #[test]
-fn usage_errors_exit_with_2_and_the_codes_are_in_the_help() {
+fn usage_errors_exit_with_2() {
     assert_eq!(holdsafe(&["run"]).status.code(), Some(2));
     let help = String::from_utf8(holdsafe(&["--help"]).stdout).unwrap();
     for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "130 "] {
@@ -196,7 +203,7 @@ fn usage_errors_exit_with_2_and_the_codes_are_in_the_help() {
 
 /// As after a `kill -9`: the last line that was being written is cut short.
 #[test]
-fn a_matrix_that_was_ended_goes_on_where_it_was_and_comes_to_the_same() {
+fn interrupted_matrix_resumes_to_the_same_result() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("matrix");
     let matrix = || {
@@ -217,14 +224,15 @@ fn a_matrix_that_was_ended_goes_on_where_it_was_and_comes_to_the_same() {
     assert_eq!(matrix(), first);
     for (file, text) in kept.iter().zip(&before) {
         let after = fs::read_to_string(file).unwrap();
-        // What was whole stays to the byte, processor time included: it was not run again.
+        // Whole lines stay to the byte, processor time included: their trials were not run again.
         let whole = text.lines().take(2).map(|line| format!("{line}\n")).collect::<String>();
         assert!(after.starts_with(&whole) && after.lines().count() == 3);
     }
 }
 
+/// The finding's file is a scenario that shows it.
 #[test]
-fn a_search_finds_what_a_waived_check_lets_through_and_its_file_is_a_scenario_that_shows_it() {
+fn search_finds_an_attack_that_a_waiver_admits() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().to_str().unwrap();
     let search = |jobs: &str| {

@@ -41,7 +41,7 @@ const SOAK_TRIAL_S: f64 = 3600.0;
 /// Loss on the telemetry link during the long null attack.
 const SOAK_LOSS: f64 = 0.02;
 
-/// What is measured.
+/// Measurements.
 #[derive(Debug, clap::Subcommand)]
 pub enum Bench {
     /// Live runs of thermal and RGB loss, a long live null attack, and hours of null attack with loss in the twin.
@@ -50,37 +50,38 @@ pub enum Bench {
     Kill(kill::Args),
     /// An operator's HOLD, live: from the hand to the unit, and back to the display, stage by stage.
     Hold(hold::Args),
-    /// How long each stage takes live and in the twin, and the gap.
+    /// Duration of each stage live and in the twin, and the gap.
     Stages(stages::Args),
     /// Detectors of silence on a modelled stream: latency against false trips, by loss and jitter.
     Liveness(liveness::Args),
-    /// What the twin costs by stage, beside bare rapier on the same course.
+    /// Cost of the twin by stage, beside bare rapier on the same course.
     Twin(cost::Args),
-    /// Many sessions on the real accept loop, and a flood of what is no record beside a valid stream.
+    /// Many sessions on the real accept loop, and a flood of datagrams that are no records beside a valid stream.
     Load(load::Args),
-    /// What the twin costs as there are more objects in view, and another platform.
+    /// Cost of the twin with more objects in view, and with more platforms.
     Growth(growth::Args),
     /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
     Window(window::Args),
-    /// Everything that can be done to a recording, tried: which of it is found, and where it is told.
+    /// Every kind of change to a recording, tried: the share that is found, and the place at which it is reported.
     Tamper(tamper::Args),
-    /// How well lengths and times on the links tell the unit's mode, against chance, in the twin.
+    /// Accuracy with which lengths and times on the links tell the unit's mode, against chance, in the twin.
     Leak(leak::Args),
-    /// How soon each way to draw words finds each weakness of a list, and what the findings shrink to.
+    /// Time until each strategy of drawing finds each weakness of a list, and the results of shrinking its findings.
     Search(worth::Args),
     /// The oracle beside a second judge in another language, over logs of the twin, seeded defects among them.
     Judges(judges::Args),
-    /// Whether explanations are right: the named cause taken away takes the loss away, in the twin.
+    /// Correctness of explanations: the named cause taken away takes the loss away, in the twin.
     Explain(intervene::Args),
-    /// Runs in the twin whose cores are fed again: whether every byte comes out again, and how fast.
+    /// Replay of the cores of runs in the twin: equality of every byte, and speed.
     Replay(refeed::Args),
-    /// How far live runs agree with the twin, over words drawn at random: findings, words that break nothing, words at an edge.
+    /// Agreement of live runs with the twin, over sequences drawn at random: findings, safe sequences, sequences at an
+    /// edge.
     Agreement(agreement::Args),
-    /// What the detector and the stages beside it are worth, by conditions, on frames that nothing was learnt from.
+    /// Quality of the detector and of the stages beside it, by conditions, on frames that were not used in training.
     Detector(detector::Args),
-    /// The same seeds with rendered sensors and without: how often a trial ends otherwise.
+    /// The same seeds with rendered sensors and without: the share of trials that end otherwise.
     Rendering(rendering::Args),
-    /// Rides through random scenes: how well tracks follow what there is, and the noise model beside the stages it stands in for.
+    /// Rides through random scenes: accuracy of the tracks, and the noise model beside the stages it stands in for.
     Sensing(sensing::Args),
 }
 
@@ -117,7 +118,7 @@ struct Measured {
 /// Measures it.
 ///
 /// # Errors
-/// Why it could not be measured.
+/// The reason for which it could not be measured.
 pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
     match bench {
         Bench::Live(args) => live(context, args),

@@ -1,9 +1,9 @@
-//! What lengths and times on the links tell an observer of the unit's mode.
+//! Information about the unit's mode in lengths and times on the links.
 //!
-//! A *piece* is a datagram of the telemetry link, or what came at once of the command plane's byte stream, as the relay in the
-//! path saw it: direction, length, time, never a byte of it. Seconds of a run are told apart by simple features of their pieces, and
-//! a classifier (`guess`) that has learned from other runs says which mode the unit was in. `measure` says how often it is right,
-//! against chance. Nothing here knows the platform or a key.
+//! A *piece* is a datagram of the telemetry link, or a burst of the command plane's byte stream, as the relay in the
+//! path saw it: direction, length, time, never a byte of it. Seconds of a run are told apart by simple features of
+//! their pieces, and a classifier (`guess`) that has learned from other runs names the unit's mode. `measure` gives its
+//! accuracy, against chance. This code knows neither the platform nor a key.
 
 pub mod guess;
 pub mod measure;
@@ -20,16 +20,16 @@ use wire::mode::Mode;
 
 /// Length of a window, microseconds.
 const WINDOW_US: u64 = 1_000_000;
-/// Windows at the beginning of a run that are left out: connections are set up there, which tells of no mode.
+/// Windows at the beginning of a run that are left out: connections are set up there, which is no sign of a mode.
 const OPENING: u64 = 1;
-/// Features of one direction: how many pieces, bytes together, mean length, mean gap.
+/// Features of one direction: number of pieces, bytes together, mean length, mean gap.
 const OF_DIRECTION: usize = 4;
 /// Features of one link.
 const OF_LINK: usize = 2 * OF_DIRECTION;
 /// Features of both links.
 pub const FEATURES: usize = 2 * OF_LINK;
 
-/// Whose pieces an observer sees.
+/// Links that an observer sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sees {
@@ -69,7 +69,7 @@ impl Sees {
 pub struct Window {
     /// The mode in its middle.
     pub mode: Mode,
-    /// What the observer makes of it.
+    /// The observer's features of it.
     pub features: [f64; FEATURES],
 }
 
@@ -92,7 +92,7 @@ struct Piece {
 }
 
 impl Run {
-    /// Of a twin that kept its mouths.
+    /// Of a twin that kept its input journals.
     pub fn of_twin(seed: u64, cast: &Cast, twin: &Twin) -> Self {
         let mut pieces = Vec::new();
         for (node, mouth) in twin.nodes().iter().zip(twin.mouths().unwrap_or_default()) {
@@ -128,7 +128,7 @@ fn piece(at: u64, input: &Input) -> Option<Piece> {
     Some(Piece { at, direction: link + side, length: bytes.len() })
 }
 
-/// When the unit under test changed to which mode.
+/// Changes of the unit under test, each with its time and the new mode.
 fn changes(log: &[Logged]) -> Vec<(u64, Mode)> {
     let of_unit = log.iter().filter(|logged| logged.node == NodeId::UNIT_A);
     let change = |logged: &Logged| match Entry::decode(&logged.bytes) {
@@ -167,8 +167,9 @@ fn features(pieces: &[Piece]) -> [f64; FEATURES] {
 mod tests {
     use super::*;
 
+    /// Its mode is that in its middle; each direction is counted by itself.
     #[test]
-    fn a_window_has_the_mode_in_its_middle_and_counts_each_direction_by_itself() {
+    fn window_has_its_middle_mode_and_separate_directions() {
         let piece = |at, direction, length| Piece { at, direction, length };
         let pieces = [
             piece(500_000, 0, 999),

@@ -1,7 +1,8 @@
 //! The `lab` program: measurements for the authors of the platform. No verdict rests on them.
 //!
-//! `command` is the command line; `bench` measures, a measurement a file, with its objects in `report` and the trials that it runs in `measured`.
-//! `results` is the page of figures. `leak` is the information in lengths and times, `stages` the time of each stage, `liveness` detectors of silence.
+//! `command` is the command line; `bench` measures, a measurement a file, with its objects in `report` and the trials
+//! that it runs in `measured`. `results` is the page of figures. `leak` is the information in lengths and times,
+//! `stages` the time of each stage, `liveness` detectors of silence.
 
 pub mod bench;
 pub mod command;

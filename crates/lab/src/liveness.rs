@@ -1,17 +1,17 @@
-//! What it costs to notice silence sooner: detectors of silence on a modelled stream of periodic messages.
+//! Cost of noticing silence sooner: detectors of silence on a modelled stream of periodic messages.
 //!
-//! The stream is what grants are to a unit and reports to the gateway: one message every 100 ms, lost with some probability
-//! or late by some jitter. Three kinds of detector watch the very same arrivals:
+//! The stream stands for grants to a unit and for reports to the gateway: one message every 100 ms, lost with some
+//! probability or late by some jitter. Three kinds of detector watch the very same arrivals:
 //!
 //! - a *fixed* time since the last arrival, as the supervision lease is;
-//! - *accrual* (N. Hayashibara et al., *The φ accrual failure detector*, SRDS 2004): the spacing of arrivals in a window is
-//!   taken to be normal, and silence is suspected once it is less likely than 10^−φ;
-//! - *configured* (W. Chen, S. Toueg, M. K. Aguilera, *On the quality of service of failure detectors*, IEEE Trans. Computers
-//!   51, 2002, NFD-E): the next arrival is expected from the mean of those before, and as many losses in a row are
+//! - *accrual* (N. Hayashibara et al., *The φ accrual failure detector*, SRDS 2004): the spacing of arrivals in a
+//!   window is taken to be normal, and silence is suspected once it is less likely than 10^−φ;
+//! - *configured* (W. Chen, S. Toueg, M. K. Aguilera, *On the quality of service of failure detectors*, IEEE Trans.
+//!   Computers 51, 2002, NFD-E): the next arrival is expected from the mean of those before, and as many losses in a row are
 //!   tolerated as the measured share of lost messages needs for a wanted time between mistakes.
 //!
-//! None is later than the lease, which stays the hard stop. Nothing of the platform is run here: what a detector would be
-//! worth is asked before one is built in.
+//! None is later than the lease, which stays the hard stop. No part of the platform is run here: the worth of a
+//! detector is asked before one is built in.
 
 use std::collections::VecDeque;
 
@@ -28,23 +28,23 @@ pub const LEASE_MS: f64 = 500.0;
 const WINDOW: usize = 600;
 /// It goes by the lease alone before it has seen so many.
 const WARM: usize = 100;
-/// The least that arrivals are taken to scatter by, milliseconds: what the host adds.
+/// Least scatter assumed of arrivals, milliseconds: the host's contribution.
 const SCATTER_MS: f64 = 5.0;
 /// Suspicions that follow within this time are one: the mode's hysteresis, milliseconds.
 const HYSTERESIS_MS: f64 = 1000.0;
-/// A blackout is tried at every so manieth message.
+/// Spacing of the blackouts that are tried, messages.
 const BLACKOUTS: usize = 97;
-/// Weather that changes does so after so many messages: a minute.
+/// Length of a spell of changing weather, messages: a minute.
 const SPELL: usize = 600;
 
-/// What the stream is like.
+/// Conditions of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Weather {
     /// Share of messages lost.
     pub loss: f64,
     /// Longest uniform delay beside the usual, milliseconds.
     pub jitter_ms: f64,
-    /// Whether the loss comes and goes by the minute.
+    /// True if the loss comes and goes by the minute.
     pub changing: bool,
 }
 
@@ -87,7 +87,7 @@ impl Detector {
         }
     }
 
-    /// Whether it learns from the stream.
+    /// True if it learns from the stream.
     pub fn adapts(self) -> bool {
         match self {
             Detector::Fixed { .. } => false,
@@ -96,12 +96,12 @@ impl Detector {
     }
 }
 
-/// What came of a detector in some weather.
+/// Result of a detector in some weather.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Which detector.
+    /// Detector.
     pub detector: Detector,
-    /// In what weather.
+    /// Weather.
     pub weather: Weather,
     /// Hours of stream.
     pub hours: f64,
@@ -132,7 +132,7 @@ impl Draws {
         Draws((0..messages).map(|_| (unit(), unit())).collect())
     }
 
-    /// When message `i` arrives in `weather`, milliseconds; `None` when it is lost.
+    /// Time at which message `i` arrives in `weather`, milliseconds; `None` when it is lost.
     fn arrival(&self, i: usize, weather: &Weather) -> Option<f64> {
         let (lost, late) = self.0[i];
         let calm = weather.changing && (i / SPELL).is_multiple_of(2);
@@ -170,7 +170,7 @@ impl Draws {
     }
 }
 
-/// A detector with what it has learned.
+/// A detector and its learned state.
 struct Watcher {
     detector: Detector,
     /// Deviations of a normal distribution that belong to φ.
@@ -205,7 +205,7 @@ impl Watcher {
         self.last = (sequence, at);
     }
 
-    /// When it suspects, if nothing comes before.
+    /// Time at which it suspects, if no message comes before.
     fn suspects_at(&self) -> f64 {
         let (sequence, at) = self.last;
         let suspects = match self.detector {
@@ -225,7 +225,7 @@ impl Watcher {
     fn tolerated(&self, recurrence_s: f64) -> usize {
         let oldest = self.came.front().copied().unwrap_or_default();
         let sent = (self.last.0 + 1 - oldest) as f64;
-        // Half a loss more than was seen (Jeffreys), so that a minute without one does not say that there are none.
+        // Half a loss more than was seen (Jeffreys), so that a minute without one is not taken for a loss rate of zero.
         let lost = (sent - self.came.len() as f64 + 0.5) / (sent + 1.0);
         let mistakes_s = |n: usize| lost.powi(n as i32) * (1.0 - lost) * 1000.0 / PERIOD_MS;
         (1..4).find(|n| mistakes_s(*n) * recurrence_s <= 1.0).unwrap_or(4)
@@ -271,8 +271,9 @@ mod tests {
 
     const CALM: Weather = Weather { loss: 0.0, jitter_ms: 0.0, changing: false };
 
+    /// No detector is later than the lease.
     #[test]
-    fn on_a_perfect_stream_nothing_trips_and_nobody_is_later_than_the_lease() {
+    fn perfect_stream_trips_no_detector() {
         let draws = Draws::new(1, 1);
         for detector in Detector::all() {
             let outcome = draws.watch(detector, CALM);
@@ -281,8 +282,9 @@ mod tests {
         }
     }
 
+    /// As often as so many losses in a row come.
     #[test]
-    fn a_lease_trips_as_often_as_so_many_losses_in_a_row_come() {
+    fn lease_trips_as_often_as_loss_bursts() {
         let draws = Draws::new(1, 20);
         let weather = Weather { loss: 0.2, ..CALM };
         let outcome = draws.watch(Detector::Fixed { ms: 450 }, weather);
@@ -290,8 +292,9 @@ mod tests {
         assert!((outcome.per_hour() / expected - 1.0).abs() < 0.2, "{outcome:?} expected {expected}");
     }
 
+    /// It is quick on a quiet one.
     #[test]
-    fn an_adaptive_detector_is_quick_on_a_quiet_stream_and_slow_on_a_lossy_one() {
+    fn adaptive_detector_is_slower_on_a_lossy_stream() {
         let draws = Draws::new(1, 2);
         for detector in [Detector::Accrual { phi: 8 }, Detector::Configured { recurrence_s: 36_000 }] {
             let latency = |loss| draws.watch(detector, Weather { loss, ..CALM }).latency_ms;

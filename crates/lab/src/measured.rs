@@ -37,7 +37,7 @@ pub fn live_stages(
     to.take_live(&run.cast, run.logs.folder()).map_err(EngineError::failed)
 }
 
-/// One live run in which a person does this; what was recorded of it.
+/// One live run with these acts of a person, and its recording.
 pub fn live_acts(
     scenario: &Scenario,
     setup: &Setup,

@@ -1,4 +1,4 @@
-//! The objects and tables of what only the authors measure: the measurements of `lab`.
+//! The objects and tables of `lab`: measurements that only the authors run.
 
 mod agreement;
 mod cost;

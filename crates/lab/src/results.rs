@@ -59,7 +59,7 @@ struct Rows {
 struct Row {
     /// Name of its record, without `.json`.
     record: String,
-    /// What is measured.
+    /// Quantity.
     what: String,
     /// The figure, with `{/pointer}` or `{/pointer:decimals}` for each number.
     figure: String,

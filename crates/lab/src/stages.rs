@@ -1,8 +1,8 @@
-//! How long each stage takes, from mouth logs: from the input that made one core speak until the next core is fed what it
-//! said. The same bytes are looked for at both mouths, so that live and twin are measured by one rule.
+//! Duration of each stage, from input journals: from the input that made one core speak until the next core is fed its
+//! message. The same bytes are looked for in both journals, so that live and twin are measured by one rule.
 //!
-//! A stage so holds the core's own time, the links, and the wake-up of the reader. Where the delays of the twin come from
-//! is `twin::delay`'s business.
+//! A stage so holds the core's own time, the links, and the wake-up of the reader. The sources of the twin's delays are
+//! `twin::delay`'s.
 
 use std::collections::BTreeMap;
 use std::io::BufReader;
@@ -17,7 +17,7 @@ use wire::core::{Input, Output, Topic};
 use wire::event::wire_hash;
 use wire::id::NodeId;
 
-/// How a message travels.
+/// Transport of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Way {
     /// Shared memory.
@@ -38,14 +38,14 @@ impl Way {
     }
 }
 
-/// From whom to whom, and how.
+/// Sender, receiver and transport.
 pub type Stage = (NodeId, NodeId, Way);
 
 /// Delays by stage, microseconds, sorted.
 #[derive(Clone, Debug, Default)]
 pub struct Delays(BTreeMap<Stage, Vec<u64>>);
 
-/// One thing that passed a mouth.
+/// One message in an input journal, in or out.
 struct Word {
     at: u64,
     node: NodeId,
@@ -57,7 +57,7 @@ struct Word {
 /// Quantiles of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Quantiles {
-    /// How many messages.
+    /// Number of messages.
     pub n: usize,
     /// 5th percentile, microseconds.
     pub p5_us: u64,
@@ -70,11 +70,11 @@ pub struct Quantiles {
 /// A stage live and in the twin.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Who spoke.
+    /// Sender.
     pub from: String,
-    /// Who was fed it.
+    /// Receiver.
     pub to: String,
-    /// How it travelled.
+    /// Transport.
     pub way: &'static str,
     /// Live.
     pub live: Quantiles,
@@ -87,10 +87,10 @@ pub struct Row {
 }
 
 impl Delays {
-    /// Takes in the mouth logs of a live run.
+    /// Takes in the input journals of a live run.
     ///
     /// # Errors
-    /// A log that cannot be read.
+    /// A journal that cannot be read.
     pub fn take_live(&mut self, cast: &Cast, run_dir: &Path) -> Result<(), String> {
         let mut words = Vec::new();
         for member in &cast.members {
@@ -109,7 +109,7 @@ impl Delays {
                         words.extend(heard(at, node, &input));
                     }
                     Entry::Output(output) => words.extend(said(at, node, &output)),
-                    // A log is read here before it is thinned.
+                    // A journal is read here before it is thinned.
                     Entry::LeftOut { .. } => {}
                 }
             }
@@ -118,7 +118,7 @@ impl Delays {
         Ok(())
     }
 
-    /// Takes in the mouths of a twin that kept them.
+    /// Takes in the journals of a twin that kept them.
     pub fn take_twin(&mut self, cast: &Cast, twin: &Twin) {
         let mut words = Vec::new();
         for (node, mouthfuls) in twin.nodes().iter().zip(twin.mouths().unwrap_or_default()) {
@@ -215,8 +215,9 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
 mod tests {
     use super::*;
 
+    /// From the input that made one core speak to the same bytes at the next.
     #[test]
-    fn a_stage_is_from_the_input_that_made_one_speak_to_the_same_bytes_at_the_next() {
+    fn stage_lasts_from_cause_to_next_input() {
         let word = |at, node, said, hash| Word { at, node, said, way: Way::Session, hash };
         let (unit, gateway) = (NodeId::UNIT_A, NodeId::GATEWAY);
         let mut delays = Delays::default();

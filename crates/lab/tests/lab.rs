@@ -1,4 +1,4 @@
-//! The measuring program as its authors meet it.
+//! The measuring program from its authors' side.
 
 #![expect(clippy::unwrap_used, reason = "a test may end here")]
 

@@ -148,7 +148,7 @@ impl Plan {
         v as u64 * self.terms.trials + i
     }
 
-    /// Which trial of which variation has this number.
+    /// Variation, and trial of it, with this number.
     pub fn place(&self, number: u64) -> (usize, u64) {
         let trials = self.terms.trials.max(1);
         ((number / trials) as usize, number % trials)

@@ -36,7 +36,7 @@ pub struct Row {
     pub id: ThreatId,
     /// The threat, and its parameters.
     pub threat: String,
-    /// Which of STRIDE.
+    /// STRIDE categories.
     pub stride: Vec<Stride>,
     /// ATT&CK and ATLAS techniques.
     pub techniques: Vec<TechniqueId>,

@@ -3,7 +3,7 @@
 use scenario::Evidence;
 use serde::{Deserialize, Serialize};
 
-/// Which clock a trial ran on.
+/// Clock and place of a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {

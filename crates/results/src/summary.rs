@@ -1,7 +1,7 @@
 //! Summary of one run for a reviewer, from its log: the report's drawings over time.
 //!
-//! Times are those of the run. Modes, authority, refusals and reasons are the services' own statements; injections are ground truth and stand
-//! apart.
+//! Times are those of the run. Modes, authority, refusals and reasons are the services' own statements; injections are
+//! ground truth and stand apart.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -19,7 +19,7 @@ use crate::report::stage_name;
 
 /// Refusals that come within this of each other are drawn as one.
 const TOGETHER: Micros = 100_000;
-/// The most stretches of one kind that are told.
+/// Largest number of stretches of one kind that are listed.
 const MAX_STRETCHES: usize = 512;
 
 /// The run with this name. `flaw` is the fault of its log.
@@ -123,7 +123,7 @@ impl Tally {
     }
 }
 
-/// By who refused and why, the most frequent first.
+/// By refusing service and reason, the most frequent first.
 fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
     let mut kinds: BTreeMap<(NodeId, &'static str), Tally> = BTreeMap::new();
     for w in entries {

@@ -79,7 +79,7 @@ impl Batch<'_> {
         };
         let mut ran = on_threads(self.threads(), &missing, progress, stop, keep)?.into_iter();
         let all = self.planned.iter().flat_map(|planned| self.jobs(planned));
-        // What ran comes in the order of the plan, so it fills the gaps in turn.
+        // New results come in the order of the plan, so they fill the gaps in turn.
         let taken = all.map(|job| match shelf(job.planned)?.get(job.seed) {
             Some(kept) => Ok(kept.clone()),
             None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
@@ -125,8 +125,8 @@ impl Batch<'_> {
             setup.run_dir = Some(folder);
         }
         let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
-        // What ended children used is known for all together only, so a live trial has an equal share of what was used
-        // while it ran.
+        // The CPU time of ended children is known for all together only, so a live trial has an equal share of the time
+        // used while it ran.
         if self.mode == Mode::Live {
             trial.cpu_seconds /= self.jobs.max(1) as f64;
         }
@@ -231,8 +231,8 @@ pub fn graver(a: Exit, b: Exit) -> Exit {
     if rank(b) > rank(a) { b } else { a }
 }
 
-/// Does `one` for every number below `count`, on so many threads. The first failure ends it; of several the first in order
-/// is told.
+/// Calls `one` for every number below `count`, on so many threads. The first failure ends it; of several the first in
+/// order is returned.
 pub fn each(
     threads: usize,
     count: usize,

@@ -1,4 +1,5 @@
-//! `--detector FILE --labels FILE`: a detector that takes the shipped one's place, tried before anything runs with it.
+//! `--detector FILE --labels FILE`: a custom detector that takes the shipped one's place, tried before any trial runs
+//! with it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,8 +1,9 @@
-//! Custody comes first: the one way from a directory to a recorded run, for every command that reads one.
+//! Log verification comes first: the one way from a directory to a recorded run, for every command that reads one.
 //!
-//! A [`Checked`] is made here alone, after [`crate::verified::verify`]; whatever reads a recording takes one. A run is INVALID when its
-//! recording does not verify, or when its trial ended so. Then the first line of every command says so, with the reason; so
-//! does the object of `--json` (`recordings`); and the exit code is 4, or with `--unverified` the command's own.
+//! A [`Checked`] is made here alone, after [`crate::verified::verify`]; every reader of a recording takes one. A run is
+//! INVALID when its recording does not verify, or when its trial ended so. Then the first line of every command says
+//! so, with the reason; so does the object of `--json` (`recordings`); and the exit code is 4, or with `--unverified`
+//! the command's own.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,8 @@ const MAX_REASON: usize = 400;
 /// Treatment of a recording that fails verification.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct Unverified {
-    /// Of a recorded run that is INVALID: end with this command's own exit code and not with 4. It is said to be INVALID all the same.
+    /// Of a recorded run that is INVALID: end with this command's own exit code and not with 4. The run is reported as
+    /// INVALID all the same.
     #[arg(long)]
     unverified: bool,
 }
@@ -59,7 +61,7 @@ pub struct Custody {
     pub reason: Option<String>,
     /// It verifies: `holdsafe inspect verify` says that the evidence holds.
     pub holds: bool,
-    /// The class in which its trial ended, as it was told then.
+    /// The class in which its trial ended, as recorded then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<Outcome>,
     /// Events in it.
@@ -114,7 +116,7 @@ pub fn every(dir: &Path) -> Result<Vec<Checked>, Failure> {
 fn trial(path: PathBuf) -> Result<Checked, Failure> {
     let (events, sealed, findings) = match crate::verified::verify(&path) {
         Ok(Verified { events, sealed, findings, .. }) => (events, sealed, findings),
-        // Without keys and heads nothing can be told of it, which is no better than what does not hold.
+        // Without keys and heads the recording cannot be verified, which is no better than a failed verification.
         Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(store::HELD) => {
             (0, false, vec![format!("{}: {message}: without it nothing is verified; is the run over?", store::HELD)])
         }
@@ -232,7 +234,7 @@ mod tests {
         Checked { path: "x".into(), custody }
     }
 
-    /// Unless told otherwise.
+    /// Exit codes without and with `--unverified`.
     #[test]
     fn invalid_input_makes_every_exit_code_4() {
         let (whole, broken) = (checked(None), checked(Some("event 7")));

@@ -32,7 +32,7 @@ const MAX_REPLAY_BYTES: u64 = 1 << 20;
 pub struct MouthReplay {
     /// Core.
     pub core: String,
-    /// Inputs fed.
+    /// Inputs replayed.
     pub inputs: u64,
     /// Outputs compared.
     pub outputs: u64,
@@ -145,7 +145,7 @@ fn live_trial(
             .and_then(|()| store::replays(directory, &run.replays))
             .and_then(|()| store::console(directory, &run.cast, &run.evidence.entries))
             .map_err(EngineError::failed)?;
-        // What cannot be thinned stays whole: that costs room and nothing else.
+        // A journal that cannot be thinned stays whole: that costs room only.
         if let Err(why) = store::thinned(directory, &run.replays, setup.frames) {
             link::note!("{}: input journals stay whole: {why}", directory.display());
         }
@@ -197,7 +197,7 @@ pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
     Ok(cores.into_iter().map(told).collect())
 }
 
-/// Feeds it to cores with another setup, and compares their decisions.
+/// Replays its inputs in cores with another setup, and compares their decisions.
 pub fn otherwise(eaten: &Fed, other: &Planned, seed: u64) -> Result<Vec<Refed>, EngineError> {
     let cast = cast(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
     eaten.again(&cast, Same::Decisions).map_err(EngineError::failed)
@@ -208,7 +208,7 @@ pub fn eaten(planned: &Planned, seed: u64) -> Result<Fed, EngineError> {
     fed(&planned.variation.scenario, &planned.setup, seed).map_err(EngineError::failed)
 }
 
-/// Feeds it to its own cores again.
+/// Replays its inputs in its own cores.
 pub fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
     eaten.again(eaten.cast(), Same::Bytes).map_err(EngineError::failed)
 }

@@ -1,8 +1,9 @@
 //! The shared part of all verbs: running many trials, keeping their results, and reading recorded runs.
 //!
-//! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario, `bring` loads a detector from a
-//! file, `search_config` prepares a search. `engine` runs one trial in any mode, `batch` many, with `retry`, and `kept` and `lines` for resuming; `out` writes the
-//! run directory. `runs` finds recorded runs, `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
+//! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario,
+//! `bring` loads a custom detector, `search_config` prepares a search. `engine` runs one trial in any mode, `batch`
+//! many, with `retry`, and `kept` and `lines` for resuming; `out` writes the run directory. `runs` finds recorded runs,
+//! `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
 //! begins a program of verbs, `interrupt` watches for Ctrl-C.
 
 pub mod batch;

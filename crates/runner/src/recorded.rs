@@ -35,7 +35,8 @@ impl Recorded {
         let told = store::told(run.path()).and_then(|told| Some((told.start(&entries)?, told.bounds)));
         let (start, bounds) = told.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));
         entries.iter_mut().for_each(|w| w.at = w.at.saturating_sub(start));
-        // The launcher's word is beside a live run's recording, and no part of what is verified; the twin's has it.
+        // The launcher's entries are beside a live run's recording, and not part of the verified log; the twin's log
+        // has them.
         if !entries.iter().any(|w| w.entry.node == NodeId::CAMPAIGN) {
             entries.extend(store::launched(run.path()));
         }
@@ -43,7 +44,7 @@ impl Recorded {
         Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })
     }
 
-    /// Of a run in the twin, of which everything is told, and which may have ended INVALID.
+    /// Of a run in the twin, which lacks no value, and which may have ended INVALID.
     pub fn of(evidence: Evidence, verdict: &Verdict) -> Recorded {
         let flaw = (verdict.outcome == Outcome::Invalid).then(|| checked::ended_invalid(findings(verdict).first()));
         Recorded { entries: evidence.entries, flaw, assumed: None, bounds: evidence.bounds }

@@ -12,12 +12,12 @@ use search::SearchConfig;
 /// Most words of one length that are tried exhaustively.
 pub const MOST_WORDS: usize = 1_000_000;
 
-/// A ground by its names.
+/// A search configuration by its names.
 #[derive(Debug)]
 pub struct Asked<'a> {
     /// A scenario of the twin, by name or by file.
     pub scenario: &'a str,
-    /// An alphabet, by name or by file.
+    /// An attack space, by name or by file.
     pub alphabet: &'a str,
     /// Policy and cell of the scenario.
     pub wanted: Wanted,
@@ -28,7 +28,7 @@ pub struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The ground; every move of the alphabet was tried on.
+    /// The search configuration; every action type of the attack space was tried on.
     pub fn ground(&self, context: &Context) -> Result<SearchConfig, Failure> {
         let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.wanted)?;
         if scenario.is_of_stacks() {
@@ -59,7 +59,7 @@ impl Asked<'_> {
     }
 }
 
-/// An alphabet by name or by path.
+/// An attack space by name or by path.
 pub fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
     if name.ends_with(".toml") || name.contains('/') {
         return Ok(Alphabet::load(Path::new(name))?);
@@ -72,7 +72,7 @@ pub fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
     Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {known}")))
 }
 
-/// The ground of a weakness.
+/// The search configuration of a weakness.
 pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<SearchConfig, Failure> {
     let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
     let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
@@ -100,7 +100,7 @@ pub fn stopped_or_unfit(context: &Context, why: String) -> Failure {
     if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
 }
 
-/// An alphabet is the user's: where its moves do not fit the scenario, or not each other, that is told as such.
+/// Usage error of an attack space, which is the user's: its action types do not fit the scenario, or not each other.
 pub fn unfit(why: String) -> Failure {
     Failure::new(Exit::Usage, why)
 }

@@ -31,7 +31,7 @@ pub struct Common {
 }
 
 impl Common {
-    /// Starts the log and watches for Ctrl-C; gives what a verb of the program with this digest works with.
+    /// Starts the log and watches for Ctrl-C; gives the context of a verb of the program with this digest.
     pub fn context(self, program: &'static str) -> Context {
         start_log(&self);
         Context {
@@ -71,13 +71,14 @@ pub fn parse<C: FromArgMatches>(command: clap::Command, arguments: &[OsString]) 
         if error.use_stderr() {
             return usage(&error, asks_for_json(arguments));
         }
-        // Nothing can be done about a closed stdout.
+        // There is no remedy for a closed stdout.
         let _unread = error.print();
         Exit::Fine
     })
 }
 
-/// Whether `--json` is among the arguments. It is read by hand, since arguments that cannot be parsed give no command line.
+/// True if `--json` is among the arguments. It is read by hand, since arguments that cannot be parsed give no command
+/// line.
 pub fn asks_for_json(arguments: &[OsString]) -> bool {
     arguments.iter().take_while(|word| *word != "--").any(|word| word == "--json")
 }

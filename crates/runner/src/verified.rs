@@ -53,13 +53,13 @@ pub fn verify(run: &Path) -> Result<Verified, EngineError> {
     let differences = held.files.as_ref().map(|files| store::whole::differences(run, files)).transpose();
     let mut findings = differences.map_err(|e| not_a_run(run.to_owned(), e.to_string()))?.unwrap_or_default();
     let log = match logged(run, held.knows_witnesses()) {
-        // Of a file that is another's, or gone, that is said already.
+        // A changed or missing file is among the findings already.
         Err(_) if !findings.is_empty() => Vec::new(),
         log => log?,
     };
     let mut log_verifier = LogVerifier::new(&held);
     for Logged { at, node, bytes } in &log {
-        // What does not continue its chain is in the verifier's own list.
+        // The verifier lists every entry that does not continue its chain.
         let _noted = log_verifier.take(*at, *node, bytes);
     }
     let custody = log_verifier.close();

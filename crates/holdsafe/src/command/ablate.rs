@@ -1,9 +1,10 @@
 //! `holdsafe ablate`: every attack with each check, guard and rule waived in turn, on the same seeds as with it; then
-//! pairs of them; and what each costs when nothing is attacked.
+//! pairs of them; and the cost of each without an attack.
 //!
-//! Every variation is first run a few times without each check. Where a decision differs in any of these, it is run in full;
-//! where none does, that is all that is known of it, and the bound on how often one might is given. Pairs are run where one of the two changed a decision and neither alone
-//! lets the attack through: of two checks in a row, the one that judges first changes a decision when it is waived.
+//! Every variation is first run a few times without each check. Where a decision differs in any of these, it is run in
+//! full; where none does, only the bound on the rate of differences is given. Pairs are run where one of the two
+//! changed a decision and neither alone lets the attack through: of two checks in a row, the one that judges first
+//! changes a decision when it is waived.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -48,7 +49,7 @@ pub(super) struct Args {
     /// Only these, by their place in a policy file, such as boundary.freshness,guards.lease.
     #[arg(long, value_delimiter = ',', value_name = "CHECK")]
     only: Vec<String>,
-    /// Keep finished trials and the result here, and go on from what is there [default: runs/ablation].
+    /// Keep finished trials and the result here, and resume from there [default: runs/ablation].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -65,7 +66,7 @@ struct Tried {
     without: BTreeMap<Switch, Vec<Trial>>,
 }
 
-/// What runs the trials.
+/// Settings under which the trials run.
 struct Bench<'a> {
     context: &'a Context,
     kept: Kept,
@@ -174,7 +175,7 @@ impl Tried {
         Tried { base, without: switches.iter().copied().zip(trials).collect() }
     }
 
-    /// What the attack gains without `switch`.
+    /// Gain of the attack without `switch`.
     fn gain(&self, switch: Switch, expected: &[Outcome]) -> Option<Gain> {
         let without: Vec<&Trial> = self.without.get(&switch)?.iter().collect();
         Some(Gain::of(&self.base.iter().collect::<Vec<_>>(), &without, expected))

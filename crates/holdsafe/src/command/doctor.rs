@@ -1,5 +1,5 @@
-//! `holdsafe doctor`: whether everything that a run needs is here, one line a need, each with its remedy, and how late the
-//! host lets a program run.
+//! `holdsafe doctor`: checks the requirements of a run on this host, one line each with its remedy, and measures the
+//! host's scheduling latency.
 
 mod scheduling;
 
@@ -85,7 +85,7 @@ fn shared_memory() -> Need {
     Need { need: "shared memory", met, found, remedy }
 }
 
-/// What runs left that were killed together with their janitors is removed here.
+/// Removes the leftovers of runs that were killed together with their janitors.
 fn leftovers() -> Need {
     let remedy = "end what is left of those runs, perhaps stopped, and call the doctor again";
     let (met, found) = match leftovers::remove() {
@@ -95,7 +95,7 @@ fn leftovers() -> Need {
     Need { need: "leftovers of killed runs", met, found, remedy }
 }
 
-/// Only `run --live --console` needs one, so that its absence is told and is no fault.
+/// Only `run --live --console` needs one, so its absence is reported and is no fault.
 fn window() -> Need {
     let found = console::process::open::probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
     Need { need: "window (run --console)", met: true, found, remedy: "" }

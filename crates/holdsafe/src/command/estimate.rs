@@ -1,4 +1,4 @@
-//! `holdsafe estimate SCENARIO --event …`: the probability that a run in the twin comes to what almost never happens, by multilevel
+//! `holdsafe estimate SCENARIO --event …`: the probability of a rare event of a run in the twin, by multilevel
 //! splitting, with an interval; without levels in between by plain Monte Carlo, in the same code.
 
 use std::path::PathBuf;
@@ -18,10 +18,10 @@ pub(super) struct Args {
     /// A scenario of the twin, by name or by file.
     #[arg(value_name = "SCENARIO")]
     scenario: String,
-    /// What is asked for.
+    /// Event.
     #[arg(long, value_enum)]
     event: Event,
-    /// How far a run is on the way at the end of each stage, in what the event's levels count. None between start and event:
+    /// Progress of a run at the end of each stage, in the unit of the event's levels. None between start and event:
     /// plain Monte Carlo.
     #[arg(long, value_delimiter = ',', value_name = "LEVEL")]
     levels: Vec<f64>,

@@ -1,4 +1,5 @@
-//! `holdsafe evaluate`, also without a verb: the reference evaluation; with `--reproduce`, whether the committed results still come out.
+//! `holdsafe evaluate`, also without a verb: the reference evaluation; `--reproduce` checks that the committed results
+//! still come out.
 
 mod reference;
 mod reproduce;

@@ -1,8 +1,8 @@
-//! The top-level `--help`: the verbs grouped by who uses them, on one screen.
+//! The top-level `--help`: the verbs grouped by their users, on one screen.
 
 use clap::Command;
 
-/// Who uses which verbs.
+/// Groups of users and their verbs.
 const GROUPS: [(&str, &[&str]); 4] = [
     ("To see what it does", &["evaluate", "run", "watch", "doctor"]),
     ("For researchers", &["campaign", "search", "estimate"]),

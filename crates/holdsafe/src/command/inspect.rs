@@ -1,4 +1,5 @@
-//! `holdsafe inspect explain|diff|verify|replay`: questions to a recorded run, most of them also to a simulated one.
+//! `holdsafe inspect explain|diff|verify|replay`: questions about a recorded run, most of them also about a simulated
+//! one.
 
 mod diff;
 mod explain;

@@ -1,7 +1,7 @@
 //! `holdsafe matrix`: every row of the threat catalogue, its scenarios run and judged, on one page.
 //!
-//! A scenario runs where its own engine is, the twin or the stacks in memory, and with `--live N` also live; their n
-//! are never added. Finished trials are kept (`kept`), so a matrix that was ended goes on where it was.
+//! A scenario runs in its own engine, the twin or the stacks in memory, and with `--live N` also live; their n are
+//! never added. Finished trials are kept (`kept`), so a matrix resumes after an interruption.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,7 +35,7 @@ pub(super) struct Args {
     jobs: usize,
     #[command(flatten)]
     retries: Retries,
-    /// Keep finished trials and the result here, and go on from what is there [default: runs/matrix].
+    /// Keep finished trials and the result here, and resume from there [default: runs/matrix].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -108,7 +108,7 @@ fn manifest(context: &Context, dir: &Path, parts: &[Part]) -> Result<(), Failure
     out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)
 }
 
-/// A variation by its place: of which part, and which of its variations.
+/// Place of a variation: the index of its part, and its index in that part.
 type Place = (usize, usize);
 
 fn all(

@@ -1,6 +1,7 @@
-//! Verbs of before: each still works, as the verb that took it in.
+//! Former verbs: each still works, as the verb that took it in.
 //!
-//! The arguments are rewritten before they are parsed, so that every option is defined once. On a terminal the new spelling is printed once.
+//! The arguments are rewritten before they are parsed, so that every option is defined once. On a terminal the new
+//! spelling is printed once.
 
 use std::ffi::OsString;
 use std::io::IsTerminal;
@@ -11,7 +12,7 @@ use clap::Command;
 use runner::failure::{Exit, Failure};
 use runner::start::asks_for_json;
 
-/// A verb of before, and the words that stand for it now.
+/// A former verb, and the words that stand for it now.
 const RENAMED: [(&str, &[&str]); 13] = [
     ("live", &["run", "--live", "--watch"]),
     ("merge", &["campaign", "merge"]),
@@ -28,13 +29,13 @@ const RENAMED: [(&str, &[&str]); 13] = [
     ("reproduce", &["evaluate", "--reproduce"]),
 ];
 
-/// Verbs of before that the authors' program `lab` has now, and the words that stand for them there.
+/// Former verbs that the authors' program `lab` has now, and the words that stand for them there.
 const OF_LAB: [(&str, &[&str]); 3] = [("bench", &[]), ("dataset", &["dataset"]), ("catalogue", &["catalogue"])];
 
-/// The command line with a verb of before replaced by its new spelling.
+/// The command line with a former verb replaced by its new spelling.
 ///
 /// # Errors
-/// The exit code, for a verb of `lab` where that program is not there, and for a misspelt verb of before.
+/// The exit code, for a verb of `lab` where that program is not there, and for a misspelt former verb.
 pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result<Vec<OsString>, Exit> {
     let Some(at) = verb_at(command, &arguments, 1) else { return Ok(arguments) };
     let is = |verb: &str| arguments[at] == *verb;
@@ -56,7 +57,8 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
     Ok(arguments)
 }
 
-/// The answer to a word that is no verb, if a verb of before is nearer to it than every one of today, whose names the parser suggests.
+/// The answer to a word that is no verb, if a former verb is nearer to it than every current one; the parser suggests
+/// the names of those.
 fn meant(command: &Command, word: &str) -> Option<String> {
     let today = || command.get_subcommands().map(Command::get_name);
     let near = scenario::closest(word, today().chain(RENAMED.iter().map(|(old, _)| *old)))?;
@@ -84,7 +86,8 @@ fn verb_at(command: &Command, arguments: &[OsString], from: usize) -> Option<usi
     None
 }
 
-/// Whether the word behind `campaign` is a scenario or an option of a run, as it was before `campaign` had parts.
+/// True for the former grammar of `campaign`: the word behind it is a scenario or an option of a run, not the name of a
+/// part.
 fn names_no_part(command: &Command, arguments: &[OsString], campaign: usize) -> bool {
     let Some(next) = verb_at(command, arguments, campaign + 1) else { return false };
     let parts = command.find_subcommand("campaign").into_iter().flat_map(Command::get_subcommands);
@@ -92,7 +95,7 @@ fn names_no_part(command: &Command, arguments: &[OsString], campaign: usize) -> 
     !known.any(|part| arguments[next] == *part)
 }
 
-/// Prints the new spelling on a terminal. A program that reads stderr or an object gets the output that it always got.
+/// Prints the new spelling on a terminal. The output for a program that reads stderr or an object is unchanged.
 fn hint(arguments: &[OsString], old: &str, new: &str) {
     let quiet = arguments.iter().any(|word| word == "-q" || word == "--quiet");
     if std::io::stderr().is_terminal() && !quiet && !asks_for_json(arguments) {
@@ -108,7 +111,7 @@ fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
     let mut words = arguments;
     words.splice(at..=at, new.iter().map(OsString::from));
     let program = std::env::current_exe().map(|own| own.with_file_name("lab"));
-    // Nothing comes back from a program that was started.
+    // `exec` returns only on failure.
     let why = program.map_or_else(|why| why, |lab| process::Command::new(lab).args(&words[1..]).exec());
     let message = format!(
         "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); `cargo build --release -p lab` builds it"
@@ -159,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_old_verb_is_answered_with_the_new() {
+    fn misspelt_former_verb_is_answered_with_the_current() {
         let command = Cli::command();
         let answer = meant(&command, "explan").unwrap();
         assert!(answer.ends_with("did you mean `inspect explain`?"), "{answer}");
@@ -169,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Else a verb of before would be parsed as one of today.
+    /// Else a former verb would be parsed as a current one.
     #[test]
     fn no_old_verb_is_a_current_one() {
         let command = Cli::command();

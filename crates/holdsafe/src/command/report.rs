@@ -1,4 +1,4 @@
-//! `holdsafe report --format html|cite|mcap`: results and runs for those who do not run this program.
+//! `holdsafe report --format html|cite|mcap`: results and runs for readers who do not run this program.
 
 mod cite;
 mod mcap;
@@ -11,7 +11,7 @@ use runner::Context;
 use runner::checked::Unverified;
 use runner::failure::{Exit, Failure};
 
-/// What is written.
+/// Output format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// One HTML page of results and recorded runs, for a reviewer.

@@ -20,7 +20,7 @@ use wire::person::Role;
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
-/// Recordings whose digests are told on one screen; `result.json` has all.
+/// Largest number of recordings whose digests are printed on one screen; `result.json` has all.
 const MAX_TOLD: usize = 8;
 /// Live trials of each cell when the user names no number.
 const LIVE_TRIALS: u64 = 1;
@@ -53,11 +53,11 @@ pub(super) struct Args {
     /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
     #[arg(long, requires = "live")]
     console: bool,
-    /// What the person at the window may do: view, operate or supervise. Who may only look has no pen, and then the scenario's
-    /// operator has none either.
+    /// Powers of the person at the window: view, operate or supervise. With view there is no pen, and then the
+    /// scenario's operator has none either.
     #[arg(long, requires = "console", default_value = "supervise", value_parser = live::role)]
     role: Role,
-    /// Deny every injection: the actors' claims in a log of the same trial in which nobody acted. INVALID is expected.
+    /// Deny every injection: the actors' claims in a log of the same trial without any action. INVALID is expected.
     #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
     sabotage: bool,
     /// Live trials at a time.
@@ -147,7 +147,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
-/// A window is somebody's for a whole trial, so that there is one of each.
+/// A window has one user for a whole trial, so one trial only is allowed.
 fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
     if variations != 1 || args.trials.is_some_and(|n| n != 1) {
         let message = "--console opens a window on one trial: name one scenario, of several cells one with --cell, and leave \
@@ -157,7 +157,7 @@ fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
     live::display()
 }
 
-/// What to hold the recording of a trial to.
+/// Digest of a trial's recording, to be noted by the user.
 fn told_of(trial: &Trial) -> Option<String> {
     Some(format!("recording of seed {}: held.json has SHA-256 {}", trial.seed, trial.held.as_ref()?))
 }

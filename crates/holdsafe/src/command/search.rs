@@ -1,7 +1,7 @@
-//! `holdsafe search SCENARIO`: words over an alphabet of attacks, tried on a scenario in the twin until something breaks; and
-//! of each cause the smallest, as a scenario of its own.
+//! `holdsafe search SCENARIO`: attack sequences over an attack space, tried on a scenario in the twin until a safety
+//! property breaks; and of each cause the smallest, as a scenario of its own.
 //!
-//! With `--exhaust K` every word of up to K letters over a small part of the alphabet, in place of a search.
+//! With `--exhaust K` every sequence of up to K actions over a small part of the attack space, in place of a search.
 
 use std::path::{Path, PathBuf};
 
@@ -19,20 +19,20 @@ use search::{AttackSequence, Cause, Found, Moments, RunConfig, RunResult, Search
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A scenario of the twin, by name or by file: what goes on while the words are tried.
+    /// A scenario of the twin, by name or by file: the mission during which the sequences are tried.
     #[arg(value_name = "SCENARIO")]
     scenario: String,
-    /// What may be done: a file of scenarios/alphabets, by name or by path.
+    /// The attack space: a file of scenarios/alphabets, by name or by path.
     #[arg(long, value_name = "ALPHABET", default_value = "path")]
     alphabet: String,
     /// Most trials.
     #[arg(long, value_name = "N", default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     budget: u64,
-    /// How words are drawn.
+    /// Strategy by which sequences are drawn.
     #[arg(long, value_enum, default_value = "guided")]
     strategy: Strategy,
-    /// Every word of up to so many letters in place of a search: each move at its weakest and strongest, when the unit
-    /// changes mode.
+    /// Every sequence of up to so many actions in place of a search: each action type at its weakest and strongest,
+    /// when the unit changes mode.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with_all = ["strategy", "budget"])]
     exhaust: Option<u32>,
     /// Classes that are findings.
@@ -44,10 +44,10 @@ pub(super) struct Args {
     /// Seed of the drawing; --seed is that of every trial.
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     draws: u64,
-    /// Threads [default: one a core]. What is found does not depend on it.
+    /// Threads [default: one a core]. The findings do not depend on it.
     #[arg(long, value_name = "J", value_parser = runner::batch::jobs)]
     jobs: Option<usize>,
-    /// With rendered sensors and the detector; what a word does not reach is not rendered again.
+    /// With rendered sensors and the detector; frames that a sequence does not reach are not rendered again.
     #[arg(long)]
     rendered: bool,
     /// A policy file in place of the scenario's own.
@@ -103,7 +103,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if object.findings.is_empty() { Exit::Fine } else { Exit::Unexpected })
 }
 
-/// The policy with what `--waive` waives, beside the findings.
+/// The policy with the checks of `--waive` waived, beside the findings.
 const POLICY_FILE: &str = "searched.toml";
 
 fn class(text: &str) -> Result<Outcome, String> {
@@ -130,7 +130,7 @@ fn exhaust(
     longest: usize,
     threads: usize,
 ) -> Result<RunResult, Failure> {
-    // The longest are the most: whether there are too many is known before any are made.
+    // The longest are the most: their number is checked before any are made.
     let mut words = Vec::new();
     for k in (1..=longest).rev() {
         let more = ground.words(k, moments, MOST_WORDS).ok_or_else(|| {
@@ -145,7 +145,7 @@ fn exhaust(
     hunted.map_err(|why| stopped_or_unfit(context, why))
 }
 
-/// A finding: its file, and what would have stopped it.
+/// A finding: its file, and the checks that would have stopped it.
 fn finding(
     args: &Args,
     ground: &SearchConfig,
@@ -184,7 +184,7 @@ fn finding(
     })
 }
 
-/// What came of a finding live, under the seed under which the twin found it.
+/// Live outcome of a finding, under the seed under which the twin found it.
 fn confirm(
     context: &Context,
     args: &Args,
@@ -196,7 +196,7 @@ fn confirm(
         return Ok(Confirmed::default());
     };
     let scenario = inside.in_scenario(&ground.alphabet, &ground.scenario).map_err(unfit)?;
-    // Live there are frames, always.
+    // A live run always has frames.
     let setup = Setup { rendered: true, ..ground.setup.clone() };
     let mut confirmed = Confirmed { word: Some(inside.told(&ground.alphabet)), ..Confirmed::default() };
     let progress = Progress::new("live", args.confirm as usize, context.talk);
@@ -209,12 +209,12 @@ fn confirm(
     Ok(confirmed)
 }
 
-/// The first of the oracle's findings about what was broken.
+/// The first of the oracle's findings about the broken property.
 fn said(findings: &[String], broken: &str) -> Option<String> {
     findings.iter().find(|finding| finding.starts_with(broken)).cloned()
 }
 
-/// The waived checks of which each alone would have kept it from being a finding.
+/// The waived checks each of which alone would have prevented the finding.
 fn stopped_by(args: &Args, ground: &SearchConfig, word: &AttackSequence) -> Result<Vec<String>, Failure> {
     let mut stopped_by = Vec::new();
     for switch in Switch::all().into_iter().filter(|switch| switch.is_waived(&ground.setup.policy)) {

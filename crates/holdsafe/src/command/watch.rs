@@ -1,9 +1,10 @@
-//! `holdsafe watch RUN`: what the console of a run shows, as text, from another terminal: over ssh, or in a script; with
-//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer. `sensors` and `window` are windows.
+//! `holdsafe watch RUN`: the view of a run's console, as text, from another terminal: over ssh, or in a script; with
+//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer. `sensors`
+//! and `window` are windows.
 //!
-//! It reads the console's mouth log while it grows, and prints the words that the console itself gave: no second model, no
-//! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
-//! if it did. Of a run that goes on nothing is verified yet; one that is over is checked first.
+//! It reads the console's input journal while it grows, and prints the console's own words: no second model, no key and
+//! no access to the run, so any number of watchers may read it. A console that has gone silent is shown as silent.
+//! While a run goes on nothing of it is verified yet; one that is over is checked first.
 
 mod beside;
 mod follow;
@@ -33,7 +34,8 @@ use wire::id::NodeId;
 use follow::Follow;
 use onlook::{Page, Viewer};
 
-/// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
+/// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, its last is not
+/// current.
 const CURRENT_US: u64 = 1_000_000;
 
 #[derive(Debug, clap::Args)]
@@ -66,7 +68,7 @@ pub(super) struct Args {
     unverified: Unverified,
 }
 
-/// Where it is shown.
+/// Output of the view.
 enum Place {
     Terminal { json: bool },
     Page(Page),
@@ -93,16 +95,16 @@ impl Place {
         Ok(place)
     }
 
-    /// How often it is looked whether there is more.
+    /// Time between two looks for new entries.
     fn looks_every(&self) -> Duration {
         match self {
             Place::Terminal { .. } => Duration::from_millis(200),
-            // These count how old a picture is, and that grows with the wait for it.
+            // These count the age of a picture, and that grows with the wait for it.
             Place::Page(_) | Place::Viewer(_) => Duration::from_millis(20),
         }
     }
 
-    /// Shows a picture that was not there yet at `since`; nothing where it was there from the beginning.
+    /// Shows a picture that was not there yet at `since`, which is `None` where it was there from the beginning.
     fn show(&mut self, text: &str, picture: String, since: Option<u64>) -> Result<(), Failure> {
         match self {
             Place::Terminal { json: true } => out::say(format_args!("{picture}")),
@@ -113,7 +115,7 @@ impl Place {
         Ok(())
     }
 
-    /// Says that there has been no picture for so many seconds. A page counts for itself.
+    /// Reports that there has been no picture for so many seconds. A page counts for itself.
     fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
         match self {
             Place::Terminal { json: true } => out::say(format_args!("{}", json!({ "not_current_s": seconds }))),
@@ -168,7 +170,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let says = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
         return Err(Failure::new(Exit::NoEvidence, says));
     }
-    // Nothing verifies a run that goes on; one that is over is looked at like any other recording.
+    // A run that goes on cannot be verified yet; one that is over is checked like any other recording.
     let over = news.finished || run.join(store::HELD).exists();
     let checked = over.then(|| checked::run(&run)).transpose()?;
     let read: Vec<&Checked> = checked.iter().collect();
@@ -179,7 +181,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut place = Place::open(context, args, &run)?;
     let (mut heard, mut said) = (trace_us(), false);
     loop {
-        // What was not there when it was looked before has come since.
+        // A picture that was not there at the last look has come since.
         let since = looked.replace(now);
         if let Some((text, picture)) = news.newest {
             (heard, said) = (trace_us(), false);
@@ -193,7 +195,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
             said = true;
             place.silent(silent / 1_000_000)?;
         }
-        // Nobody sends: this waits for its time.
+        // The channel has no sender: this is a sleep.
         let _ = pause.recv_timeout(place.looks_every());
         if context.stop.asked() {
             break;
@@ -204,13 +206,13 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Interrupted)
 }
 
-/// What comes before the pictures of a run that is over.
+/// Header printed before the pictures of a run that is over.
 #[derive(Serialize)]
 struct Over {
     schema_version: u32,
 }
 
-/// The site that the run was planned on; of one that cannot be read nothing is drawn.
+/// The site that the run was planned on; an unreadable one leaves the drawing empty.
 fn site(run: &Path) -> Site {
     store::read_site(run).unwrap_or_else(|why| {
         link::note!("{}: the page shows no geofence and no route: {why}", run.display());
@@ -218,7 +220,7 @@ fn site(run: &Path) -> Site {
     })
 }
 
-/// What has come into the console's mouth log since the last look.
+/// New entries in the console's input journal since the last look.
 #[derive(Default)]
 struct News {
     /// The newest picture, in words and as an object.

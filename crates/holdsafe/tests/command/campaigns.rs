@@ -40,7 +40,7 @@ impl Place {
         holdsafe(&[&["merge"], parts.as_slice(), &["--out", into.to_str().unwrap(), "--quiet", "--json"]].concat())
     }
 
-    /// The campaign's object, and what its table holds, byte for byte.
+    /// The campaign's object, and the bytes of its table.
     fn result(&self, name: &str) -> (String, Vec<u8>) {
         let file = |file: &str| fs::read(self.dir(name).join(file)).unwrap();
         (String::from_utf8(file("campaign.json")).unwrap(), Sha256::digest(file("trials.parquet")).to_vec())
@@ -66,8 +66,9 @@ fn refused(output: &Output) -> String {
     object(output)["error"].as_str().unwrap().to_owned()
 }
 
+/// They decide only which of them runs a trial.
 #[test]
-fn threads_and_parts_decide_who_runs_a_trial_and_nothing_of_the_result() {
+fn threads_and_parts_do_not_change_the_result() {
     let place = Place::new();
     let whole = fine(&place.campaign("whole", &["--trials", "4", "--jobs", "1"]));
     assert_eq!((&whole["trials"], &whole["complete"], &whole["rows"][1]["n"]), (&8.into(), &true.into(), &4.into()));
@@ -108,7 +109,7 @@ fn start(place: &Place, name: &str, trials: &str) -> Child {
         .unwrap()
 }
 
-/// Sends the signal once a trial of the campaign below `dir` is finished, and gives what the child says on stderr.
+/// Sends the signal once a trial of the campaign below `dir` is finished, and gives the child's stderr.
 fn end_midway(mut child: Child, dir: &Path, signal: Signal) -> (Option<i32>, String) {
     let finished = || fs::read_to_string(dir.join("trials.jsonl")).is_ok_and(|text| text.contains('\n'));
     while !finished() {
@@ -121,15 +122,16 @@ fn end_midway(mut child: Child, dir: &Path, signal: Signal) -> (Option<i32>, Str
     (child.wait().unwrap().code(), told)
 }
 
+/// No trial is lost, and none is counted twice.
 #[test]
-fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice() {
+fn killed_campaign_resumes_without_loss_or_repetition() {
     let place = Place::new();
     let (code, _) = end_midway(start(&place, "killed", "12"), &place.dir("killed"), Signal::SIGKILL);
     assert_eq!(code, None, "ended by the signal");
     assert!(!place.dir("killed").join("campaign.json").exists());
     let before = fs::read_to_string(place.dir("killed").join("trials.jsonl")).unwrap();
     assert!((1..24).contains(&before.lines().count()), "{} lines", before.lines().count());
-    // What is finished is taken as it stands: a trial that ran again would come out otherwise than this line says.
+    // Finished trials are taken as they stand: a trial that ran again would come out otherwise than this line.
     fs::create_dir(place.dir("marked")).unwrap();
     fs::copy(place.dir("killed").join("plan.json"), place.dir("marked").join("plan.json")).unwrap();
     let marked = before.replacen("\"sim_us\":9000000", "\"sim_us\":9000001", 1);
@@ -150,7 +152,7 @@ fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice(
 }
 
 #[test]
-fn after_ctrl_c_the_user_is_told_the_line_that_goes_on() {
+fn ctrl_c_prints_the_line_that_resumes() {
     let place = Place::new();
     let (code, told) = end_midway(start(&place, "stopped", "12"), &place.dir("stopped"), Signal::SIGINT);
     assert_eq!(code, Some(130), "{told}");
@@ -161,8 +163,9 @@ fn after_ctrl_c_the_user_is_told_the_line_that_goes_on() {
     assert_eq!(place.lines("stopped").len(), 24);
 }
 
+/// With the difference.
 #[test]
-fn a_part_of_another_campaign_is_refused_with_what_differs() {
+fn part_of_another_campaign_is_refused() {
     let place = Place::new();
     let run = |name: &str, more: &[&str]| fine(&place.campaign(name, &[&["--trials", "1"], more].concat()));
     run("ours", &[]);
@@ -208,8 +211,9 @@ fn a_part_of_another_campaign_is_refused_with_what_differs() {
     assert!(error.contains("expected HOLD_SAFE with log ") && error.contains("got UNSAFE with log "), "{error}");
 }
 
+/// A claim determines its number of trials.
 #[test]
-fn a_claim_names_its_number_of_trials_and_the_exit_code_says_what_became_of_it() {
+fn exit_code_gives_the_verdict_on_a_claim() {
     let claimed = |claim: &str, more: &[&str]| {
         let place = Place::new();
         let out = place.dir("out");
@@ -228,7 +232,7 @@ fn a_claim_names_its_number_of_trials_and_the_exit_code_says_what_became_of_it()
 }
 
 #[test]
-fn the_line_that_reproduces_a_trial_sets_what_it_had_drawn() {
+fn reproducing_line_sets_the_drawn_values() {
     let place = Place::new();
     let share = ["campaign", "loss", "--grid", "loss.0.share=0.1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
     let draw = ["--draw", "loss.0.direction=choice:up|both", "--trials", "1", "--seed", "5", "--quiet", "--json"];
@@ -243,8 +247,9 @@ fn the_line_that_reproduces_a_trial_sets_what_it_had_drawn() {
     assert_eq!(place.lines("again"), place.lines("drawn"), "the same trial to the bit");
 }
 
+/// It ends at the same look for any number of threads that run ahead.
 #[test]
-fn a_sequential_campaign_ends_at_the_same_look_however_many_threads_run_ahead() {
+fn sequential_campaign_ends_independently_of_threads() {
     let place = Place::new();
     let run = |name: &str, jobs: &str| {
         let out = place.dir(name);
@@ -260,8 +265,9 @@ fn a_sequential_campaign_ends_at_the_same_look_however_many_threads_run_ahead() 
     assert_eq!(place.result("one"), place.result("two"));
 }
 
+/// With the error of a cell of the file, before any trial runs.
 #[test]
-fn what_does_not_fit_is_told_as_a_cell_would_be_told_before_anything_runs() {
+fn values_that_do_not_fit_are_refused_first() {
     let place = Place::new();
     let refuse = |more: &[&str]| {
         let out = place.dir("out");

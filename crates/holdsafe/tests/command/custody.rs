@@ -1,4 +1,4 @@
-//! What `verify` says of a run directory in which somebody changed, added or took away something; and what no command writes over.
+//! Verdicts of `verify` on a run directory with changed, added or removed parts; and files that no command overwrites.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -42,8 +42,9 @@ fn files(run: &Path) -> Vec<PathBuf> {
     found
 }
 
+/// Anywhere in a run directory.
 #[test]
-fn a_bit_that_is_flipped_anywhere_in_a_run_directory_is_found_and_its_file_is_named() {
+fn flipped_bit_is_found_and_its_file_named() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     assert_eq!(verify(&run).status.code(), Some(0), "untouched");
@@ -67,7 +68,7 @@ fn a_bit_that_is_flipped_anywhere_in_a_run_directory_is_found_and_its_file_is_na
 }
 
 #[test]
-fn a_file_that_is_missing_and_one_that_the_run_did_not_leave_are_found() {
+fn missing_and_foreign_files_are_found() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     let added = run.join("recording/audit-1.mcap");
@@ -97,8 +98,9 @@ fn rewrite(run: &Path, keep: impl Fn(Frame) -> Option<Frame>) {
     assert_eq!(recording.finish().lost, 0);
 }
 
+/// And so is one with the guards' entries zeroed.
 #[test]
-fn a_recording_without_its_guards_or_with_their_entries_zeroed_is_invalid() {
+fn recording_without_its_guards_is_invalid() {
     let dir = tempfile::tempdir().unwrap();
     let guard = |node: NodeId| node.name().starts_with("guard-");
     for (what, scenario) in [("taken out", "loss"), ("zeroed", "delay")] {
@@ -127,8 +129,9 @@ fn what_the_launcher_noted_cannot_be_taken_out() {
     assert!(said(&output).contains("campaign, boot 1 wrote"), "by its chain: {}", said(&output));
 }
 
+/// It is not run again into its own folder, and stays as it was.
 #[test]
-fn a_run_that_is_kept_is_not_run_again_into_its_own_folder_and_stays_as_it_was() {
+fn kept_run_is_not_overwritten() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     let tree = |of: &Path| files(of).into_iter().map(|file| fs::read(file).unwrap()).collect::<Vec<_>>();
@@ -179,8 +182,9 @@ fn bounded(arguments: &[&str]) -> Output {
     program.unwrap()
 }
 
+/// A recording that is no regular file, such as a pipe.
 #[test]
-fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
+fn irregular_recording_is_refused_without_waiting() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     let pipe = dir.path().join("pipe");
@@ -206,7 +210,7 @@ fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
     }
 }
 
-/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives what is held of it.
+/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives its trust anchors.
 fn as_live(run: &Path) -> Held {
     let (mut held, _) = store::read_held(run).unwrap();
     let all = frames(&run.join("recording")).unwrap();
@@ -223,14 +227,15 @@ fn as_live(run: &Path) -> Held {
     held
 }
 
-/// Makes the digests of a changed directory anew, as whoever changed it can.
+/// Makes the digests of a changed directory anew, as an attacker can.
 fn seal_anew(run: &Path, held: &Held) {
     fs::remove_file(run.join("held.json")).unwrap();
     store::held(run, held).unwrap();
 }
 
+/// A guard's own log that ends behind its first entry, with the digests made anew.
 #[test]
-fn a_guards_own_log_that_ends_behind_its_first_entry_is_found_though_the_digests_were_made_anew() {
+fn truncated_guard_log_is_found_despite_new_digests() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "process_ends");
     let held = as_live(&run);
@@ -255,8 +260,9 @@ fn a_guards_own_log_that_ends_behind_its_first_entry_is_found_though_the_digests
     assert_eq!((to(&told), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
 }
 
+/// A directory of a program that covered less.
 #[test]
-fn a_directory_of_a_program_that_covered_less_says_what_is_not_covered() {
+fn directory_of_an_earlier_program_lists_uncovered_parts() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     let (mut held, _) = store::read_held(&run).unwrap();

@@ -1,5 +1,5 @@
-//! `--detector FILE --labels FILE`: a detector that somebody brings is tried in a process of its own, and one that is not
-//! what was pinned starts nothing.
+//! `--detector FILE --labels FILE`: a custom detector is tried in a process of its own, and one that differs from its
+//! pin starts no run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,15 +52,16 @@ fn folder(files: &[(&str, &str)]) -> (tempfile::TempDir, Vec<String>) {
     (folder, paths)
 }
 
-/// Two seconds of the null attack in which nobody does anything.
+/// Two seconds of the null attack without any action.
 fn short() -> String {
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
     head.replace("duration_s = 9.0", "duration_s = 2.0").replace("name = \"nominal\"", "name = \"short\"")
 }
 
+/// The log is that of the built-in one, and the manifest names the file's.
 #[test]
-fn the_shipped_detector_brought_from_its_file_gives_the_log_of_the_built_in_one_and_the_manifest_names_it() {
+fn shipped_detector_from_file_gives_the_same_log() {
     let (folder, files) = folder(&[("short.toml", &short()), ("grid.toml", GRID)]);
     let out = folder.path().join("out");
     let run = |more: &[&str]| {
@@ -80,8 +81,9 @@ fn the_shipped_detector_brought_from_its_file_gives_the_log_of_the_built_in_one_
     assert_ne!(seen(&other[0]), run(&["--rendered"]), "another detector sees otherwise");
 }
 
+/// With exit code 2, before any trial runs.
 #[test]
-fn a_detector_that_is_not_what_was_pinned_or_cannot_be_used_is_refused_with_exit_2_before_anything_runs() {
+fn changed_or_unusable_detector_is_refused() {
     let pinned = |sha256: &str| format!("sha256 = \"{sha256}\"\n{COLOURS}");
     let other = "0".repeat(64);
     let (_folder, files) =
@@ -109,9 +111,10 @@ fn a_detector_that_is_not_what_was_pinned_or_cannot_be_used_is_refused_with_exit
     assert_eq!(alone.status.code(), Some(2), "a detector without labels");
 }
 
+/// With the reason.
 /// A34: the launcher looked at the file, and then it was another one.
 #[test]
-fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reason_before_it_begins() {
+fn swapped_model_ends_the_run_before_it_begins() {
     let (folder, files) = folder(&[("short.toml", &short())]);
     let file = folder.path().join("detector.onnx");
     fs::copy(shipped(), &file).unwrap();
@@ -136,13 +139,14 @@ fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reaso
     };
     assert!(why.starts_with("perception did not start: ") && why.contains("model changed"), "{why}");
     assert!(why.contains(&pin(&file).unwrap().sha256), "what is there now: {why}");
-    // No word of a unit: the recording holds nothing that was decided.
+    // The recording holds no decision of a unit.
     let recorded = fs::read_dir(keep.join("recording")).unwrap().count();
     assert!(recorded <= 1, "{recorded} files of a run that did not begin");
 }
 
+/// A model that runs for hours or takes terabytes ends the process that tries it, at that process's limits.
 #[test]
-fn a_model_that_goes_on_for_hours_or_takes_terabytes_ends_the_process_that_tries_it_at_its_limits() {
+fn greedy_model_ends_at_its_limits() {
     let tried =
         |name: &str, cpu_s: u64| vet(&services(), &brought(&seed(name), COLOURS), Limits { cpu_s, ..Limits::USUAL });
     assert_eq!(tried("yolo-v8", 1), Ok(()), "an honest one stays within them");
@@ -152,9 +156,10 @@ fn a_model_that_goes_on_for_hours_or_takes_terabytes_ends_the_process_that_tries
     assert!(why.contains("wanted more than 2048 MiB"), "{why}");
 }
 
-/// Whatever a file is made of, trying it ends, and nothing but the process that tried it.
+/// Each is refused or loaded.
+/// Trying any damaged file ends, and ends at most the process that tries it.
 #[test]
-fn damaged_models_are_refused_or_loaded_and_none_brings_its_caller_down() {
+fn damaged_models_never_bring_their_caller_down() {
     let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("damaged.onnx");
@@ -166,7 +171,7 @@ fn damaged_models_are_refused_or_loaded_and_none_brings_its_caller_down() {
         let (whole, labels) = &seeds[below(seeds.len())];
         let mut bytes = whole.clone();
         for _ in 0..=below(3) {
-            // Where the structure is: weights change nothing but numbers.
+            // The part with the structure: weights change only numbers.
             let near = if below(2) == 0 { below(bytes.len().min(3_000)) } else { bytes.len() - 1 - below(600) };
             bytes[near] = if below(2) == 0 { below(256) as u8 } else { bytes[near] ^ 1 << below(8) };
         }

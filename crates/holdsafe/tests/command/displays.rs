@@ -1,4 +1,4 @@
-//! What shows a run to somebody: `watch`, `console` and `live --console`, as far as they go without a display.
+//! Displays of a run: `watch`, `console` and `live --console`, as far as they go without a display.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -20,7 +20,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Two seconds in which nobody does anything, in a folder of its own.
+/// Two seconds without any action, in a folder of its own.
 pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
@@ -34,8 +34,9 @@ pub(super) fn short() -> (tempfile::TempDir, String) {
     (folder, path)
 }
 
+/// It is watched from beside to its end.
 #[test]
-fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
+fn live_run_is_watched_and_shown_again() {
     let (folder, scenario) = short();
     let out = folder.path().join("run");
     let run = out.to_str().unwrap();
@@ -63,13 +64,13 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     let (code, says) = blind(&["console", run]);
     assert_eq!(code, Some(5), "{says}");
 
-    // What was fed to the cores was fed to them again; after that one in five sets of frames is enough to look at.
+    // The cores' inputs have been replayed; after that one in five sets of frames is enough to look at.
     let file = folder.path().join("run.mcap");
     let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
     let (kept, not_kept) = (told(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
     assert!(not_kept > 0 && kept == (kept + not_kept).div_ceil(5), "{kept} kept, {not_kept} not");
 
-    // What every picture in the window says of a recording that is evidence of nothing, and what is said of this one once it is.
+    // Mark of an INVALID recording on every picture in the window: absent here, and present in an invalid player.
     let marked = |player: &Player| player.shown().marks.invalid;
     let (player, _) = Player::open(&out).unwrap();
     assert_eq!(marked(&player), None);
@@ -82,8 +83,9 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     }
 }
 
+/// With one line and a remedy; no run is started.
 #[test]
-fn without_a_display_a_window_is_one_line_with_a_remedy_and_nothing_is_started() {
+fn window_without_a_display_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let (code, says) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
@@ -107,8 +109,9 @@ fn a_window_is_for_one_live_trial() {
     }
 }
 
+/// Nor opened in a window.
 #[test]
-fn what_is_no_run_is_neither_watched_nor_opened() {
+fn folder_without_a_run_is_not_watched() {
     let folder = tempfile::tempdir().unwrap();
     let none = folder.path().to_str().unwrap();
     for arguments in [&["watch", none][..], &["console", none], &["sensors", none]] {

@@ -1,4 +1,4 @@
-//! Commands in documents: each is one that the program has, and those of the README that cost little come to their end.
+//! Commands in documents: the program has each of them, and the cheap ones of the README run to their end.
 
 use std::fs;
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ fn documented() -> Vec<Documented> {
             let words = words(&line);
             let own = words.first().is_some_and(|word| word == "holdsafe");
             let built = words.starts_with(&["cargo", "run", "--release"].map(str::to_owned));
-            // What a loop of the shell fills in is not known here.
+            // The values of a shell loop are unknown here.
             if !own && !built || line.contains('$') {
                 continue;
             }
@@ -72,7 +72,7 @@ fn documented() -> Vec<Documented> {
     found
 }
 
-/// `--help` behind a command has its verbs, options and values read, and nothing run.
+/// `--help` behind a command makes the parser check its verbs, options and values without running it.
 #[test]
 fn documented_commands_are_understood() {
     let all = documented();

@@ -1,4 +1,4 @@
-//! What is made of runs that were kept: explanations, reports, cores that are fed again.
+//! Explanations, reports and replays of kept runs.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ pub(super) fn object(output: &Output) -> serde_json::Value {
 }
 
 #[test]
-fn a_recording_is_explained_as_the_run_that_it_is_of() {
+fn recording_and_run_have_the_same_explanation() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
     let recording = object(&holdsafe(&["explain", run.to_str().unwrap(), "--json"]));
@@ -31,8 +31,9 @@ fn a_recording_is_explained_as_the_run_that_it_is_of() {
     assert_eq!(at["why_not"]["mode"], "DEGRADED", "{at}");
 }
 
+/// Assumptions are reported where `events.jsonl` is missing.
 #[test]
-fn a_recording_is_explained_at_times_of_its_run_and_says_where_it_has_to_assume_them() {
+fn recording_is_explained_at_times_of_its_run() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
     let explain = |more: &[&str]| holdsafe(&[&["explain", run.to_str().unwrap(), "--json"], more].concat());
@@ -58,8 +59,9 @@ fn a_recording_is_explained_at_times_of_its_run_and_says_where_it_has_to_assume_
     assert!(object(&output)["assumed"].as_str().unwrap().contains("ground platform"), "{output:?}");
 }
 
+/// A cut one is explained as far as it goes.
 #[test]
-fn a_recording_that_cannot_be_read_is_answered_with_one_line_and_a_cut_one_with_what_stands() {
+fn unreadable_recording_is_answered_with_one_line() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     let file = run.join("recording/audit-0.mcap");
@@ -86,8 +88,9 @@ fn a_recording_that_cannot_be_read_is_answered_with_one_line_and_a_cut_one_with_
     assert_eq!(holdsafe(&["explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
 }
 
+/// It is made of results and runs.
 #[test]
-fn a_report_is_made_of_results_and_runs_with_the_verdict_first() {
+fn report_begins_with_the_verdict() {
     let dir = tempfile::tempdir().unwrap();
     let (run, page, figures) =
         (recorded(dir.path(), "thermal_loss"), dir.path().join("r.html"), dir.path().join("figures"));
@@ -117,8 +120,9 @@ fn a_report_is_made_of_results_and_runs_with_the_verdict_first() {
     );
 }
 
+/// In the report of a recorded run.
 #[test]
-fn a_hang_that_only_the_launcher_knows_of_is_drawn_of_a_recorded_run_and_once() {
+fn hang_known_to_the_launcher_is_drawn_once() {
     let dir = tempfile::tempdir().unwrap();
     let (run, page) = (recorded(dir.path(), "process_ends"), dir.path().join("r.html"));
     let output = holdsafe(&["report", run.to_str().unwrap(), "--out", page.to_str().unwrap()]);
@@ -127,7 +131,7 @@ fn a_hang_that_only_the_launcher_knows_of_is_drawn_of_a_recorded_run_and_once() 
 }
 
 #[test]
-fn a_report_refuses_what_it_does_not_know_and_what_it_has_already() {
+fn report_refuses_unknown_and_repeated_inputs() {
     let dir = tempfile::tempdir().unwrap();
     recorded(dir.path(), "loss");
     let (result, page) = (dir.path().join("loss"), dir.path().join("r.html"));
@@ -143,8 +147,9 @@ fn a_report_refuses_what_it_does_not_know_and_what_it_has_already() {
     assert!(refused(&[nothing.path().to_str().unwrap()]).contains("neither a recorded run"));
 }
 
+/// Another policy is asked of the same inputs.
 #[test]
-fn cores_fed_again_give_every_byte_and_another_policy_is_asked_of_the_same_inputs() {
+fn replayed_cores_give_every_byte_again() {
     let same = object(&holdsafe(&["replay", "replay", "--json"]));
     assert_eq!(same["identical"], true, "{same}");
     let policy = root().join("policies/freshness-waived.toml");

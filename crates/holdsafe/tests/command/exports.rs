@@ -7,14 +7,15 @@ use super::evidence::{object, recorded};
 use super::judge::Line;
 use super::{holdsafe, root};
 
-/// Messages by topic, as told.
+/// Messages by topic, as reported.
 pub(super) fn told(exported: &serde_json::Value) -> BTreeMap<String, u64> {
     let channels = exported["channels"].as_array().unwrap();
     channels.iter().map(|c| (c["topic"].as_str().unwrap().to_owned(), c["messages"].as_u64().unwrap())).collect()
 }
 
+/// The export of a run in the twin has the messages between services too.
 #[test]
-fn every_event_of_a_recorded_run_is_in_its_file_for_viewers_and_of_a_run_in_the_twin_what_was_seen_too() {
+fn export_has_every_event_of_a_run() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "thermal_loss");
     let file = dir.path().join("run.mcap");
@@ -36,8 +37,9 @@ fn every_event_of_a_recorded_run_is_in_its_file_for_viewers_and_of_a_run_in_the_
     assert!(twin["/tracks"] > 80 && fs::metadata(&file).unwrap().len() > length, "{twin:?}");
 }
 
+/// It prints the remedy.
 #[test]
-fn an_export_that_cannot_be_written_leaves_nothing_and_says_what_to_do() {
+fn failed_export_leaves_no_file() {
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("run.mcap");
     let out = out.to_str().unwrap();

@@ -4,8 +4,9 @@ use std::fs;
 
 use super::{holdsafe, root};
 
+/// It would be a run in clear air.
 #[test]
-fn weather_without_the_sensors_that_see_it_is_no_run_in_clear_air() {
+fn weather_without_rendered_sensors_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::create_dir(folder.path().join("scenes")).unwrap();
     let yard = fs::read_to_string(root().join("scenarios/scenes/yard.toml")).unwrap();

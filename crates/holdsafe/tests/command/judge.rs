@@ -1,4 +1,4 @@
-//! The second judge, and what it makes of logs that somebody changed.
+//! The second judge, and its verdicts on changed logs.
 
 use std::fs;
 use std::path::Path;
@@ -7,19 +7,20 @@ use std::process::{Command, Output};
 use super::evidence::{object, recorded};
 use super::{holdsafe, mistaken, root};
 
-/// The second judge of this log; nothing where this host has no Python.
+/// The second judge of this log; `None` where this host has no Python.
 fn second_judge(log: &Path) -> Option<Output> {
     Command::new("python3").arg(root().join("tools/judge")).arg(log).output().ok()
 }
 
+/// It comes to the class of the first judge, and notices changes of the log.
 #[test]
-fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed() {
+fn second_judge_agrees_and_notices_changes() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "delay");
     let log = run.join("events.jsonl");
     let Some(output) = second_judge(&log) else { return };
     assert_eq!(object(&output)["outcome"], "HOLD_SAFE", "{output:?}");
-    // A unit that leaves HOLD_SAFE with nobody's consent.
+    // A unit that leaves HOLD_SAFE without consent.
     let text = fs::read_to_string(&log).unwrap();
     let held = text.lines().find(|line| line.contains(r#""to":"HOLD_SAFE""#)).unwrap();
     let mut left: serde_json::Value = serde_json::from_str(held).unwrap();
@@ -38,7 +39,7 @@ fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed
 }
 
 #[test]
-fn a_log_whose_cores_did_not_replay_is_invalid_to_the_second_judge_too() {
+fn failed_replay_is_invalid_to_the_second_judge() {
     let dir = tempfile::tempdir().unwrap();
     let log = recorded(dir.path(), "delay").join("events.jsonl");
     let text = fs::read_to_string(&log).unwrap();
@@ -52,8 +53,9 @@ fn a_log_whose_cores_did_not_replay_is_invalid_to_the_second_judge_too() {
     assert!(object(&output)["findings"].to_string().contains("P10"), "{output:?}");
 }
 
+/// To both judges a run without the presumed mission shows no result.
 #[test]
-fn without_the_mission_that_is_presumed_both_judges_say_that_a_run_shows_nothing() {
+fn run_without_its_mission_is_no_evidence() {
     let dir = tempfile::tempdir().unwrap();
     let file = mistaken(dir.path(), "when_track = \"vehicle\"", "when_track = \"obstacle\"");
     let out = dir.path().join("out");
@@ -65,7 +67,8 @@ fn without_the_mission_that_is_presumed_both_judges_say_that_a_run_shows_nothing
     assert!(said["mission"][0].as_str().unwrap().starts_with("armed by "), "{said}");
 }
 
-/// What the second judge says of a run's log in which `change` was made to the lines that it is given, and of the log as it was.
+/// The second judge's verdicts on a run's log with `change` made to the lines that it is given, and on the log as it
+/// was.
 fn of_changed(log: &Path, change: impl Fn(&mut Line)) -> Option<(serde_json::Value, serde_json::Value)> {
     let text = fs::read_to_string(log).unwrap();
     let mut lines = text.lines();
@@ -90,7 +93,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// Who wrote it.
+    /// Its author.
     pub(super) fn node(&self) -> String {
         self.rest["node"].as_str().unwrap().to_owned()
     }
@@ -104,14 +107,15 @@ impl Line {
     }
 }
 
-/// What is done to every line of a log.
+/// A change to every line of a log.
 type Change<'a> = &'a dyn Fn(&mut Line);
 
-/// Later than everything that a run is prepared with.
+/// Later than the preparation of every run.
 const UNDER_WAY_US: u64 = 4_000_000;
 
+/// Each property that a change to a log breaks.
 #[test]
-fn each_property_that_a_change_to_a_log_breaks_the_second_judge_finds_broken() {
+fn second_judge_finds_each_property_broken() {
     let dir = tempfile::tempdir().unwrap();
     let later = |line: &mut Line, cause: &str| {
         if line.is("transition") && line.event["cause"] == cause {
@@ -160,8 +164,9 @@ fn each_property_that_a_change_to_a_log_breaks_the_second_judge_finds_broken() {
     }
 }
 
+/// An action that its target did not see is believed of no actor.
 #[test]
-fn what_its_target_did_not_see_the_second_judge_believes_of_no_actor() {
+fn second_judge_believes_no_unseen_action() {
     let dir = tempfile::tempdir().unwrap();
     let unseen = |line: &mut Line, what: &str, field: &str| {
         if line.is(what) {

@@ -1,4 +1,4 @@
-//! One short live trial: its class, and that its cores do again what their mouth logs say.
+//! One short live trial: its class, and the replay of its cores' input journals.
 
 use std::fs;
 use std::path::Path;
@@ -23,15 +23,15 @@ use super::root;
 /// Trials that a busy host may spoil before one is taken as it is.
 const TRIES: u64 = 5;
 
-/// Whether the host, and not the platform, explains what is found: the launcher overslept, or a service was kept from running so long
-/// that its entries came late to the recording.
+/// True if the host, and not the platform, explains the findings: the launcher overslept, or a service was kept from
+/// running so long that its entries came late to the recording.
 fn spoilt(evidence: &Evidence) -> bool {
     let overslept =
         evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Stalled { by } if by.0 > evidence.stall_limit));
     overslept || evidence.custody.iter().any(|flaw| flaw.what.contains("at another time"))
 }
 
-/// The live run of a seed, and what it was judged to be.
+/// The live run of a seed, and its judgement.
 fn trial(scenario: &Path, seed: u64) -> (Cast, Setup, Aftermath, Judged) {
     let scenario = scenario::load(scenario).unwrap();
     let setup = Setup::load(&root(), &scenario, None, true).unwrap();
@@ -53,14 +53,14 @@ fn trial(scenario: &Path, seed: u64) -> (Cast, Setup, Aftermath, Judged) {
     (cast, setup, after, judged)
 }
 
-/// Writes the mouth log of `node` anew, with the first input after which it wrote an audit entry fed a microsecond later. Gives the number of that
-/// input, from 1.
+/// Writes the input journal of `node` anew, with the first input after which it wrote an audit entry fed a microsecond
+/// later. Gives the number of that input, from 1.
 fn shift_an_input(folder: &Path, node: NodeId) -> usize {
     let path = folder.join("mouth").join(format!("{node}.cbor"));
     let whole = fs::read(&path).unwrap();
     let log = Reader::new(whole.as_slice()).unwrap();
     let header = log.header();
-    // What a core says when it is made comes out with its first input.
+    // Entries from a core's construction come out with its first input.
     let mut entries: Vec<Entry> = log.map(Result::unwrap).collect();
     let is_input = |entry: &Entry| matches!(entry, Entry::Input { .. });
     let said = |entries: &[Entry], at: usize| {
@@ -79,8 +79,9 @@ fn shift_an_input(folder: &Path, node: NodeId) -> usize {
     n + 1
 }
 
+/// One wrong time in an input journal makes it INVALID.
 #[test]
-fn a_short_live_trial_is_nominal_its_cores_replay_and_one_time_wrong_in_a_mouth_log_makes_it_invalid() {
+fn short_live_trial_is_nominal_and_replays() {
     let (_folder, scenario) = short();
     let scenario = Path::new(&scenario);
     let mut tries = (1..=TRIES).map(|seed| trial(scenario, seed));
@@ -89,7 +90,8 @@ fn a_short_live_trial_is_nominal_its_cores_replay_and_one_time_wrong_in_a_mouth_
         assert!(wrong.is_empty() && judged.evidence.differences.is_empty(), "{wrong:?}");
         assert!(judged.replays.len() >= 6 && judged.replays.iter().all(|core| core.inputs > 0), "{:?}", judged.replays);
     };
-    // Whatever the host does, every core does again what its log says; the class is asked of a run that the host let run.
+    // On any host every core does again what its log records; the class is checked on a run that the host did not
+    // stall.
     let mut last = None;
     for done in tries.by_ref() {
         replayed(&done.3);

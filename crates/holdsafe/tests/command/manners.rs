@@ -1,4 +1,4 @@
-//! How the program treats its user: hostile arguments, closed streams, mistakes that a suggestion mends.
+//! Manners towards the user: hostile arguments, closed streams, mistakes that a suggestion mends.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -7,14 +7,14 @@ use std::process::{Command, Stdio};
 
 use super::{holdsafe, mistaken, root};
 
-/// What a command says on stderr, and its exit code.
+/// A command's stderr, and its exit code.
 fn told(arguments: &[&str]) -> (String, Option<i32>) {
     let output = holdsafe(arguments);
     (String::from_utf8(output.stderr).unwrap(), output.status.code())
 }
 
 #[test]
-fn a_reader_of_stderr_that_went_away_changes_no_exit_code() {
+fn closed_stderr_changes_no_exit_code() {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);
     let status = Command::new(env!("CARGO_BIN_EXE_holdsafe"))
@@ -27,7 +27,7 @@ fn a_reader_of_stderr_that_went_away_changes_no_exit_code() {
 }
 
 #[test]
-fn an_argument_that_is_not_utf8_is_refused_with_exit_2() {
+fn non_utf8_argument_is_refused_with_exit_2() {
     let bad = OsStr::from_bytes(b"\xff\xfe");
     for arguments in [vec![bad], vec![OsStr::new("run"), bad], vec![OsStr::new("service"), bad]] {
         let output = Command::new(env!("CARGO_BIN_EXE_holdsafe")).args(&arguments).output().unwrap();
@@ -38,7 +38,7 @@ fn an_argument_that_is_not_utf8_is_refused_with_exit_2() {
 }
 
 #[test]
-fn arguments_that_cannot_be_parsed_are_reported_as_json_where_json_is_asked_for() {
+fn usage_errors_are_json_where_requested() {
     let output = holdsafe(&["run", "loss", "--trails", "2", "--json"]);
     assert_eq!(output.status.code(), Some(2));
     let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -47,7 +47,7 @@ fn arguments_that_cannot_be_parsed_are_reported_as_json_where_json_is_asked_for(
 }
 
 #[test]
-fn a_mistyped_verb_or_key_is_answered_with_the_nearest() {
+fn mistyped_verb_or_key_is_answered_with_nearest() {
     let (screen, code) = told(&["matirx"]);
     assert!(code == Some(2) && screen.contains("'matrix'"), "{screen}");
     let (screen, code) = told(&["explan", "loss"]);
@@ -70,7 +70,7 @@ fn lines_that_end_as_on_windows_are_read() {
 }
 
 #[test]
-fn a_model_that_is_no_regular_file_is_refused_before_it_is_read() {
+fn irregular_model_file_is_refused_unread() {
     let dir = tempfile::tempdir().unwrap();
     let fifo = dir.path().join("model.onnx");
     nix::unistd::mkfifo(&fifo, nix::sys::stat::Mode::S_IRWXU).unwrap();
@@ -123,7 +123,7 @@ fn a_check_finds_what_a_run_would_refuse() {
 }
 
 #[test]
-fn a_scenario_given_by_its_file_is_reproduced_by_its_file() {
+fn scenario_given_by_file_is_reproduced_by_file() {
     let dir = tempfile::tempdir().unwrap();
     let file = mistaken(dir.path(), "expected = [\"HOLD_SAFE\"]", "expected = [\"NOMINAL\"]");
     let (screen, code) = told(&["run", &file, "--trials", "1"]);
@@ -131,7 +131,7 @@ fn a_scenario_given_by_its_file_is_reproduced_by_its_file() {
 }
 
 #[test]
-fn no_progress_is_written_where_stderr_is_no_terminal() {
+fn progress_is_written_to_terminals_only() {
     let (screen, code) = told(&["run", "loss", "--trials", "2"]);
     assert_eq!((screen.as_str(), code), ("", Some(0)));
 }

@@ -1,16 +1,17 @@
-//! `holdsafe rare`: the same estimate by any number of threads, bounds where there are any, and why it does not begin.
+//! `holdsafe rare`: the same estimate by any number of threads, bounds where there are any, and refusals with their
+//! reasons.
 
 use super::holdsafe;
 
 #[test]
-fn a_rare_event_is_estimated_the_same_by_any_number_of_threads() {
+fn rare_event_estimate_is_independent_of_threads() {
     let rare = |jobs: &str| {
         let what = ["rare", "nominal", "--set", "conditions.loss=0.3", "--event", "hold-safe", "--levels", "250,450"];
         let output =
             holdsafe(&[&what[..], &["--trials", "12", "--repetitions", "3", "--jobs", jobs, "--json"]].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let mut object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-        // How long it took is nobody's result.
+        // Its duration is no part of the result.
         object["cpu_seconds"].take();
         object["plain"]["cpu_seconds"].take();
         object
@@ -21,8 +22,9 @@ fn a_rare_event_is_estimated_the_same_by_any_number_of_threads() {
     assert!(object["estimate"].as_f64().unwrap() > 0.0 && object["set"]["conditions.loss"] == 0.3, "{object}");
 }
 
+/// Plain trials give a bound.
 #[test]
-fn what_never_happens_has_no_estimate_and_by_plain_trials_a_bound() {
+fn event_never_seen_has_no_estimate() {
     let rare = |more: &[&str]| {
         let what = ["rare", "nominal", "--event", "lease", "--trials", "5", "--repetitions", "2", "--json"];
         let output = holdsafe(&[&what[..], more].concat());

@@ -1,4 +1,4 @@
-//! Custody comes first: what every command that reads a recorded run says of one that is INVALID.
+//! Log verification comes first: the answers of every command that reads a recorded run to one that is INVALID.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use wire::time::Instant;
 use super::evidence::{object, recorded};
 use super::{holdsafe, root};
 
-/// Changes one bit of a recording, in a place of which `verify` says that the evidence does not hold.
+/// Changes one bit of a recording, in a place for which `verify` reports that the evidence does not hold.
 pub(super) fn flip_a_bit(run: &Path) {
     let file = run.join("recording/audit-0.mcap");
     let whole = fs::read(&file).unwrap();
@@ -35,8 +35,8 @@ fn cover(run: &Path) {
     fs::write(file, held.to_string()).unwrap();
 }
 
-/// What a live run has beside its recording, as far as a command needs it to read anything: what came of feeding its cores again, and what
-/// its console showed.
+/// Adds the files that a live run has beside its recording, as far as a command needs them: the result of the replay of
+/// its cores, and its console's input journal.
 fn as_if_live(run: &Path) {
     fs::write(run.join("replay.json"), r#"[{"node":"gateway","inputs":3,"outputs":2,"difference":null}]"#).unwrap();
     fs::create_dir(run.join("mouth")).unwrap();
@@ -50,7 +50,7 @@ fn as_if_live(run: &Path) {
     cover(run);
 }
 
-/// The line of each command that reads a recorded run, and the code with which it ends where nothing is wrong.
+/// The line of each command that reads a recorded run, and its exit code for a sound one.
 fn readers<'a>(run: &'a str, folder: &'a str, out: &'a str, page: &'a str) -> Vec<(Vec<&'a str>, i32)> {
     vec![
         (vec!["explain", run], 0),
@@ -68,7 +68,7 @@ fn readers<'a>(run: &'a str, folder: &'a str, out: &'a str, page: &'a str) -> Ve
     ]
 }
 
-/// A run to be read, and where to write what is made of it.
+/// A run to be read, and the destination of its exports.
 struct Read {
     _dir: tempfile::TempDir,
     folder: PathBuf,
@@ -97,7 +97,7 @@ fn first_line(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).lines().next().unwrap_or_default().to_owned()
 }
 
-/// What every command says of a run that is INVALID because of `reason`.
+/// The answers of every command to a run that is INVALID because of `reason`.
 fn all_say_it(read: &Read, reason: &str) {
     for (line, own) in read.lines() {
         let output = holdsafe(&line);
@@ -108,7 +108,7 @@ fn all_say_it(read: &Read, reason: &str) {
             "{line:?}: {first}"
         );
         let told = holdsafe(&[&line[..], &["--unverified"]].concat());
-        // Of a broken recording less may be left to be compared.
+        // A broken recording may leave less to compare.
         let differs = line[0] == "diff" && told.status.code() == Some(3);
         assert!(differs || told.status.code() == Some(own), "its own code: {line:?}: {told:?}");
         assert_eq!(first_line(&told.stdout), first, "and marked all the same");
@@ -126,8 +126,9 @@ fn all_say_it(read: &Read, reason: &str) {
     }
 }
 
+/// Each says INVALID first, with the reason, and ends with exit code 4.
 #[test]
-fn of_a_run_with_one_bit_flipped_every_reader_says_invalid_first_and_why_and_ends_with_4() {
+fn every_reader_reports_a_flipped_bit_first() {
     let read = Read::new();
     for (line, own) in read.lines() {
         let output = holdsafe(&line);
@@ -136,13 +137,14 @@ fn of_a_run_with_one_bit_flipped_every_reader_says_invalid_first_and_why_and_end
     }
     flip_a_bit(&read.run);
     all_say_it(&read, "the recording does not verify: ");
-    // The window's strip is the console's own test; here nothing is opened for want of a display.
+    // The window's strip is the console's own test; here no window opens for want of a display.
     let console = holdsafe(&["console", read.run.to_str().unwrap()]);
     assert!(first_line(&console.stdout).starts_with("INVALID: "), "{console:?}");
 }
 
+/// A run without its keys and heads, or with a trial that ended INVALID, is no better than a changed one.
 #[test]
-fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better() {
+fn run_without_keys_or_valid_trial_is_invalid() {
     let read = Read::new();
     let verdict = read.run.join("verdict.json");
     let mut ended: Value = serde_json::from_str(&fs::read_to_string(&verdict).unwrap()).unwrap();
@@ -172,10 +174,10 @@ fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better
 }
 
 #[test]
-fn an_explained_scenario_says_when_its_trial_ended_invalid() {
+fn explained_scenario_reports_its_invalid_trial() {
     let dir = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/control/nominal.toml")).unwrap();
-    // Nobody enables it.
+    // No operator enables it.
     let without = nominal.replacen("do = \"enable\"", "do = \"hold\"", 1);
     fs::create_dir(dir.path().join("scenes")).unwrap();
     fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
@@ -189,8 +191,9 @@ fn an_explained_scenario_says_when_its_trial_ended_invalid() {
     assert_eq!(holdsafe(&[&line[..], &["--unverified"]].concat()).status.code(), Some(0));
 }
 
+/// With its digest and its verification; the verdict counts them.
 #[test]
-fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_verdict() {
+fn report_lists_and_counts_each_recording() {
     let read = Read::new();
     let whole = recorded(read.folder.parent().unwrap(), "loss");
     flip_a_bit(&read.run);
@@ -213,7 +216,7 @@ fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_
 }
 
 #[test]
-fn a_file_for_viewers_says_that_the_run_it_is_of_is_invalid() {
+fn export_is_marked_where_its_run_is_invalid() {
     let read = Read::new();
     flip_a_bit(&read.run);
     let [run, out] = [&read.run, &read.out].map(|p| p.to_str().unwrap());
@@ -222,8 +225,9 @@ fn a_file_for_viewers_says_that_the_run_it_is_of_is_invalid() {
     assert_eq!(told.get("/custody"), Some(&1), "{told:?}");
 }
 
+/// Of several each is listed.
 #[test]
-fn a_run_is_named_by_any_level_and_of_several_each_is_listed() {
+fn run_is_found_from_any_level() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     as_if_live(&run);

@@ -1,4 +1,4 @@
-//! The verbs by their names of today, and those of before, which do the same.
+//! The current verbs, and the former ones, which do the same.
 
 use serde_json::Value;
 

@@ -1,7 +1,9 @@
-//! `lab agreement`: how far live runs agree with the twin, over words that were drawn before any of them was run live.
+//! `lab agreement`: agreement of live runs with the twin, over attack sequences that were drawn before any of them was
+//! run live.
 //!
-//! Each word is a file (`drawn`), run once in the twin, rendered as a live run is, and once live, under the same seed. Finished runs
-//! are kept (`kept`), so a bench that was ended goes on where it was. It measures and prints; no test asserts its numbers.
+//! Each sequence is a file (`drawn`), run once in the twin, rendered as a live run is, and once live, under the same
+//! seed. Finished runs are kept (`kept`), so a bench resumes after an interruption. It measures and prints; no test
+//! asserts its numbers.
 
 use std::path::PathBuf;
 
@@ -19,7 +21,7 @@ use search::Stratum;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Words of each of the three kinds.
+    /// Sequences of each of the three kinds.
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     each: u64,
     /// Seed of the drawing; --seed is that of every trial.
@@ -28,7 +30,7 @@ pub struct Args {
     /// Live runs at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
     jobs: usize,
-    /// Keep words, finished runs and the result here, and go on from what is there [default: runs/agreement].
+    /// Keep sequences, finished runs and the result here, and resume from there [default: runs/agreement].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -56,7 +58,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(exit(&object.words))
 }
 
-/// One trial of each in this mode; of those that are there already none runs again.
+/// One trial of each in this mode; finished ones do not run again.
 fn trials(context: &Context, kept: &Kept, planned: &[Planned], mode: Mode, jobs: usize) -> Result<Vec<Trial>, Failure> {
     let one = |planned: &Planned, progress: &Progress| {
         let batch = Batch {
@@ -98,7 +100,7 @@ fn row(context: &Context, case: &Case, planned: &Planned, (twin, live): (&Trial,
     }
 }
 
-/// At an edge either may be the first to break; elsewhere what the twin misses was not expected.
+/// At an edge either may be the first to break; elsewhere a break that the twin misses was not expected.
 fn exit(words: &[WordRow]) -> Exit {
     if words.iter().any(|word| word.is_missed() && word.stratum != Stratum::Edge) {
         Exit::Unexpected

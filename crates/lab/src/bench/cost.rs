@@ -1,10 +1,10 @@
-//! `lab twin`: what the twin of the null attack costs by stage, beside bare rapier on the same course in the
-//! same process; and what the first trial costs again where it is known. It measures and prints; no test asserts its
+//! `lab twin`: cost of the twin of the null attack by stage, beside bare rapier on the same course in the same process;
+//! and the cost of the first trial when it is repeated from a known run. It measures and prints; no test asserts its
 //! numbers.
 //!
-//! Rounds alternate (bare, twin, twin watched, along, forked), so that all see the same machine. CPU time is the thread's; the
-//! stages' shares are of the watched runs' elapsed time, for a thread's CPU clock costs more to read than most stages
-//! take. Shares are laid over the CPU time of the runs that nobody watched.
+//! Rounds alternate (bare, twin, twin watched, followed, forked), so that all see the same machine. CPU time is the
+//! thread's; the stages' shares are of the watched runs' elapsed time, for a thread's CPU clock costs more to read than
+//! most stages take. Shares are laid over the CPU time of the unwatched runs.
 
 use std::hint::black_box;
 
@@ -21,16 +21,16 @@ use twin::stopwatch::Stage;
 use wire::id::NodeId;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 
-/// Signatures made and verified in one round to learn what one costs.
+/// Signatures made and verified in one round to calibrate the cost of one.
 const CALIBRATION: u32 = 200;
 /// Bytes of a calibration payload: about those of a report.
 const PAYLOAD: usize = 300;
-/// What is simulated of a forked trial, up to the end of its time, microseconds.
+/// Simulated part of a forked trial, up to the end of its time, microseconds.
 const SUFFIX: u64 = 3_000_000;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Rounds of bare rapier, the twin, the twin watched, and the first trial along with itself and forked.
+    /// Rounds of bare rapier, the twin, the twin watched, and the first trial followed by itself and forked.
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     rounds: u32,
     /// Trials a round; 10, or 2 rendered, when not given.
@@ -158,7 +158,7 @@ impl<'a> Bench<'a> {
 }
 
 /// Every stage's share of the watched time of all rounds, laid over `twin` microseconds a simulated second. The sim's
-/// own is parted: what bare rapier takes is physics, the rest is sensing.
+/// own is parted: the share of bare rapier is physics, the rest is sensing.
 fn stages(rounds: &[Round], twin: f64, bare: f64) -> Vec<StageCost> {
     let spent = |stage: Stage| rounds.iter().flat_map(|r| &r.trials).map(|w| w.stopwatch.spent(stage)).sum::<u64>();
     let all = Stage::ALL.map(spent).iter().sum::<u64>() as f64;
@@ -175,7 +175,7 @@ fn stages(rounds: &[Round], twin: f64, bare: f64) -> Vec<StageCost> {
     rows
 }
 
-/// Runs `f` and gives the CPU seconds that it took.
+/// Runs `f` and gives its CPU seconds.
 fn timed<T>(f: impl FnOnce() -> T) -> (T, f64) {
     let before = batch::cpu_seconds(Mode::Twin);
     let result = f();

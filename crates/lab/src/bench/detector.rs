@@ -1,5 +1,5 @@
-//! `lab detector`: what the detector and the stages beside it are worth, cell by cell, on frames that nothing was
-//! learnt from.
+//! `lab detector`: quality of the detector and of the stages beside it, cell by cell, on frames that were not used in
+//! training.
 //!
 //! It measures and prints; no test asserts its numbers.
 

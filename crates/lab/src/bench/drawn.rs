@@ -1,7 +1,8 @@
-//! The words of `lab agreement`: drawn by a seed, each as a file that `holdsafe run` takes, in the twin and live.
+//! The attack sequences of `lab agreement`: drawn by a seed, each as a file that `holdsafe run` takes, in the twin and
+//! live.
 //!
-//! A word depends on the seed of the drawing, its stratum and its number, not on the words before it, so that they are drawn on
-//! any number of threads and a drawing that was ended goes on where it was.
+//! A sequence depends on the seed of the drawing, its stratum and its number, not on the sequences before it, so that
+//! they are drawn on any number of threads and a drawing resumes after an interruption.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -22,27 +23,27 @@ use search::{Drawn, SearchConfig, Stratum, ends_in};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// What is a finding where no check is waived: what no platform should show.
+/// Findings where no check is waived: classes that no platform should show.
 const BROKEN: [Outcome; 2] = [Outcome::Unsafe, Outcome::Late];
-/// How many grounds are tried for one word: some have no word in a stratum.
+/// Search configurations tried for one sequence: some have no sequence in a stratum.
 const GROUNDS: u32 = 16;
 
-/// What is drawn, and how much of it.
+/// Size and seeds of a drawing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lot {
     /// Seed of the drawing.
     pub(super) draws: u64,
-    /// Words of each stratum.
+    /// Sequences of each stratum.
     pub(super) each: u64,
 }
 
-/// A word that was drawn.
+/// A drawn sequence.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Case {
     pub(super) stratum: Stratum,
-    /// The how-manyth of its stratum, from 1.
+    /// Index within its stratum, from 1.
     number: u64,
-    /// The weakness, or the alphabet where no check is waived.
+    /// The weakness, or the attack space where no check is waived.
     pub(super) of: String,
     waived: bool,
     pub(super) word: String,
@@ -72,7 +73,7 @@ fn file(dir: &Path, folder: &str, name: &str) -> PathBuf {
     dir.join(folder).join(format!("{name}.toml"))
 }
 
-/// Every word of the lot, each in its file below `dir`; what is there already is not drawn again.
+/// Every sequence of the lot, each in its file below `dir`; files already there are not drawn again.
 pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Result<Vec<Case>, Failure> {
     ["words", "policies"].iter().try_for_each(|folder| std::fs::create_dir_all(dir.join(folder)))?;
     let mut done = BTreeMap::new();
@@ -95,14 +96,14 @@ pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Resul
     Ok(wanted().filter_map(|place| done.remove(&place)).collect())
 }
 
-/// Of everything that a word depends on beside its stratum and number.
+/// Digest of every input of a sequence beside its stratum and number.
 fn digest(context: &Context, kept: &Kept, lot: Lot) -> Result<String, Failure> {
     let of = (kept.build(), context.seed, lot.draws, out::files(&context.root()?)?);
     let text = serde_json::to_vec(&of).map_err(Failure::internal)?;
     Ok(hex(&Sha256::digest(text))[..16].to_owned())
 }
 
-/// Where words are drawn from: findings and edges where a check is waived, safe words where none is.
+/// Sources of sequences: findings and edges where a check is waived, safe sequences where none is.
 struct Sources {
     weaknesses: Vec<Weakness>,
     alphabets: Vec<String>,
@@ -111,7 +112,7 @@ struct Sources {
 impl Sources {
     fn of(context: &Context) -> Result<Self, Failure> {
         let mut weaknesses = search_config::weaknesses(context)?;
-        // A waived check is said by a policy, which `run` takes; a bound that is set wrong by no file that it takes.
+        // A policy can name a waived check, and `run` takes a policy; a wrong bound is in no file that it takes.
         weaknesses.retain(|weakness| weakness.waive.is_some());
         Ok(Self { weaknesses, alphabets: search_config::shipped(context, "alphabets")? })
     }
@@ -136,7 +137,7 @@ impl Sources {
         Err(Failure::new(Exit::NoEvidence, message))
     }
 
-    /// One of the alphabets, under every check.
+    /// One of the attack spaces, under every check.
     fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let alphabet = one_of(&self.alphabets, rng)?;
         let wanted = Wanted { rendered: true, ..Wanted::default() };

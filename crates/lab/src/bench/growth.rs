@@ -1,10 +1,11 @@
-//! `lab growth`: what a simulated second of the twin costs as there is more in it: objects in view, platforms at one
-//! gateway, and platforms abreast, each with a control of its own.
+//! `lab growth`: cost of a simulated second of the twin by its size: objects in view, platforms at one gateway, and
+//! platforms abreast, each with a control of its own.
 //!
-//! It measures and prints; no test asserts its numbers. Rounds go through all rows, so that each sees the same machine; a
-//! row's figure is the median of its rounds. How far a row goes is what the formats bound: a scene has at most 64 objects, a
-//! perception keeps 16 tracks, a report carries 8, a gateway has two whole platforms (`ARCHITECTURE.md`, *What the twin costs*).
-//! Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left them.
+//! It measures and prints; no test asserts its numbers. Rounds go through all rows, so that each sees the same machine;
+//! a row's figure is the median of its rounds. The formats bound the length of a row: a scene has at most 64 objects, a
+//! perception keeps 16 tracks, a report carries 8, a gateway has two whole platforms (`ARCHITECTURE.md`, *What the twin
+//! costs*). Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left
+//! them.
 
 use crate::report::{Grown, Growth, GrowthRow, Spread, growth_table};
 use parallel::progress::Progress;
@@ -18,11 +19,11 @@ use serde_json::{Value, json};
 use twin::trial::{conclude, start};
 use wire::event::Event;
 
-/// How many objects stand before the unit.
+/// Numbers of objects before the unit.
 const OBJECTS: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
-/// How many platforms go abreast.
+/// Numbers of platforms abreast.
 const ABREAST: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
-/// How long one of them runs before it is another's turn, microseconds.
+/// Length of a turn of one of them, microseconds.
 const TURN_US: u64 = 100_000;
 
 #[derive(Debug, clap::Args)]
@@ -99,7 +100,7 @@ fn persons(n: usize) -> Value {
     (0..n).map(person).collect()
 }
 
-/// CPU microseconds of a simulated second of all that is in a row.
+/// CPU microseconds of a simulated second of a whole row.
 fn cost(context: &Context, place: &Place, trials: u64) -> Result<f64, Failure> {
     let before = batch::cpu_seconds(Mode::Twin);
     for i in 0..trials {
@@ -113,7 +114,7 @@ fn cost(context: &Context, place: &Place, trials: u64) -> Result<f64, Failure> {
 }
 
 impl Place {
-    /// How many twins it takes.
+    /// Number of twins.
     fn twins(&self) -> usize {
         match self.of {
             Grown::Objects | Grown::Platforms => 1,

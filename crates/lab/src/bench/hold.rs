@@ -1,8 +1,8 @@
-//! `lab hold`: how long an operator's HOLD takes, live, from the hand to the unit and back to the display.
+//! `lab hold`: live duration of an operator's HOLD, from the hand to the unit and back to the display.
 //!
-//! A person without a window holds and resumes, over and over, in one long null attack. Each stage's time is the recording's.
-//! With `--cut` the unit's connection to the broker is cut before the first and stays so: then it is how long until the
-//! display says that nobody answers. It measures and prints; no test asserts its numbers.
+//! A person without a window holds and resumes, over and over, in one long null attack. Each stage's time is the
+//! recording's. With `--cut` the unit's connection to the broker is cut before the first and stays so: then the time is
+//! that until the display reports a missing answer. It measures and prints; no test asserts its numbers.
 
 use evidence::{SCHEMA_VERSION, Witnessed};
 use results::report::started;
@@ -21,7 +21,7 @@ use wire::id::{CommandId, NodeId, UnitId};
 use wire::mode::Mode;
 use wire::person::{Act, Order};
 
-/// When the first HOLD is given: by then the script has the unit driving. Microseconds.
+/// Time of the first HOLD: by then the script has the unit driving. Microseconds.
 const FIRST_US: u64 = 8_000_000;
 /// From one HOLD to the next; in between the unit is resumed and drives again.
 const CYCLE_US: u64 = 2_500_000;
@@ -30,7 +30,7 @@ const RESUME_US: [u64; 2] = [1_200_000, 1_300_000];
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// How many times; 59 for a bound on the 95th percentile.
+    /// Number of HOLDs; 59 for a bound on the 95th percentile.
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=1_000))]
     holds: u64,
     /// Cut the link that they go over.
@@ -86,7 +86,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// When a HOLD came to a stage.
+/// A stage and the time at which a HOLD came to it.
 type At = (&'static str, fn(&Hold) -> Option<u64>);
 
 /// The stages of one that is answered.
@@ -120,9 +120,9 @@ fn cycle(at: u64, cut: bool) -> Vec<(u64, Act)> {
     std::iter::once(hold).chain(ends.into_iter().filter(|_| !cut)).collect()
 }
 
-/// When a HOLD came to each stage, microseconds of the run.
+/// Times at which a HOLD came to each stage, microseconds of the run.
 struct Hold {
-    /// When the person was to give it: what the launcher and the pipe took is in what follows.
+    /// Planned time of the person's HOLD: delays of the launcher and the pipe are in the stages after it.
     hand: u64,
     core: u64,
     sent: Option<u64>,
@@ -130,7 +130,7 @@ struct Hold {
     held: Option<u64>,
     acknowledged: Option<u64>,
     shown: Option<u64>,
-    /// When the display said that it is not acknowledged.
+    /// Time at which the display reported that it is not acknowledged.
     unanswered: Option<u64>,
 }
 

@@ -1,11 +1,11 @@
-//! `lab explain`: are explanations right? Scored by taking the named cause away.
+//! `lab explain`: correctness of explanations, scored by taking the named cause away.
 //!
-//! Each run has one fault drawn from the alphabets, every other run a second one; it counts when one of them by itself brings about
-//! the first loss of the run, and the other by itself does not. The explanation names a place, never a fault. Which of the
-//! run's faults that means is read off a table written beforehand ([`Fault::shows`]): those that can show there and had begun,
-//! the newest of them. Right is who names the fault without which the loss does not come and with which alone it does. So a run whose
-//! two faults show at one place can only be told apart by when they began, and a fault that shows where the table does not
-//! have it is a miss.
+//! Each run has one fault drawn from the attack spaces, every other run a second one; it counts when one of them by
+//! itself brings about the first loss of the run, and the other by itself does not. The explanation names a place,
+//! never a fault. The fault that a place means is read off a table written beforehand ([`Fault::shows`]): of the run's
+//! faults that can show there and had begun, the newest. An explanation is right if it means the fault without which
+//! the loss does not come and with which alone it does. So a run whose two faults show at one place can only be told
+//! apart by the times at which they began, and a fault that shows where the table does not have it is a miss.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,13 +24,13 @@ use stats::Share;
 use wire::event::Sensor;
 use wire::id::UnitId;
 
-/// When faults begin, milliseconds: the unit is under way, and what follows still happens within the run.
+/// Times at which faults begin, milliseconds: the unit is under way, and the consequences still happen within the run.
 const BEGINS_MS: (u64, u64) = (3_000, 6_000);
-/// So many drawings for one run that counts, at the most.
+/// Largest number of drawings for one run that counts.
 const MAX_DRAWS: u32 = 400;
 /// A loss is the same one when it comes within this time of it.
 const SAME: Micros = 400_000;
-/// What a place notices may be dated this much before the fault began: the last good product is what it is dated by.
+/// A place's observation may be dated this much before the fault began: its date is that of the last good product.
 const DATED_BACK: Micros = 400_000;
 
 #[derive(Debug, clap::Args)]
@@ -51,27 +51,28 @@ struct Fault<'a> {
 #[derive(Debug, Serialize)]
 struct Row {
     seed: u64,
-    /// What was done, each by itself, the one that brought the loss about first.
+    /// The faults, each by itself, the one that brought the loss about first.
     faults: Vec<String>,
     loss: String,
     named: Place,
-    /// Places from which the explanation says it cannot be told.
+    /// Places that the explanation cannot tell apart from the named one.
     or: Vec<Place>,
     why: String,
     told: Told,
-    /// The fault that the explanation means; none where nothing of the run shows there.
+    /// The fault that the explanation means; none where no fault of the run shows there.
     meant: Option<String>,
     #[serde(skip)]
     kind: String,
 }
 
-/// What an explanation comes to.
+/// Score of an explanation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 enum Told {
-    /// It names one place, and means the fault that did it.
+    /// It names one place, and means the fault that brought the loss about.
     Right,
-    /// It says that the log cannot tell several places apart, and the fault shows at one of them. Never counted as right.
+    /// It reports several places that the log cannot tell apart, and the fault shows at one of them. Never counted as
+    /// right.
     Undecided,
     /// It means another fault, or none of the run.
     Wrong,
@@ -100,12 +101,12 @@ struct Measured {
     schema_version: u32,
     seed: u64,
     drawn: u64,
-    /// Named right; what could not be told apart is not among the hits.
+    /// Named right; undecided runs are not among the hits.
     single: Share,
     double: Share,
     single_undecided: u64,
     double_undecided: u64,
-    /// By the move that brought the loss about.
+    /// By the action type that brought the loss about.
     by_move: BTreeMap<String, Tally>,
     /// Every row that is not right.
     misses: Vec<Row>,
@@ -169,7 +170,7 @@ fn show(measured: &Measured) {
     }
 }
 
-/// Draws until a run counts. Gives how many were drawn.
+/// Draws until a run counts. Gives the number of drawings.
 fn counted(
     context: &Context,
     base: &Planned,
@@ -190,7 +191,7 @@ fn counted(
     Ok((MAX_DRAWS, None))
 }
 
-/// One drawing; nothing where it does not count.
+/// One drawing; `None` where it does not count.
 fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>, Failure> {
     let with = |kept: &[bool]| -> Result<Option<Vec<Explanation>>, Failure> {
         let Some(scenario) = scenario(&base.variation.scenario, faults, kept) else { return Ok(None) };
@@ -202,7 +203,7 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
     let lost = |explained: &[Explanation]| {
         explained.iter().any(|e| e.to == loss.to && e.cause == loss.cause && e.at_us.abs_diff(loss.at_us) <= SAME)
     };
-    // By itself; with one fault that is the run without it that must not lose anything.
+    // Each fault by itself; with one fault the run without it must not have the loss.
     let mut brings = Vec::new();
     for i in 0..faults.len() {
         let alone: Vec<bool> = (0..faults.len()).map(|k| k == i).collect();
@@ -236,7 +237,7 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
     }))
 }
 
-/// The base with those faults in it that are kept, and everybody there whom any of them needs.
+/// The base with the kept faults in it, and every participant that any of the faults needs.
 fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scenario> {
     faults.iter().zip(kept).try_fold(base.clone(), |scenario, (fault, kept)| {
         let letters = if *kept { vec![fault.letter.clone()] } else { Vec::new() };
@@ -244,7 +245,7 @@ fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scen
     })
 }
 
-/// What an origin comes to where `truth` is the fault that did it.
+/// Score of an origin where `truth` is the fault that brought the loss about.
 fn told(faults: &[Fault<'_>], origin: &Origin, truth: usize) -> Told {
     let means_it = |place: &Place| meant(faults, *place, origin.since_us) == Some(truth);
     match origin.or.is_empty() {
@@ -261,7 +262,7 @@ fn meant(faults: &[Fault<'_>], place: Place, since: Micros) -> Option<usize> {
 }
 
 impl<'a> Fault<'a> {
-    /// Any move of any alphabet, at any time and strength.
+    /// Any action type of any attack space, at any time and strength.
     fn draw(alphabets: &'a [Alphabet], rng: &mut ChaCha8Rng) -> Self {
         let mut below = |n: u64| rng.next_u64() % n.max(1);
         let alphabet = &alphabets[below(alphabets.len() as u64) as usize];
@@ -276,7 +277,7 @@ impl<'a> Fault<'a> {
         u64::from(self.letter.begins) * self.alphabet.tick_ms.unsigned() * 1000
     }
 
-    /// Its alphabet and move.
+    /// Its attack space and action type.
     fn name(&self) -> String {
         let of = &self.alphabet.moves[self.letter.kind];
         format!("{} {}", self.alphabet.name.as_str(), of.name.as_str())
@@ -286,7 +287,7 @@ impl<'a> Fault<'a> {
         AttackSequence::new(vec![self.letter.clone()]).told(self.alphabet)
     }
 
-    /// Where it can show to the services: what it is done to, and what depends on that alone.
+    /// Places at which it can show to the services: its target, and the dependants of that alone.
     fn shows(&self) -> Vec<Place> {
         let of = &self.alphabet.moves[self.letter.kind];
         let value = |key: &str| of.set.get(key).and_then(|v| v.as_str()).unwrap_or_default();
@@ -326,7 +327,7 @@ impl<'a> Fault<'a> {
             "teammate" | "falsehood" | "mode_confusion" | "session_replay" | "malformed" => {
                 vec![Place::Teammate(UnitId::B), Place::Teammate(UnitId::C)]
             }
-            // Orders are asked for, whoever asks; what carries them is none of it.
+            // Orders are requested from any side; their transport is not part of it.
             "rogue" => vec![Place::Operator],
             "alter" => vec![Place::Track],
             // Byte streams, the broker, the display's feed and the operator's requests.

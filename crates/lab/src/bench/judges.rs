@@ -1,9 +1,9 @@
 //! `lab judges`: the oracle beside the second judge (`tools/judge`), over logs of the twin.
 //!
-//! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied, and with each
-//! check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run leaves
-//! (`live::store::lines`) and nothing that the oracle said. What it has no rule for it says, and that is counted apart: to
-//! abstain is no agreement.
+//! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied,
+//! and with each check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run
+//! leaves (`live::store::lines`) and no output of the oracle. Properties for which it has no rule it lists, and those
+//! are counted apart: to abstain is no agreement.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, BufWriter, Write};
@@ -22,7 +22,7 @@ use runner::{Context, engine, out, plan};
 use serde::{Deserialize, Serialize};
 use topology::is_attacked;
 
-/// Disagreements that are told in full.
+/// Largest number of disagreements printed in full.
 const MAX_TOLD: usize = 50;
 
 #[derive(Debug, clap::Args)]
@@ -35,7 +35,7 @@ pub struct Args {
     judge: Option<PathBuf>,
 }
 
-/// What is wrong with a log on purpose.
+/// Deliberate defect of a log.
 #[derive(Clone, Copy)]
 enum Defect {
     None,
@@ -43,7 +43,7 @@ enum Defect {
     Waived(Switch),
 }
 
-/// What the second judge says.
+/// Verdict of the second judge.
 #[derive(Debug, Deserialize)]
 struct Second {
     outcome: Option<Outcome>,
@@ -75,7 +75,7 @@ struct Compared {
     latencies_differ: u64,
     /// Agreed, by class.
     agreed: BTreeMap<Outcome, u64>,
-    /// What there was no rule for, by kind.
+    /// Properties without a rule, by kind.
     not_judged: BTreeMap<String, u64>,
     disagreements: Vec<Disagreement>,
 }
@@ -213,7 +213,7 @@ impl Judge {
 }
 
 impl Drop for Judge {
-    /// At the end of its input it ends; nobody is left behind.
+    /// The process ends at the end of its input; it is waited for.
     fn drop(&mut self) {
         self.to = None;
         let _gone = self.process.wait();

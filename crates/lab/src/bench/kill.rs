@@ -1,7 +1,8 @@
-//! `lab kill`: each process of live runs killed at a random moment, the mode the platform ends in, how soon,
-//! and whether the plant stands. The same kills run in the twin, whose classes must contain the live ones.
+//! `lab kill`: each process of live runs killed at a random moment, the mode the platform ends in, the delay, and the
+//! plant's standstill. The same kills run in the twin, whose classes must contain the live ones.
 //!
-//! What is owed is `oracle::process_fault`'s table, stated before any run; here it is only run, counted and printed.
+//! The required response is `oracle::process_fault`'s table, stated before any run; here it is only run, counted and
+//! printed.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -154,7 +155,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn something_is_stated_of_the_death_of_every_process_that_can_be_killed() {
+    fn every_killed_process_has_a_stated_response() {
         assert!(PROCESSES.iter().all(|(_, process)| owed(*process).is_ok()));
         assert_eq!(PROCESSES.len(), process_fault::OWED.len());
     }

@@ -1,8 +1,8 @@
-//! `lab leak`: how well lengths and times on the links tell the unit's mode, against chance.
+//! `lab leak`: accuracy with which lengths and times on the links tell the unit's mode, against chance.
 //!
-//! It measures trials in the twin and prints; no test asserts its numbers. Operator and faults begin later than the scenarios
-//! say, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that differs from run to
-//! run, so that a window does not begin with an order because the script does.
+//! It measures trials in the twin and prints; no test asserts its numbers. Operator and faults begin later than in the
+//! scenarios, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that
+//! differs from run to run, so that a window does not begin with an order because the script does.
 
 use crate::leak::measure::{Leak, measure};
 use crate::leak::{Run, Sees};
@@ -16,10 +16,10 @@ use runner::plan::Wanted;
 use runner::{Context, out, plan};
 use serde::Serialize;
 
-/// A mission, and missions that end in DEGRADED and in HOLD_SAFE. Nothing is done to the links in any: what the observer sees
-/// is what the platform says, and not the attack.
+/// A mission, and missions that end in DEGRADED and in HOLD_SAFE. The links are not attacked in any: the observer sees
+/// the platform's traffic, and not the attack.
 const SCENARIOS: [&str; 5] = ["nominal", "thermal_loss", "track_starvation", "localisation_jump", "localisation_loss"];
-/// By how much later operator and faults begin: so much, and up to a second more that the seed draws.
+/// Delay of operator and faults: so much, and up to a second more that the seed draws.
 const LATER_S: f64 = 4.0;
 
 #[derive(Debug, clap::Args)]
@@ -74,7 +74,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// By how much later a run with this seed begins.
+/// Delay of a run with this seed.
 fn later_s(seed: u64) -> f64 {
     LATER_S + f64::from(ChaCha8Rng::seed_from_u64(seed).next_u32() % 1_000) / 1_000.0
 }

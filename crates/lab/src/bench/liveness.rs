@@ -1,6 +1,6 @@
 //! `lab liveness`: the operating curve of detectors of silence, latency against false trips.
 //!
-//! It measures a model of the stream and prints; no test asserts its numbers, and nothing of the platform runs.
+//! It measures a model of the stream and prints; no test asserts its numbers, and no part of the platform runs.
 
 use std::path::PathBuf;
 
@@ -49,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// Steady and changing; a change between nothing and nothing is none.
+/// Steady and changing; without loss there is no changing weather.
 fn weathers() -> Vec<Weather> {
     let steady = JITTERS.iter().flat_map(|j| LOSSES.iter().map(|l| (*l, *j, false)));
     let changing = JITTERS.iter().flat_map(|j| LOSSES[1..].iter().map(|l| (*l, *j, true)));

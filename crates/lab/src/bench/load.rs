@@ -1,5 +1,5 @@
-//! `lab load`: many sessions, and then a flood of what is no record beside one valid stream, on the real accept
-//! loop over loopback sockets. It measures and prints; only a datagram that is in no account is a failure.
+//! `lab load`: many sessions, and then a flood of datagrams that are no records beside one valid stream, on the real
+//! accept loop over loopback sockets. It measures and prints; only a datagram that is in no account is a failure.
 
 use evidence::SCHEMA_VERSION;
 use link::load::{Asked, Measured, run as load};

@@ -1,7 +1,8 @@
-//! `lab search --shrink N`: for each weakness, what the first findings of N seeds of drawing shrink to.
+//! `lab search --shrink N`: for each weakness, the minimal cases to which the first findings of N seeds of drawing
+//! shrink.
 //!
-//! Shrinking keeps the cause, so that minima are counted cause by cause. The fewest letters are those of the shortest words
-//! that `search --exhaust` tries and that have the cause.
+//! Shrinking keeps the cause, so that minimal cases are counted cause by cause. The fewest actions are those of the
+//! shortest sequences that `search --exhaust` tries and that have the cause.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +65,7 @@ fn minima(
     by_cause.into_iter().map(row).collect()
 }
 
-/// The fewest letters, below `below`, of a word with this cause.
+/// The fewest actions, below `below`, of a sequence with this cause.
 fn fewest(
     bench: &Bench<'_>,
     weakness: &Weakness,

@@ -1,5 +1,5 @@
-//! `lab replay`: runs in the twin whose cores are fed again, over all variations, and how fast the boundary and the state
-//! machine take their records then.
+//! `lab replay`: replay of the cores of runs in the twin, over all variations, and the speed at which the boundary and
+//! the state machine take their records then.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -15,13 +15,13 @@ use runner::{Context, engine, out, plan};
 use serde::Serialize;
 use wire::id::NodeId;
 
-/// The scenario in which nothing is done to the platform.
+/// The scenario without an attack on the platform.
 const NULL_ATTACK: &str = "nominal";
-/// Differences that are told in full.
+/// Largest number of differences printed in full.
 const MAX_TOLD: usize = 50;
-/// Times that the null attack is fed again for the speed.
+/// Rounds of replaying the null attack to measure speed.
 const ROUNDS: usize = 9;
-/// How often each thread feeds it within a round.
+/// Replays of it by each thread within a round.
 const FEEDINGS: usize = 32;
 
 #[derive(Debug, clap::Args)]
@@ -45,10 +45,10 @@ struct Measured {
     seed: u64,
     runs: u64,
     identical: u64,
-    /// Cores fed, and how much, all runs together.
+    /// Cores replayed, and their inputs and outputs, all runs together.
     cores: u64,
     inputs: u64,
-    /// How fast gateway and unit alone take the inputs of the null attack, every signature verified.
+    /// Speed at which gateway and unit alone take the inputs of the null attack, every signature verified.
     speed: Speed,
     /// The same of perception with its networks, rendered; a third of its inputs are sets of frames.
     inference: Inference,
@@ -65,13 +65,13 @@ struct Inference {
 
 #[derive(Default, Serialize)]
 struct Speed {
-    /// Runs fed side by side: one on each core of the host.
+    /// Runs replayed side by side: one on each core of the host.
     threads: usize,
     /// Inputs a second, all threads together.
     inputs_per_second: Spread,
     /// Inputs a second of CPU.
     inputs_per_cpu_second: Spread,
-    /// Inputs fed for this.
+    /// Inputs replayed for this.
     inputs: u64,
     /// Resident memory of this process after the first round and after the last.
     resident_kib: [u64; 2],
@@ -124,7 +124,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if measured.identical == measured.runs && measured.inference.identical { Exit::Fine } else { Exit::Unexpected })
 }
 
-/// How fast the two cores with a boundary are fed.
+/// Replay speed of the two cores with a boundary.
 fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
     let nominal = cases.iter().find(|c| c.variation.scenario.name.as_str() == NULL_ATTACK);
     let nominal = nominal.ok_or_else(|| Failure::internal("no null attack"))?;
@@ -157,7 +157,7 @@ fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
     Ok(speed)
 }
 
-/// Perception of the null attack, rendered, fed once more.
+/// Perception of the null attack, rendered, replayed.
 fn inference(context: &Context) -> Result<Inference, Failure> {
     let wanted = Wanted { rendered: true, ..Wanted::default() };
     let (_, planned) = plan::plan(context, &plan::file_of(context, NULL_ATTACK)?, &wanted)?;

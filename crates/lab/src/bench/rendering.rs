@@ -1,7 +1,7 @@
-//! `lab rendering`: the same seeds with rendered sensors and without, and how often a trial ends otherwise.
+//! `lab rendering`: the same seeds with rendered sensors and without, and the share of trials that end otherwise.
 //!
-//! A trial without rendering stands on a noise model in place of sensors and detectors; this is what that costs in conclusions.
-//! It measures and prints; no test asserts its numbers.
+//! A trial without rendering stands on a noise model in place of sensors and detectors; this is the cost of that in
+//! conclusions. It measures and prints; no test asserts its numbers.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ use runner::{Context, out, plan};
 use serde::Serialize;
 use stats::Share;
 
-/// Where sensing decides: quiet, losses of a modality, and disguises.
+/// Scenarios in which sensing decides: quiet, losses of a modality, and disguises.
 const SCENARIOS: [&str; 8] = [
     "nominal",
     "thermal_loss",
@@ -56,7 +56,7 @@ struct Row {
     cell: Option<String>,
     /// Pairs that ended otherwise, with the 95 % interval of their share.
     otherwise: Share,
-    /// How those ended: without rendering, and with.
+    /// Number of these by their classes: without rendering, and with.
     pairs: BTreeMap<String, u64>,
 }
 

@@ -1,5 +1,5 @@
-//! `lab sensing`: rides through random scenes, sensed both ways: how well tracks follow what there is, and how like
-//! the noise model's findings are to those of the stages that it stands in for.
+//! `lab sensing`: rides through random scenes, sensed both ways: accuracy of the tracks, and likeness of the noise
+//! model's findings to those of the stages that it stands in for.
 //!
 //! It measures and prints; no test asserts its numbers.
 
@@ -35,7 +35,7 @@ pub struct Args {
     /// Conditions, as in crates/dataset/cells.toml; clear alone without it. The noise model is of clear air.
     #[arg(long, value_name = "NAME", default_values_t = ["clear".to_owned()])]
     cell: Vec<String>,
-    /// Which seeds, shapes, paints and grounds.
+    /// Split of seeds, shapes, paints and grounds.
     #[arg(long, value_name = "SPLIT", default_value = "held-out")]
     split: Split,
     #[command(flatten)]
@@ -57,7 +57,7 @@ struct Row {
     rides: u64,
     rendered: Way,
     stand_in: Way,
-    /// In what the noise model departs from the stages by more than is allowed.
+    /// Measures in which the noise model departs from the stages by more than is allowed.
     departs: Vec<String>,
 }
 
@@ -102,7 +102,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// What is ridden through.
+/// Scene of the rides.
 enum Grounds {
     /// Random scenes under one set of conditions.
     Random(&'static Cell, Split),
@@ -171,7 +171,7 @@ fn ride(stages: &Stages, scene: &Scene, mut ride: Ride, rendered: &mut Way, stan
     }
 }
 
-/// How a shipped scene is ridden through: m/s, and 1/m.
+/// Motion in a shipped scenario: m/s, and 1/m.
 const YARD: (f32, f32) = (0.6, 0.0);
 
 impl Way {

@@ -1,4 +1,4 @@
-//! `lab stages`: how long each stage takes live and in the twin, and the gap between the two.
+//! `lab stages`: duration of each stage live and in the twin, and the gap between the two.
 //!
 //! It measures the null attack and prints; no test asserts its numbers.
 

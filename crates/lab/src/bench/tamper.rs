@@ -1,4 +1,4 @@
-//! `lab tamper`: how much of what can be done to a recording is found, all of it tried.
+//! `lab tamper`: detection of changes to a recording, all of them tried.
 //!
 //! The recording is of one run in the twin, written as the recorder of a live run writes it: flushed with every seal.
 
@@ -25,7 +25,7 @@ use topology::Cast;
 use twin::verified::Verified;
 use wire::id::NodeId;
 
-/// Stories that a hostile recorder writes anew, of each kind.
+/// Logs that a hostile recorder rewrites, of each kind.
 const STORIES: u64 = 100;
 /// Bytes that one piece of work changes.
 const PIECE: usize = 256;
@@ -37,7 +37,7 @@ pub struct Args {
     /// The scenario whose run is recorded, in the twin under --seed.
     #[arg(value_name = "SCENARIO", default_value = "nominal")]
     scenario: String,
-    /// To how many other values each byte is changed.
+    /// Number of other values to which each byte is changed.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..))]
     values: u8,
 }
@@ -46,19 +46,19 @@ pub struct Args {
 #[derive(Clone, Debug, Default, Serialize)]
 struct Tally {
     n: u64,
-    /// Nothing that was recorded is another; of bytes, the digest of the whole file finds it alone.
+    /// No recorded entry differs; of bytes, the digest of the whole file finds it alone.
     harmless: u64,
-    /// A time was moved by less than can be told; the digest of the whole file finds it alone.
+    /// A time was moved by less than the resolution of the check; the digest of the whole file finds it alone.
     retimed: u64,
     retimed_at_most_us: u64,
-    /// An entry is another, and the digest of the whole file finds it alone.
+    /// An entry differs, and the digest of the whole file finds it alone.
     unchained: u64,
     /// Found by chains, signatures, heads or clocks.
     found: u64,
-    /// Of these, told at the entry itself or at the next of its chain.
+    /// Of these, reported at the entry itself or at the next of its chain.
     located: u64,
     missed: u64,
-    /// The first that were missed, or found by the digest alone though an entry is another.
+    /// The first that were missed, or found by the digest alone though an entry differs.
     misses: Vec<String>,
 }
 
@@ -104,9 +104,9 @@ impl Tally {
 #[derive(Clone, Debug, Default, Serialize)]
 struct Cuts {
     n: u64,
-    /// What is read is what was written first, and everything up to the last seal before the cut is in it.
+    /// The entries read are those written first, and everything up to the last seal before the cut is among them.
     recovered: u64,
-    /// It is noticed that something is missing; or nothing is.
+    /// The loss is noticed; or there is none.
     found: u64,
     misses: Vec<usize>,
 }
@@ -119,7 +119,7 @@ struct Measured {
     entries: usize,
     bytes: usize,
     seals: usize,
-    /// To how many other values each byte was changed.
+    /// Number of other values to which each byte was changed.
     values: u8,
     /// Every byte of the file, each to values of its own that the seed draws.
     changes: Tally,
@@ -138,7 +138,7 @@ struct Measured {
 /// Length of the file and number of entries after a seal.
 type Sealed = (usize, usize);
 
-/// A recording with what it takes to judge it.
+/// A recording, and the inputs of its verification.
 struct Recorded {
     file: Vec<u8>,
     sealed: Vec<Sealed>,
@@ -259,7 +259,7 @@ fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Fai
         }
         let sealed = of.sealed.iter().rev().find(|(end, _)| *end <= length).map_or(0, |(_, entries)| *entries);
         let recovered = sweep.cut(length).is_some_and(|read| read >= sealed);
-        // To judge takes longer than to read: at every seal, and in every so manieth place between.
+        // Verifying takes longer than reading: it is done at every seal, and at every `PIECE`th length between.
         let judged = of.sealed.iter().any(|(end, _)| *end == length) || length % PIECE == 0;
         let found = !judged || sweep.cut_is_found(length);
         cuts.n += 1;
@@ -272,11 +272,11 @@ fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Fai
     Ok(cuts)
 }
 
-/// A recorder with its own key writes the whole story anew.
+/// A recorder with its own key rewrites the whole log.
 fn stories(of: &Recorded, does: Tampering) -> Tally {
     let mut tally = Tally::default();
     let Some(recorder) = of.cast.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
-    // What guards and launcher wrote is in other hands.
+    // The entries of guards and launcher are out of the recorder's hands.
     let (log, witnessed): (Vec<&Logged>, Vec<&Logged>) = of.log.iter().partition(|l| by_recorder(l.node));
     let log = log.into_iter().map(|l| Kept { at: l.at, node: l.node, bytes: l.bytes.clone() });
     let log: Vec<Kept> = log.collect();
@@ -287,7 +287,7 @@ fn stories(of: &Recorded, does: Tampering) -> Tally {
         }
         let mut log_verifier = LogVerifier::new(&of.held);
         for kept in &hands {
-            // What does not follow is noted there.
+            // The verifier notes an entry that does not follow.
             let _ = log_verifier.take(kept.at, kept.node, &kept.bytes);
         }
         for logged in &witnessed {

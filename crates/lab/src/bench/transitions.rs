@@ -1,7 +1,8 @@
 //! `lab kill --at-transitions`: every process killed, hung and slowed at every change of mode that the mission of
-//! `process_ends` goes through, in the twin; and how often everything owed came in time.
+//! `process_ends` goes through, in the twin; and the share of trials in which every required response came in time.
 //!
-//! What is owed is `oracle::process_fault`'s; that nothing arms or leaves HOLD_SAFE by itself is the oracle's P9 in every trial.
+//! The required responses are `oracle::process_fault`'s; no process may arm or leave HOLD_SAFE by itself, which is the
+//! oracle's P9 in every trial.
 
 use std::collections::BTreeMap;
 
@@ -112,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_cells_are_every_process_every_ending_and_every_change() {
+    fn cells_cover_every_process_ending_and_change() {
         assert_eq!(PROCESSES.len() * ENDINGS.len() * CHANGES.len(), 168);
         let labels: std::collections::BTreeSet<String> = CHANGES.into_iter().map(label).collect();
         assert_eq!(labels.len(), CHANGES.len());

@@ -1,8 +1,8 @@
-//! `lab window`: what the width of the anti-replay window costs and what it admits.
+//! `lab window`: cost and admissions of the anti-replay window by its width.
 //!
-//! The window is `wire`'s own, fed as a receiver would be: a sender's records, some lost, some late; then each that came
-//! once more, and each that was lost as one who had withheld it would release it. Freshness is left out, to see what
-//! order does by itself, and counted beside.
+//! The window is `wire`'s own, fed as a receiver would be: a sender's records, some lost, some late; then each that
+//! came once more, and each that was lost, as an attacker who had withheld it would release it. Freshness is left out,
+//! to isolate the effect of order, and counted beside.
 
 use evidence::SCHEMA_VERSION;
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +22,7 @@ const LOSSES: [u64; 4] = [0, 5, 10, 20];
 const LATE: [u64; 4] = [0, 5, 10, 20];
 /// The latest that one may come, ms: as long as the widest window is.
 const LATEST_MS: u64 = 6_400;
-/// When what was seen, or withheld, is sent again at the latest, ms.
+/// Largest delay of a second sending of a record that was seen or withheld, ms.
 const AGAIN_MS: u64 = 20_000;
 
 #[derive(Debug, clap::Args)]
@@ -44,7 +44,7 @@ struct Row {
     /// First arrivals no older than *Tf*, and of these refused.
     fresh: u64,
     fresh_refused: u64,
-    /// Second arrivals that were accepted: has to be none.
+    /// Second arrivals, and of these accepted: has to be none.
     replays: u64,
     replays_accepted: u64,
     /// Lost records that were released later, those accepted, and the oldest of these, ms.
@@ -74,7 +74,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if leaks { Exit::Unexpected } else { Exit::Fine })
 }
 
-/// An arrival: when, in microseconds, of which record, and of what kind.
+/// An arrival: its time, in microseconds, its record, and its kind.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Arrival {
     at: u64,
@@ -118,7 +118,7 @@ fn sweep((width, loss, late): (u8, u64, u64), records: u64, seed: u64, bounds: &
     row
 }
 
-/// Everything that comes, in order of its time. A record that comes again does so after it came first.
+/// All arrivals, in order of time. A record that comes again does so after it came first.
 fn arrivals(records: u64, period: u64, (loss, late): (u64, u64), seed: u64) -> Vec<Arrival> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut below = |n: u64| rng.next_u64() % n;
@@ -131,7 +131,7 @@ fn arrivals(records: u64, period: u64, (loss, late): (u64, u64), seed: u64) -> V
             all.push(Arrival { at: sequence * period + again, sequence, kind: Kind::Withheld });
         } else {
             all.push(Arrival { at: first, sequence, kind: Kind::First });
-            // Only what was accepted can be replayed; what the window refused first time it refuses again.
+            // Only an accepted record can be replayed; one that the window refused first time it refuses again.
             all.push(Arrival { at: first + again, sequence, kind: Kind::Again });
         }
     }
@@ -167,8 +167,9 @@ fn table(rows: &[Row]) -> String {
 mod tests {
     use super::*;
 
+    /// A wider window refuses fewer late records and admits older ones.
     #[test]
-    fn no_width_lets_a_record_in_twice_and_a_wider_one_refuses_fewer_late_ones_and_admits_older_ones() {
+    fn no_width_admits_a_record_twice() {
         let of = |width| sweep((width, 10, 20), 2_000, 1, &Bounds::GROUND);
         let rows: Vec<Row> = WIDTHS.iter().map(|width| of(*width)).collect();
         assert!(rows.iter().all(|row| row.replays_accepted == 0 && row.replays > 1_000));
@@ -180,8 +181,9 @@ mod tests {
         assert!(fresh[0] > 0 && fresh[1..].iter().all(|refused| *refused == 0), "{fresh:?}");
     }
 
+    /// Without loss and lateness every record is accepted once.
     #[test]
-    fn without_loss_and_lateness_every_width_accepts_everything_once() {
+    fn every_width_accepts_a_perfect_stream_once() {
         for width in WIDTHS {
             let row = sweep((width, 0, 0), 500, 1, &Bounds::GROUND);
             assert_eq!((row.arrived, row.refused, row.replays_accepted), (500, 0, 0));

@@ -1,9 +1,9 @@
-//! `lab search`: how soon each strategy finds each weakness of a list; or, with `--shrink`, whether what is found
-//! ends as the same word, and as the shortest.
+//! `lab search`: detection benchmark of the search: the time until each strategy finds each weakness of a list; or,
+//! with `--shrink`, the uniqueness and the length of the minimal cases.
 //!
-//! The strategies take turns seed by seed, so that all see the same machine. CPU time is that of the trials, each on one thread;
-//! that of the run without a word is in it where the strategy reads its moments. It measures and prints; no test asserts its
-//! numbers.
+//! The strategies take turns seed by seed, so that all see the same machine. CPU time is that of the trials, each on
+//! one thread; that of the run without a sequence is in it where the strategy reads its moments. It measures and
+//! prints; no test asserts its numbers.
 
 use std::path::PathBuf;
 
@@ -72,7 +72,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// What every hunt of a bench shares.
+/// Settings shared by all search runs of a bench.
 pub(super) struct Bench<'a> {
     pub(super) context: &'a Context,
     pub(super) budget: u64,
@@ -80,7 +80,7 @@ pub(super) struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// One hunt for a first finding, on one thread.
+    /// One search run for a first finding, on one thread.
     pub(super) fn search(
         &self,
         (weakness, ground): (&Weakness, &SearchConfig),
@@ -131,7 +131,7 @@ fn compared(
     Ok(WeaknessRow::new(weakness, Strategy::ALL.map(of)))
 }
 
-/// How many trials and how many CPU seconds it was until the first finding.
+/// Trials and CPU seconds until the first finding.
 fn waits(hunted: &RunResult) -> (Wait, Wait) {
     match hunted.found.values().next() {
         Some(found) => {
@@ -141,7 +141,7 @@ fn waits(hunted: &RunResult) -> (Wait, Wait) {
     }
 }
 
-/// The machine's load over the last minute, where it tells.
+/// The machine's load over the last minute, where the host gives it.
 fn load_average() -> Option<f64> {
     nix::sys::sysinfo::sysinfo().ok().map(|info| info.load_average().0)
 }

@@ -1,4 +1,5 @@
-//! `lab catalogue`: docs/reference/threats.md out of docs/reference/catalogue.toml and the scenarios, the rows as JSON, or docs/researcher/figures.md.
+//! `lab catalogue`: docs/reference/threats.md out of docs/reference/catalogue.toml and the scenarios, the rows as JSON,
+//! or docs/researcher/figures.md.
 
 use evidence::SCHEMA_VERSION;
 use results::catalogue::Row;
@@ -21,12 +22,12 @@ struct ListedRow<'a> {
     scenarios: Vec<&'a str>,
 }
 
-/// The scenario whose cast is drawn: two units, and one who is admitted and hostile.
+/// The scenario whose topology is drawn: two units, and a participant that is admitted and hostile.
 const DRAWN: &str = "teammate";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// docs/researcher/figures.md: states, architecture, and which scenario tests which threat, as Mermaid diagrams.
+    /// docs/researcher/figures.md: states, architecture, and the scenarios that test each threat, as Mermaid diagrams.
     #[arg(long, conflicts_with = "json")]
     figures: bool,
 }

@@ -26,28 +26,28 @@ pub(super) struct Args {
     /// Conditions, as in crates/dataset/cells.toml; all of them without it.
     #[arg(long, value_name = "NAME")]
     cell: Vec<String>,
-    /// Which seeds, shapes, paints and grounds.
+    /// Split of seeds, shapes, paints and grounds.
     #[arg(long, value_name = "SPLIT", default_value = "training")]
     split: Split,
     /// Frames of each cell; the first has the number that --seed gives.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     frames: u64,
-    /// Also write detections.json: what the built-in detector finds there, as COCO's evaluation reads results.
+    /// Also write detections.json: the built-in detector's findings there, as COCO's evaluation reads results.
     #[arg(long)]
     detect: bool,
-    /// Draw one frame of each cell, in every modality and with what the stages make of it, into this SVG file.
+    /// Draw one frame of each cell, in every modality and with the stages' detections, into this SVG file.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["dir", "detect"])]
     sheet: Option<PathBuf>,
 }
 
-/// What a set was made of: the same inputs give the same digests.
+/// Inputs of a set: the same inputs give the same digests.
 #[derive(Debug, Serialize)]
 struct Manifest {
     schema_version: u32,
     version: &'static str,
     split: String,
     cells: Vec<String>,
-    /// Number of each cell's first frame, and how many follow.
+    /// Number of each cell's first frame, and the number of frames.
     numbers: [u64; 2],
     frames: usize,
     objects: usize,

@@ -1,10 +1,10 @@
-//! A classifier that anyone would try first: naive Bayes over features that are cut into bins where that tells modes apart (U. Fayyad
-//! and K. Irani, *Multi-interval discretization of continuous-valued attributes for classification learning*, IJCAI 1993:
-//! the cut that leaves the least entropy, as long as it is worth more than it costs to write down), each count one higher
-//! than it is (Laplace). A feature that tells nothing is not cut and has no say.
+//! A first-choice classifier: naive Bayes over features that are cut into bins where that tells modes apart (U. Fayyad
+//! and K. Irani, *Multi-interval discretization of continuous-valued attributes for classification learning*, IJCAI
+//! 1993: the cut that leaves the least entropy, as long as it is worth more than it costs to write down), each count
+//! one higher than it is (Laplace). A feature that carries no information is not cut and has no say.
 //!
-//! It takes the features of a mode for independent, which they are not; one that does not may guess better. So what it
-//! gets right is a lower bound of what lengths and times tell.
+//! It takes the features of a mode for independent, which they are not; a classifier without that assumption may guess
+//! better. So its accuracy is a lower bound of the information in lengths and times.
 
 use std::ops::Range;
 
@@ -17,20 +17,20 @@ const CUTS: usize = 32;
 /// Modes there are.
 const MODES: usize = Mode::ALL.len();
 
-/// What a guess takes for the likelihood of a mode before it looks.
+/// Prior of a guess.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Before {
-    /// Its share of what was learned from: makes the fewest mistakes.
+    /// Its share of the training windows: makes the fewest mistakes.
     Share,
     /// The same for every mode that was learned: makes no mode the loser of being rare.
     Equal,
 }
 
-/// What was learned.
+/// A trained classifier.
 #[derive(Clone, Debug)]
 pub struct Guess {
     features: Range<usize>,
-    /// Where each feature is cut.
+    /// Cuts of each feature.
     cuts: Vec<Vec<f64>>,
     /// By feature, bin and mode.
     counts: Vec<Vec<[u64; MODES]>>,
@@ -83,7 +83,7 @@ fn likeliest(scores: [f64; MODES]) -> Mode {
     Mode::ALL.into_iter().find(|mode| scores[*mode as usize] >= best).unwrap_or_default()
 }
 
-/// Where `feature` is cut, in order.
+/// Cuts of `feature`, in order.
 fn cuts(windows: &[&Window], feature: usize) -> Vec<f64> {
     let mut values: Vec<(f64, Mode)> = windows.iter().map(|w| (w.features[feature], w.mode)).collect();
     values.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -115,7 +115,7 @@ fn cut(values: &[(f64, Mode)], cuts: &mut Vec<f64>) {
     }
 }
 
-/// How often each mode is in a part of the values.
+/// Counts of each mode in a part of the values.
 #[derive(Clone, Copy, Debug, Default)]
 struct Part([u64; MODES]);
 
@@ -143,7 +143,7 @@ impl Part {
         -shares.map(|share| share * libm::log2(share)).sum::<f64>()
     }
 
-    /// Whether a cut into these parts saves more than it costs to write down where it is and which modes are on either side.
+    /// True if a cut into these parts saves more than it costs to write down its place and the modes on either side.
     fn is_worth(&self, parts: [Part; 2]) -> bool {
         let n = self.len();
         let gain = self.entropy() - parts.iter().map(|part| part.entropy() * part.len() / n).sum::<f64>();

@@ -1,8 +1,8 @@
-//! How often a guess is right, against chance.
+//! Accuracy of guesses, against chance.
 //!
-//! Half of the seeds are learned from and the other half guessed, so that no run is on both sides. Seconds of one run are
-//! much alike, so intervals are over runs: the seed draws one second of each guessed run (for a mode's own share, one of its
-//! seconds), and those are independent. Shares over all seconds are told without an interval.
+//! Half of the seeds are learned from and the other half guessed, so that no run is on both sides. Seconds of one run
+//! are much alike, so intervals are over runs: the seed draws one second of each guessed run (for a mode's own share,
+//! one of its seconds), and those are independent. Shares over all seconds are given without an interval.
 
 use std::collections::BTreeMap;
 
@@ -16,21 +16,21 @@ use wire::mode::Mode;
 use super::guess::{Before, Guess};
 use super::{Run, Sees, Window};
 
-/// How often seconds of a mode were guessed as which.
+/// Guesses for the seconds of a mode.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     /// The mode.
     pub mode: Mode,
-    /// How often which was guessed, all modes being as likely before, in all its seconds.
+    /// Number of guesses by guessed mode, all modes being as likely before, in all its seconds.
     pub guessed: BTreeMap<&'static str, u64>,
-    /// One second of it in each run that has it: how often it was guessed.
+    /// One second of it in each run that has it: the share guessed right.
     pub by_run: Share,
 }
 
-/// What an observer gets right.
+/// Accuracy of an observer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Leak {
-    /// What it sees.
+    /// Links that it sees.
     pub sees: Sees,
     /// Runs learned from, and runs guessed.
     pub runs: [usize; 2],
@@ -38,11 +38,11 @@ pub struct Leak {
     pub seconds: [usize; 2],
     /// Share of all guessed seconds that were right.
     pub accuracy: f64,
-    /// The mode that was commonest in what was learned from.
+    /// The commonest mode in the training runs.
     pub commonest: Mode,
-    /// Share of all guessed seconds in that mode: chance, for who knows how often each mode is.
+    /// Share of all guessed seconds in that mode: chance, for an observer that knows the frequency of each mode.
     pub majority: f64,
-    /// One second of each guessed run: how often it was right.
+    /// One second of each guessed run: the share that was right.
     pub by_run: Share,
     /// The same seconds, beside always guessing the commonest.
     pub over_majority: Paired,
@@ -57,7 +57,7 @@ pub struct Leak {
     pub rows: Vec<Row>,
 }
 
-/// Measures over `runs`; those of even seeds are learned from. `None` when either half has nothing.
+/// Measures over `runs`; those of even seeds are learned from. `None` when either half is empty.
 pub fn measure(runs: &[Run], sees: Sees, seed: u64) -> Option<Leak> {
     let (learned, guessed): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(|run| run.seed.is_multiple_of(2));
     let windows = |runs: &[&Run]| runs.iter().map(|run| run.windows.len()).sum::<usize>();
@@ -119,7 +119,7 @@ fn rows(guess: &Guess, runs: &[&Run], rng: &mut ChaCha8Rng) -> Vec<Row> {
     rows
 }
 
-/// The share of a mode's seconds that were guessed.
+/// Share of a mode's seconds that were guessed right.
 fn recall(row: &Row) -> f64 {
     let hits = row.guessed.get(row.mode.name()).copied().unwrap_or_default();
     hits as f64 / row.guessed.values().sum::<u64>().max(1) as f64
@@ -148,7 +148,7 @@ mod tests {
 
     const MODES: [Mode; 3] = [Mode::Ready, Mode::Degraded, Mode::HoldSafe];
 
-    /// Runs whose modes change, in which the length of a piece is the mode's own, or anyone's.
+    /// Runs whose modes change, in which the length of a piece is the mode's own, or independent of it.
     fn runs(telling: bool) -> Vec<Run> {
         let mut rng = ChaCha8Rng::seed_from_u64(9);
         let mut window = |n: usize| {
@@ -162,8 +162,9 @@ mod tests {
         (0..200).map(|seed| Run { seed, windows: (0..12).map(&mut window).collect() }).collect()
     }
 
+    /// Lengths that give the mode away make the guess right, and only for an observer that sees that link.
     #[test]
-    fn where_lengths_give_the_mode_away_the_guess_is_right_and_only_for_who_sees_that_link() {
+    fn telling_lengths_are_guessed_on_their_link_only() {
         let leak = measure(&runs(true), Sees::Telemetry, 1).expect("both halves have runs");
         assert!(leak.accuracy > 0.99 && leak.balanced > 0.99, "{leak:?}");
         assert!(leak.by_run.lower_95 > 0.9 && leak.balanced_by_run[1] > 0.9, "{leak:?}");
@@ -185,8 +186,9 @@ mod tests {
         assert!(leak.over_majority.p > 0.05, "{leak:?}");
     }
 
+    /// Half a set of runs gives no measurement.
     #[test]
-    fn the_same_seed_measures_the_same_and_half_a_set_of_runs_is_none() {
+    fn measurement_is_reproducible_by_seed() {
         assert_eq!(measure(&runs(true), Sees::Both, 3), measure(&runs(true), Sees::Both, 3));
         let even: Vec<Run> = runs(true).into_iter().filter(|run| run.seed.is_multiple_of(2)).collect();
         assert_eq!(measure(&even, Sees::Both, 3), None);

@@ -1,7 +1,7 @@
-//! How far live runs agree with the twin, stratum by stratum: the object of `lab agreement`, and its table.
+//! Agreement of live runs with the twin, stratum by stratum: the object of `lab agreement`, and its table.
 //!
-//! Twin and live n are never added: of each word there is one run of either. A live run that is INVALID agrees with nothing; it is
-//! left out of the first bound and counted as disagreeing in the second.
+//! Twin and live n are never added: of each sequence there is one run of either. A live run that is INVALID agrees with
+//! no run; it is left out of the first bound and counted as disagreeing in the second.
 
 use std::collections::BTreeMap;
 
@@ -24,33 +24,33 @@ pub struct AgreementObject {
     pub build: String,
     /// One row each.
     pub strata: Vec<StratumRow>,
-    /// One row a word.
+    /// One row a sequence.
     pub words: Vec<WordRow>,
 }
 
-/// A word, once in the twin and once live.
+/// A sequence, once in the twin and once live.
 #[derive(Clone, Debug, Serialize)]
 pub struct WordRow {
     /// Its file's name without the ending.
     pub name: String,
-    /// What it was drawn as.
+    /// Stratum as drawn.
     pub stratum: Stratum,
-    /// The weakness, or the alphabet where no check is waived.
+    /// The weakness, or the attack space where no check is waived.
     pub of: String,
-    /// The word.
+    /// The sequence.
     pub word: String,
     /// Its class in the twin.
     pub twin: Outcome,
     /// Its class live.
     pub live: Outcome,
-    /// What the oracle said of the live run.
+    /// The oracle's findings about the live run.
     pub findings: Vec<String>,
     /// The line that runs it live again; without `--live` in the twin.
     pub reproduce: String,
 }
 
 impl WordRow {
-    /// Whether the twin said that it is safe, and it was not.
+    /// True if it is UNSAFE live, and not in the twin.
     pub fn is_missed(&self) -> bool {
         self.live == Outcome::Unsafe && self.twin != Outcome::Unsafe
     }
@@ -59,9 +59,9 @@ impl WordRow {
 /// One stratum.
 #[derive(Clone, Debug, Serialize)]
 pub struct StratumRow {
-    /// Which.
+    /// Stratum.
     pub stratum: Stratum,
-    /// Words that were run.
+    /// Sequences that were run.
     pub words: u64,
     /// Of these INVALID live.
     pub invalid: u64,
@@ -73,21 +73,21 @@ pub struct StratumRow {
     pub same_class: Agreed,
 }
 
-/// How often twin and live agreed.
+/// Agreement of twin and live.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Agreed {
-    /// So often.
+    /// Runs that agreed.
     pub k: u64,
-    /// Of so many valid live runs.
+    /// Valid live runs.
     pub n: u64,
-    /// Exact one-sided lower 95 % bound on how often.
+    /// Exact one-sided lower 95 % bound on the rate of agreement.
     pub lower_95: f64,
     /// The same where each INVALID run counts as disagreeing.
     pub lower_95_with_invalid: f64,
 }
 
 impl Agreed {
-    /// Of those words of a stratum of which `alike` says, of two classes, whether they are the same.
+    /// Agreement on `words`: `alike` gives whether the classes in the twin and live count as the same.
     fn of(words: &[&WordRow], alike: impl Fn(Outcome, Outcome) -> bool) -> Self {
         let valid: Vec<_> = words.iter().filter(|word| word.live != Outcome::Invalid).collect();
         let k = valid.iter().filter(|word| alike(word.twin, word.live)).count() as u64;
@@ -118,7 +118,7 @@ impl StratumRow {
 }
 
 impl AgreementObject {
-    /// Of these words; in which order they stand does not matter.
+    /// Of these sequences, in any order.
     pub fn new(seed: u64, draws: u64, build: String, words: Vec<WordRow>) -> Self {
         let strata = Stratum::ALL.map(|stratum| StratumRow::of(stratum, &words)).to_vec();
         Self { schema_version: evidence::SCHEMA_VERSION, seed, draws, build, strata, words }
@@ -162,7 +162,7 @@ fn one(what: &str, word: &WordRow) -> String {
     format!("{what}: {name} ({of}): {}\n  twin {twin}, live {live}: {why}\n  {}\n", word.word, word.reproduce)
 }
 
-/// The other words whose classes differ, by these.
+/// The other sequences whose classes differ, by these.
 fn others(words: &[WordRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
     let mut others: BTreeMap<_, Vec<&str>> = BTreeMap::new();
     let told = |word: &&WordRow| word.twin == word.live || word.is_missed() || word.live == Outcome::Invalid;
@@ -190,8 +190,9 @@ mod tests {
         }
     }
 
+    /// It is counted apart.
     #[test]
-    fn an_invalid_live_run_is_counted_apart_and_lowers_the_second_bound_only() {
+    fn invalid_live_run_lowers_the_second_bound_only() {
         let valid = (0..20).map(|_| word(Stratum::Safe, Outcome::HoldSafe, Outcome::HoldSafe));
         let words: Vec<_> = valid.chain([word(Stratum::Safe, Outcome::HoldSafe, Outcome::Invalid)]).collect();
         let row = StratumRow::of(Stratum::Safe, &words);
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn classes_that_differ_still_agree_on_whether_anything_broke() {
+    fn different_classes_may_agree_on_breaking() {
         let words = [
             word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
             word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
@@ -216,8 +217,9 @@ mod tests {
         assert_eq!((row.unsafe_or_not.k, row.broken_or_not.k, row.same_class.k), (2, 3, 1));
     }
 
+    /// Misses of the twin, with the lines that run them again.
     #[test]
-    fn who_reads_the_table_sees_what_the_twin_missed_and_how_to_run_it_again() {
+    fn table_lists_missed_runs_with_their_commands() {
         let missed = word(Stratum::Safe, Outcome::HoldSafe, Outcome::Unsafe);
         let differs = word(Stratum::Edge, Outcome::Late, Outcome::HoldSafe);
         let object = AgreementObject::new(1, 1, String::new(), vec![missed, differs]);

@@ -1,4 +1,4 @@
-//! What the twin costs: the object that `lab twin` prints, and its table.
+//! Cost of the twin: the object that `lab twin` prints, and its table.
 
 use results::report::new_table;
 use serde::Serialize;
@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Least, middle and greatest of some measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Spread {
-    /// How many.
+    /// Number of values.
     pub n: usize,
     /// Least.
     pub min: f64,
@@ -48,14 +48,14 @@ impl StageCost {
     }
 }
 
-/// The cost of the twin, per simulated second where nothing else is said.
+/// The cost of the twin, per simulated second unless stated otherwise.
 #[derive(Clone, Debug, Serialize)]
 pub struct TwinCost {
     /// Version of this object.
     pub schema_version: u32,
-    /// What was run.
+    /// Scenario.
     pub scenario: String,
-    /// Whether sensors were rendered and the detector ran.
+    /// True if sensors were rendered and the detector ran.
     pub rendered: bool,
     /// First seed.
     pub seed: u64,
@@ -73,7 +73,7 @@ pub struct TwinCost {
     pub ratio: Spread,
     /// CPU of the watched twin over CPU of the twin, round by round.
     pub watching: Spread,
-    /// Simulated seconds a CPU second, where the first trial is run again and every core goes along with the known run.
+    /// Simulated seconds a CPU second, where the first trial is run again and every core follows the known run.
     pub along_per_cpu_second: Spread,
     /// The same where it is forked from the known run 3 s before its end: of the whole trial, which is judged whole.
     pub forked_per_cpu_second: Spread,
@@ -104,7 +104,7 @@ impl TwinCost {
     }
 }
 
-/// The table of what the twin costs.
+/// The table of the twin's cost.
 pub fn cost_table(cost: &TwinCost) -> String {
     let mut table = new_table(&["stage", "CPU us per simulated s", "share"]);
     let twin = cost.twin_us.median;
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_spread_is_of_the_values_in_any_order_and_of_none_is_zero() {
+    fn spread_ignores_order_and_is_zero_if_empty() {
         assert_eq!(Spread::of([3.0, 1.0, 2.0]), Spread { n: 3, min: 1.0, median: 2.0, max: 3.0 });
         assert_eq!(Spread::of([]), Spread::default());
     }

@@ -1,4 +1,4 @@
-//! What the twin costs as there is more in it: the object that `lab growth` prints, and its table.
+//! Cost of the twin by its size: the object that `lab growth` prints, and its table.
 
 use evidence::SCHEMA_VERSION;
 use results::report::new_table;
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::cost::Spread;
 
-/// What there is more of.
+/// The dimension that grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grown {
@@ -28,16 +28,16 @@ impl Grown {
     }
 }
 
-/// The line that is nearest to the rows of a kind: least squares of how far off it is, each in proportion to its row.
+/// The line that is nearest to the rows of a kind: least squares of the distances, each in proportion to its row.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Fit {
-    /// What there is more of.
+    /// The dimension that grows.
     pub of: Grown,
-    /// What is there anyway, CPU microseconds of a simulated second.
+    /// Fixed cost, CPU microseconds of a simulated second.
     pub fixed_us: f64,
-    /// What each costs.
+    /// Cost of each.
     pub each_us: f64,
-    /// How far the row that is farthest from the line is off it, as a share of its cost.
+    /// Largest distance of a row from the line, as a share of its cost.
     pub off: f64,
 }
 
@@ -60,9 +60,9 @@ impl Fit {
 /// One number of them.
 #[derive(Clone, Debug, Serialize)]
 pub struct GrowthRow {
-    /// What there is more of.
+    /// The dimension that grows.
     pub of: Grown,
-    /// How many.
+    /// Number of them.
     pub n: usize,
     /// The most tracks shown at a time.
     pub tracks: u8,
@@ -96,7 +96,7 @@ impl Growth {
         Self { schema_version: SCHEMA_VERSION, seed, trials, rows, fits }
     }
 
-    /// How many times linear a row's cost is, taken from the first of its kind; and what one more costs since the row before.
+    /// Cost of a row over linear growth from the first of its kind; and the cost of one more since the row before.
     fn ratio(&self, at: usize) -> (f64, Option<f64>) {
         let row = &self.rows[at];
         let first = self.rows.iter().find(|other| other.of == row.of).unwrap_or(row);
@@ -140,8 +140,9 @@ pub fn growth_table(growth: &Growth) -> String {
 mod tests {
     use super::*;
 
+    /// Values that are on no line are off the fit.
     #[test]
-    fn a_line_is_found_again_and_what_is_none_is_off_it() {
+    fn exact_line_is_fitted_exactly() {
         let straight: Vec<_> = [1.0, 2.0, 4.0, 64.0].map(|n| (n, 100.0 + 7.0 * n)).to_vec();
         let fit = Fit::of(Grown::Objects, &straight).unwrap();
         assert!((fit.fixed_us - 100.0).abs() < 1e-6 && (fit.each_us - 7.0).abs() < 1e-6 && fit.off < 1e-9, "{fit:?}");

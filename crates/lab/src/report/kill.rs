@@ -1,5 +1,5 @@
-//! The kill table: one row for each process killed and mode of running. Counts and times only; what was owed was
-//! stated and judged by the oracle.
+//! The kill table: one row for each process killed and mode of running. Counts and times only; the required responses
+//! were stated and judged by the oracle.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use wire::mode::Mode as Driving;
 /// A time over many trials, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Times {
-    /// How many, mean, 95th percentile.
+    /// Number, mean, 95th percentile.
     #[serde(flatten)]
     pub sample: Sample,
     /// The longest.
@@ -45,11 +45,11 @@ pub struct KillRow {
     pub outcomes: BTreeMap<Outcome, u64>,
     /// The mode that was stated beforehand.
     pub expected: Option<Driving>,
-    /// And its bound, ms; none where nothing has to change.
+    /// And its bound, ms; none where no change is required.
     pub within_ms: Option<u64>,
-    /// From when times count.
+    /// Start of the times.
     pub from: Option<From>,
-    /// Why.
+    /// Reason.
     pub reason: Option<&'static str>,
     /// Modes before the kill.
     pub before: BTreeMap<Driving, u64>,
@@ -67,7 +67,7 @@ pub struct KillRow {
     pub lease_ended_ms: Times,
     /// Until the plant stood.
     pub standing_ms: Times,
-    /// Valid trials in which everything owed came in time.
+    /// Valid trials in which every required response came in time.
     pub kept: u64,
     /// Exact one-sided upper 95 % bound on the rate of those in which it did not.
     pub broken_upper_95: f64,

@@ -14,7 +14,7 @@ const BUDGET: (f64, f64) = (0.02, 0.1);
 /// One detector in one weather, with the bound on its rate.
 #[derive(Clone, Debug, Serialize)]
 pub struct LivenessRow {
-    /// What was measured.
+    /// The measurement.
     #[serde(flatten)]
     pub outcome: Outcome,
     /// Name of the detector.
@@ -39,7 +39,7 @@ pub struct LivenessObject {
 }
 
 impl LivenessObject {
-    /// From what was measured.
+    /// From the measured outcomes.
     pub fn new(schema_version: u32, seed: u64, outcomes: Vec<Outcome>) -> Self {
         let row = |outcome: Outcome| LivenessRow {
             name: outcome.detector.name(),
@@ -166,7 +166,7 @@ fn panel(text: &mut String, (left, top): (f64, f64), curve: &LivenessObject, wea
     }
 }
 
-/// Power of ten, the lowest drawn one of nothing.
+/// Power of ten, of zero the lowest drawn one.
 fn decade(value: f64) -> f64 {
     if value > 0.0 { value.log10() } else { DECADES.0 }
 }
@@ -180,8 +180,9 @@ mod tests {
     use super::*;
     use crate::liveness::Draws;
 
+    /// Each in its panel.
     #[test]
-    fn every_point_is_drawn_in_its_panel_and_stands_in_the_table() {
+    fn every_point_is_drawn_and_tabulated() {
         let draws = Draws::new(1, 1);
         let weather = Weather { loss: 0.1, jitter_ms: 0.0, changing: false };
         let outcomes = Detector::all().into_iter().map(|detector| draws.watch(detector, weather)).collect();

@@ -1,4 +1,4 @@
-//! What findings shrink to, as an object and as a table.
+//! Minimal cases of findings, as an object and as a table.
 
 use std::collections::BTreeMap;
 
@@ -33,18 +33,19 @@ pub struct MinimaRow {
     pub cause: Cause,
     /// Findings that were shrunk.
     pub n: usize,
-    /// What they ended as and how many of them, the most frequent first.
+    /// Minimal cases and the number of findings that shrank to each, the most frequent first.
     pub minima: Vec<(String, usize)>,
-    /// Letters of the most frequent.
+    /// Actions of the most frequent.
     pub letters: usize,
-    /// The fewest letters with which an exhaustive search found this cause, where they are fewer than any minimum's.
+    /// The fewest actions with which an exhaustive search found this cause, where they are fewer than any minimal
+    /// case's.
     pub fewer_letters: Option<usize>,
     /// Trials that shrinking took.
     pub executions: Spread,
 }
 
 impl MinimaRow {
-    /// Of what was shrunk.
+    /// Of shrunk findings.
     pub fn new(
         weakness: &Weakness,
         ground: &SearchConfig,

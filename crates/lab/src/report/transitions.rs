@@ -21,16 +21,16 @@ pub struct TransitionRow {
 pub struct TransitionCell {
     /// Trials.
     pub n: u64,
-    /// Of these, those in which everything owed came in time and nothing broke.
+    /// Of these, those in which every required response came in time and nothing broke.
     pub kept: u64,
-    /// Those in which nothing was owed, because there was nothing to respond to, and nothing broke.
+    /// Those in which no response was required, because there was no fault to respond to, and nothing broke.
     pub nothing_owed: u64,
     /// Classes.
     pub outcomes: BTreeMap<Outcome, u64>,
 }
 
 impl TransitionRow {
-    /// Counts a trial in which something was owed, or not, and all of that kept and nothing broken, or not.
+    /// Counts a trial: `owed` if a response was required, `kept` if all of that came in time and nothing broke.
     pub fn count(&mut self, change: &str, owed: bool, kept: bool, outcome: Outcome) {
         let cell = self.changes.entry(change.to_owned()).or_default();
         cell.n += 1;
@@ -41,7 +41,7 @@ impl TransitionRow {
 }
 
 impl TransitionCell {
-    /// Trials in which something was owed, or something broke.
+    /// Trials in which a response was required, or a property broke.
     fn of_note(&self) -> u64 {
         self.n - self.nothing_owed
     }

@@ -1,4 +1,4 @@
-//! What a search is worth: how soon each strategy found each weakness, as an object and as a table.
+//! Detection benchmark of the search: time until each strategy found each weakness, as an object and as a table.
 
 use evidence::trial::Outcome;
 use results::report::new_table;
@@ -22,7 +22,7 @@ pub struct WorthObject {
     pub draws: u64,
     /// Most trials of each.
     pub budget: u64,
-    /// Hunts at a time.
+    /// Search runs at a time.
     pub threads: usize,
     /// Load of the machine before and after, over a minute.
     pub load_average: [Option<f64>; 2],
@@ -35,15 +35,15 @@ pub struct WorthObject {
 pub struct WeaknessRow {
     /// Its name.
     pub name: String,
-    /// What went on meanwhile.
+    /// Mission during the attack.
     pub scenario: String,
-    /// What could be done.
+    /// Attack space.
     pub alphabet: String,
     /// The check that was waived, or the bound with its wrong value.
     pub wrong: String,
-    /// What counted as found.
+    /// Classes that counted as findings.
     pub find: Vec<Outcome>,
-    /// Each strategy's hunts.
+    /// Each strategy's search runs.
     pub hunts: [HuntsRow; Strategy::ALL.len()],
     /// Trials of guided over uniform drawing.
     pub ratio_trials: Ratio,
@@ -51,14 +51,14 @@ pub struct WeaknessRow {
     pub ratio_cpu: Ratio,
 }
 
-/// The hunts of one strategy.
+/// The search runs of one strategy.
 #[derive(Clone, Debug, Serialize)]
 pub struct HuntsRow {
-    /// How words were drawn.
+    /// Strategy of drawing.
     pub strategy: Strategy,
-    /// Of how many seeds.
+    /// Number of seeds.
     pub n: usize,
-    /// How many found it.
+    /// Number of these that found it.
     pub found: usize,
     /// Trials until then.
     pub trials: Option<Median>,
@@ -71,7 +71,7 @@ pub struct HuntsRow {
 }
 
 impl HuntsRow {
-    /// Of hunts that took so many trials and CPU seconds.
+    /// Of search runs that took so many trials and CPU seconds.
     pub fn new(strategy: Strategy, each_trials: Vec<Wait>, each_cpu_seconds: Vec<Wait>) -> Self {
         Self {
             strategy,
@@ -86,7 +86,7 @@ impl HuntsRow {
 }
 
 impl WeaknessRow {
-    /// Of what was hunted, by strategy in the order of [`Strategy::ALL`].
+    /// Of these search runs, by strategy in the order of [`Strategy::ALL`].
     pub fn new(weakness: &Weakness, hunts: [HuntsRow; Strategy::ALL.len()]) -> Self {
         let [uniform, _, guided] = &hunts;
         Self {
@@ -141,7 +141,7 @@ fn hunts(row: &HuntsRow) -> String {
     format!("{} of {}: {}, {} s", row.found, row.n, median(row.trials), median(row.cpu_seconds))
 }
 
-/// How often the aims of a search were reached.
+/// Number of hard and of easy weaknesses, and of those at which a search met its aim.
 fn summary(object: &WorthObject) -> String {
     let line = |hard: bool, what: &str, aim: f64, told: &str| {
         let rows = || object.weaknesses.iter().filter(move |row| row.is_hard() == hard);
@@ -168,7 +168,7 @@ fn known(ratio: Known) -> String {
     }
 }
 
-/// Two places that say something.
+/// Two significant places.
 fn number(value: f64) -> String {
     match value {
         10.0.. => format!("{value:.0}"),

@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::lab;
 
 #[test]
-fn the_same_frames_come_out_again_and_a_folder_that_is_whole_is_left_alone() {
+fn frames_are_reproducible_and_whole_folders_untouched() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str| {
         let dir = folder.path().join(name);
@@ -30,7 +30,7 @@ fn the_same_frames_come_out_again_and_a_folder_that_is_whole_is_left_alone() {
 }
 
 #[test]
-fn a_cell_that_there_is_not_is_answered_with_those_that_there_are() {
+fn unknown_cell_is_answered_with_the_known_ones() {
     let refused = lab(&["detector", "--cell", "snow"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("there are clear, dusk"));

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::{lab, root};
 
-/// A folder that looks like the repository: nothing is written into the real one.
+/// A folder that looks like the repository: the tests write no file into the real one.
 fn repository() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     for folder in ["scenarios", "platforms", "docs/results"] {

@@ -16,8 +16,9 @@ fn bench(list: &str, more: &[&str]) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// The number of trials is the same for one thread and two.
 #[test]
-fn how_soon_each_strategy_finds_a_weakness_is_the_same_for_one_thread_and_two() {
+fn strategies_find_weaknesses_independently_of_threads() {
     let trials = |jobs: &str| {
         let object = bench(WEAK, &["--draws", "2", "--budget", "48", "--jobs", jobs]);
         let hunts = object["weaknesses"][0]["hunts"].as_array().unwrap().clone();
@@ -33,8 +34,9 @@ fn how_soon_each_strategy_finds_a_weakness_is_the_same_for_one_thread_and_two() 
     assert_eq!(first, trials("2"));
 }
 
+/// To the same attack sequence, and no shorter one has the effect.
 #[test]
-fn what_several_seeds_find_shrinks_to_the_same_word_and_no_shorter_one_does_it() {
+fn findings_of_several_seeds_shrink_to_one() {
     let object = bench(WEAK, &["--shrink", "5", "--budget", "200"]);
     let [row] = object["rows"].as_array().unwrap().as_slice() else { panic!("more than one cause: {object}") };
     assert_eq!((&row["n"], row["minima"].as_array().unwrap().len()), (&5.into(), 1), "{row}");
@@ -43,7 +45,7 @@ fn what_several_seeds_find_shrinks_to_the_same_word_and_no_shorter_one_does_it()
 }
 
 #[test]
-fn a_list_that_names_what_is_not_there_says_what_there_is() {
+fn list_with_unknown_names_is_answered_with_known() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("list.toml");
     let file = file.to_str().unwrap();

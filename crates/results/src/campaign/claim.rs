@@ -41,7 +41,7 @@ pub enum Verdict {
     Shown,
     /// It is not.
     Refuted,
-    /// Neither can be said.
+    /// Undecided: the trials show neither.
     Open,
 }
 

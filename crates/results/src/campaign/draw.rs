@@ -225,7 +225,7 @@ mod tests {
         assert_eq!(list("1,2.5,true"), [Value::from(1), Value::from(2.5), Value::from(true)]);
         assert_eq!(list("up,down"), [Value::from("up"), Value::from("down")]);
         assert_eq!(list("[1, 2],[3, 4]").len(), 2);
-        // What would be more than one entry of a table is a word, whatever it is.
+        // A value that would be more than one entry of a table is always a word.
         assert_eq!(scalar("1]\nw = [2"), Value::from("1]\nw = [2"));
     }
 }

@@ -51,7 +51,7 @@ pub struct Claims {
     pub shown: usize,
     /// For which it is refuted.
     pub refuted: usize,
-    /// For which neither can be said.
+    /// For which it is undecided.
     pub open: usize,
     /// True if it is shown for all of them together (Bonferroni).
     pub shown_together: bool,

@@ -228,7 +228,7 @@ fn share(share: &Share) -> String {
     format!("{}/{} ({:.3}-{:.3})", share.hits, share.n, share.lower_95, share.upper_95)
 }
 
-/// Accepted and said, and how far they led: mean and 95th percentile in metres.
+/// Claims accepted and made, and the distance by which they misled: mean and 95th percentile in metres.
 fn claims(point: &CurvePoint) -> String {
     let Share { hits, n, .. } = point.claims_accepted;
     match (n, point.believed_m.mean, point.believed_m.p95) {

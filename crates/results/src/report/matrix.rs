@@ -246,7 +246,7 @@ pub fn matrix_table(matrix: &Matrix) -> String {
     }
     let odd: u64 = matrix.rows.iter().flat_map(|row| &row.kinds).map(|kind| kind.unexpected).sum();
     let bare: Vec<&str> = matrix.rows.iter().filter(|row| row.runs.is_empty()).map(|row| row.id.as_str()).collect();
-    // A scenario may stand in several rows; its attempts are told once.
+    // A scenario may stand in several rows; its attempts are listed once.
     let runs = matrix.rows.iter().flat_map(|row| &row.runs).filter(|run| run.summary.host_spoilt.is_some());
     let runs: BTreeMap<_, &MatrixRun> = runs.map(|run| ((&run.scenario, &run.cell, &run.policy), run)).collect();
     let spoilt = host_line(runs.values().map(|run| (run.scenario.as_str(), &run.summary)));

@@ -103,7 +103,7 @@ pub struct LatencySummary {
 /// One cell of a scenario that has them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellSummary {
-    /// Which.
+    /// Name of the cell.
     pub cell: String,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,

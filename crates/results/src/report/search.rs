@@ -46,21 +46,21 @@ pub struct FindingRow {
     pub broken: String,
     /// The oracle's first finding about it.
     pub finding: Option<String>,
-    /// The word in few words.
+    /// The attack sequence in short.
     pub word: String,
     /// The same as it was found.
     pub found_as: String,
-    /// In which trial it was found, from 1.
+    /// Trial in which it was found, from 1.
     pub trial: u64,
-    /// After how much CPU time, seconds.
+    /// CPU time until it was found, seconds.
     pub cpu_seconds: f64,
-    /// Trials that shrinking took.
+    /// Trials of the shrinking.
     pub executions: u64,
     /// Its numbers, and the nearest that no longer do it.
     pub margins: Vec<Margin>,
     /// Waived checks of which each alone would have stopped it.
     pub stopped_by: Vec<String>,
-    /// The same live, where that was asked for.
+    /// The same live, where requested.
     pub live: Option<Confirmed>,
     /// The line that shows it again.
     pub reproduce: String,
@@ -97,7 +97,7 @@ impl Confirmed {
 }
 
 impl SearchObject {
-    /// Of a search on `ground`.
+    /// Of a search under `ground`.
     pub fn new(
         ground: &SearchConfig,
         draws: u64,
@@ -146,7 +146,7 @@ pub fn search_table(object: &SearchObject) -> String {
         hunt.covered,
     ));
     if object.findings.is_empty() {
-        // What did not provably arrive shows nothing.
+        // A trial without proof of arrival shows no result.
         let invalid = hunt.outcomes.get(Outcome::Invalid.name()).copied().unwrap_or_default();
         let valid = hunt.trials - invalid;
         let none = match object.exhausted {

@@ -1,7 +1,7 @@
 //! `holdsafe campaign curve SCENARIO`: one value of a scenario taken through the range that its `[curve]` names, in the twin, each
 //! point on the same seeds.
 //!
-//! The lines are the scenario's cells. What a point is worth is `results::report`'s to fold.
+//! The lines are the scenario's cells. `results::report` folds the trials of a point.
 
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
-//! The finished trials of a campaign on disk: a set that only grows. `plan.json` says of which campaign, `trials.jsonl` has a
-//! line a trial in the order in which they were judged, whatever process or partition they came from.
+//! The finished trials of a campaign on disk: a set that only grows. `plan.json` identifies the campaign,
+//! `trials.jsonl` has a line a trial in the order in which they were judged, for every process and partition.
 //!
-//! In memory is an index alone, about fifty bytes a trial; one process at a time has the folder.
+//! Only an index is in memory, about fifty bytes a trial; one process at a time has the folder.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
@@ -68,7 +68,7 @@ impl Journal {
         at.map(|at| self.lines.get(at)).transpose()
     }
 
-    /// How many trials are finished.
+    /// Number of finished trials.
     pub(super) fn len(&self) -> usize {
         self.index().len()
     }
@@ -134,11 +134,11 @@ pub(super) fn each_row(
             told
         })
     });
-    // What the taker refused is no fault of the file.
+    // A refusal by `take` is no fault of the file.
     refused.map_or(read.map(|_| ()), Err)
 }
 
-/// That a folder holds the campaign of `plan` and no other.
+/// Checks that a folder holds the campaign of `plan` and no other.
 pub(super) fn same(directory: &Path, plan: &Plan, there: &Plan) -> Result<(), Failure> {
     let Some(difference) = plan.difference(there) else { return Ok(()) };
     let message = format!("{} is of another campaign: {difference}", directory.display());
@@ -160,8 +160,9 @@ mod tests {
         Row::of(number, &Trial::example(number, outcome))
     }
 
+    /// The journal has each trial once; one that differs is refused, and the refusal shows both.
     #[test]
-    fn a_trial_is_there_once_and_one_that_differs_is_refused_with_both() {
+    fn journal_refuses_a_trial_that_differs() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(10));
         let journal = Journal::open(directory.path(), &plan).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("new");
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_is_of_one_campaign_and_in_one_process() {
+    fn folder_belongs_to_one_campaign_and_process() {
         let (directory, ours) = (tempfile::tempdir().expect("a folder"), plan(10));
         let journal = Journal::open(directory.path(), &ours).expect("new");
         let told = Journal::open(directory.path(), &ours).expect_err("locked").to_string();
@@ -188,8 +189,9 @@ mod tests {
         assert!(told.contains("is of another campaign: trials: expected 11, got 10"), "{told}");
     }
 
+    /// At its line.
     #[test]
-    fn a_trial_that_the_campaign_does_not_have_is_refused_at_its_line() {
+    fn trial_outside_the_campaign_is_refused() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));
         let line = serde_json::to_string(&row(2, Outcome::HoldSafe)).expect("a line");
         fs::write(directory.path().join(TRIALS), line + "\n").expect("written");

@@ -1,7 +1,7 @@
-//! `holdsafe campaign merge DIR…`: the parts of a campaign put together, in any order, as often as one likes.
+//! `holdsafe campaign merge DIR…`: merges the parts of a campaign, in any order and any number of times.
 //!
-//! A campaign's folder is a set of trials, and merging is the union of such sets, so what is merged twice or overlaps
-//! changes nothing. Parts of another campaign are refused, and so is a trial that came out differently in two of them.
+//! A campaign's folder is a set of trials, and merging is the union of such sets, so repeated or overlapping parts
+//! change no result. Parts of another campaign are refused, and so is a trial that came out differently in two of them.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ pub(in crate::command) struct Args {
     /// Folders that `holdsafe campaign run --out DIR` made.
     #[arg(required = true, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Where the whole goes; what is there of the same campaign is part of it.
+    /// Folder of the merged campaign; trials of the same campaign already there are part of it.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -23,7 +23,7 @@ pub(in crate::command) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let first = args.parts.first().ok_or_else(|| Failure::new(Exit::Usage, "nothing to merge"))?;
     let plan = read_plan(first)?;
-    // Nothing is written before every part is known to be of this campaign.
+    // No file is written before every part is known to be of this campaign.
     for part in &args.parts {
         same(part, &plan, &read_plan(part)?)?;
     }

@@ -1,7 +1,7 @@
 //! `holdsafe campaign run SCENARIO…`: many trials over scenarios, cells, grids and draws, in the twin or on the stacks in memory.
 //!
-//! Each finished trial is in the folder's journal before the next of its thread begins, so a campaign that is ended in any way
-//! goes on where it was. Threads and partitions decide who runs a trial and nothing else.
+//! Each finished trial is in the folder's journal before the next of its thread begins, so a campaign resumes after any
+//! interruption. Threads and partitions decide which of them runs a trial, and have no other effect.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -29,10 +29,11 @@ pub(in crate::command) struct Args {
     /// Scenarios, by name or by file.
     #[arg(required = true, value_name = "SCENARIO")]
     pub(super) scenarios: Vec<String>,
-    /// Trials of each variation, or at most so many if --sequential [default: what the claim takes, else 59].
+    /// Trials of each variation, or at most so many if --sequential [default: the number that the claim requires, else
+    /// 59].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=results::campaign::MAX_TRIALS))]
     pub(super) trials: Option<u64>,
-    /// What is claimed of each variation, such as unsafe<0.1%@95 or unsafe+late<1%@99.
+    /// Claim about each variation, such as unsafe<0.1%@95 or unsafe+late<1%@99.
     #[arg(long, value_name = "CLAIM")]
     pub(super) claim: Option<Claim>,
     /// End a variation at the first look, one each 50 trials, at which its claim is shown or refuted.
@@ -61,7 +62,7 @@ pub(in crate::command) struct Args {
     /// Only part i of N; `holdsafe campaign merge` puts the parts together.
     #[arg(long, value_name = "i/N")]
     pub(super) partition: Option<Partition>,
-    /// Keep finished trials and the result here, and go on from what is there [default: runs/campaign-PLAN-PROGRAM].
+    /// Keep finished trials and the result here, and resume from there [default: runs/campaign-PLAN-PROGRAM].
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
 }
@@ -127,7 +128,7 @@ fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Resu
     Ok(Row::of(number, &trial))
 }
 
-/// What the user reads after Ctrl-C.
+/// Message after Ctrl-C.
 fn stopped(dir: &Path, plan: &Plan, journal: &Journal) -> Failure {
     let (n, total, dir) = (journal.len(), plan.total(), dir.display());
     let message = format!("stopped; {n} of {total} trials are finished and kept in {dir}, and none of them runs again");
@@ -135,7 +136,7 @@ fn stopped(dir: &Path, plan: &Plan, journal: &Journal) -> Failure {
     Failure::new(Exit::Interrupted, format!("{message}\n{resume}"))
 }
 
-/// Folds what the journal has into the folder's `campaign.json` and `trials.parquet`.
+/// Folds the journal's trials into the folder's `campaign.json` and `trials.parquet`.
 pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<CampaignObject, Failure> {
     let broken = |e: TableError| Failure::new(Exit::Environment, e.to_string());
     let mut table = TrialTable::new(File::create(dir.join("trials.parquet.new"))?, plan).map_err(broken)?;
@@ -176,8 +177,8 @@ pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> 
     Ok(())
 }
 
-/// Where something is claimed the claim decides; else the expected classes do. A campaign that lacks trials is no evidence,
-/// unless no more than a part of it was asked for.
+/// With a claim the claim decides; otherwise the expected classes do. A campaign that lacks trials is no evidence,
+/// unless only a part of it was requested.
 pub(super) fn exit(campaign: &CampaignObject, whole: bool) -> Exit {
     if let Some(claims) = campaign.claim {
         return match (claims.refuted, claims.open) {

@@ -15,16 +15,16 @@ use super::run::Args;
 
 /// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;
-/// How many times the fixed number of trials a sequential campaign goes on at most, unless the user says.
+/// Largest number of trials of a sequential campaign, as a multiple of the fixed number, unless the user gives one.
 const SEQUENTIAL_FACTOR: u64 = 10;
-/// What a trial cannot draw, for it is read before the first one.
+/// Settings that a trial cannot draw, since they are read before the first one.
 const NOT_DRAWN: [&str; 2] = ["bounds", "platform"];
 
 /// One path and the values that it takes.
 #[derive(Clone, Debug)]
 pub(super) struct Grid(String, Vec<Value>);
 
-/// One path and how its value is drawn.
+/// One path and the distribution of its value.
 #[derive(Clone, Debug)]
 pub(super) struct Draw(String, Distribution);
 
@@ -42,7 +42,7 @@ pub(super) fn drawn(text: &str) -> Result<Draw, String> {
     how.parse().map(|how| Draw(path.to_owned(), how))
 }
 
-/// The campaign, and what is needed to run each of its variations.
+/// The campaign, and the plan of each of its variations, ready to run.
 pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Planned>), Failure> {
     let (grids, draws) = paths(args)?;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
@@ -140,7 +140,7 @@ fn combination(grids: &BTreeMap<String, Vec<Value>>, mut at: usize) -> Settings 
     grids.iter().rev().map(pick).collect()
 }
 
-/// That the ends of what is drawn fit, all lower ones together, all upper ones, and every choice.
+/// Checks that the ends of the drawn ranges fit, all lower ones together, all upper ones, and every choice.
 fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result<(), Failure> {
     let ends: Vec<(&String, Vec<Value>)> = draws.iter().map(|(path, how)| (path, how.ends())).collect();
     let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);

@@ -1,6 +1,6 @@
-//! How late this host lets a sleeping thread run: what spoils a live run when it is too late.
+//! Lateness with which this host wakes a sleeping thread: too much of it spoils a live run.
 //!
-//! A short look at an unloaded program, so an estimate from below: a live run has a dozen processes.
+//! A short measurement of an unloaded program, so an estimate from below: a live run has a dozen processes.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use link::clock::oversleeps;
 use live::OVERSLEPT_US;
 use serde::Serialize;
 
-/// How long each sleep is asked for.
+/// Requested length of each sleep.
 const NAP: Duration = Duration::from_millis(5);
 /// Sleeps of each thread: about two seconds together.
 const NAPS: usize = 350;
@@ -30,18 +30,18 @@ pub(super) struct Scheduling {
     max_ms: f64,
     /// Above this a live run is INVALID, milliseconds.
     limit_ms: f64,
-    /// Whether the latest was within it.
+    /// True if the latest was within the limit.
     within: bool,
-    /// What to do where it was not.
+    /// Advice where it was not.
     #[serde(skip_serializing_if = "Option::is_none")]
     advice: Option<&'static str>,
 }
 
-/// What to do on a host that is too late, or nearly.
+/// Advice for a host that is too late, or nearly.
 const ADVICE: &str =
     "end other work before a live run, and run one at a time (--jobs 1); --retries 2 repeats what the host spoils";
 
-/// Sleeps for about two seconds, and tells how late it was.
+/// Sleeps for about two seconds and reports the lateness.
 pub(super) fn measure() -> Scheduling {
     let threads = parallel::cores().clamp(1, MAX_THREADS);
     let all: Vec<u64> = std::thread::scope(|scope| {
@@ -72,12 +72,12 @@ impl Scheduling {
         }
     }
 
-    /// The mark of its line: too late is no missing need, since the twin does not mind.
+    /// The mark of its line: lateness is no missing requirement, since the twin is unaffected.
     pub(super) fn mark(&self) -> &'static str {
         if self.within { "ok     " } else { "LATE   " }
     }
 
-    /// What was found, in words.
+    /// The measurement in words.
     pub(super) fn found(&self) -> String {
         format!(
             "late by {:.1} ms (p50), {:.1} ms (p99), {:.1} ms (max) in {} sleeps on {} threads; {:.0} ms spoil a live run",
@@ -85,7 +85,7 @@ impl Scheduling {
         )
     }
 
-    /// What to do, where something is.
+    /// Advice, if there is any.
     pub(super) fn advice(&self) -> Option<&'static str> {
         self.advice
     }
@@ -95,8 +95,9 @@ impl Scheduling {
 mod tests {
     use super::*;
 
+    /// Near the limit there is advice.
     #[test]
-    fn lateness_is_told_against_the_limit_with_advice_where_it_is_near() {
+    fn lateness_is_compared_with_the_limit() {
         let quiet = Scheduling::of(2, (1..=100).map(|n| n * 10).collect());
         assert_eq!((quiet.p50_ms, quiet.p99_ms, quiet.max_ms), (0.5, 0.99, 1.0));
         assert!(quiet.within && quiet.advice().is_none());

@@ -17,7 +17,7 @@ use scenario::Scenario;
 const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
 /// Twin trials of each scenario and of each cell: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
-/// How often a live run is repeated when a stall of the host alone makes it INVALID; the tables say of which it was.
+/// Repetitions of a live run that a stall of the host alone makes INVALID; the tables name the repeated ones.
 const RETRIES: u32 = 2;
 /// Live runs side by side for each core: they wait most of their time.
 const LIVE_PER_CORE: usize = 2;
@@ -82,7 +82,7 @@ fn one_of_each_policy(mut planned: Vec<Planned>) -> Vec<Planned> {
     planned
 }
 
-/// What was run so far, told and written.
+/// The rows so far, printed and written.
 struct Told<'a> {
     dir: &'a Path,
     json: bool,

@@ -11,7 +11,7 @@ use runner::plan::{Planned, Wanted};
 use runner::{Context, engine, out, plan};
 use serde::Serialize;
 
-/// Where references lie below the root, a file for each architecture.
+/// Folder of the references below the root, a file for each architecture.
 const FOLDER: &str = "references";
 /// Decisions of a second that are printed.
 const PRINTED: usize = 8;
@@ -26,14 +26,14 @@ pub(super) struct Reproduce {
     renew: bool,
 }
 
-/// One run that is not what it was.
+/// One run that differs from its reference.
 #[derive(Serialize)]
 struct Row {
     scenario: String,
     cell: Option<String>,
     then: Option<Reference>,
     now: Reference,
-    /// Nothing where it has no reference.
+    /// The comparison; absent without a reference.
     again: Option<Again>,
     reproduce: String,
 }
@@ -133,7 +133,7 @@ fn read(root: &Path, file: &Path) -> Result<References, Failure> {
     References::read(found).map_err(|why| Failure::new(Exit::Usage, format!("{}: {why}", file.display())))
 }
 
-/// Runs each, and makes something of its evidence.
+/// Runs each, and maps its evidence by `of`.
 fn made<T: Send>(
     context: &Context,
     planned: &[Planned],
@@ -169,7 +169,7 @@ fn renew(context: &Context, planned: &[Planned], file: &Path) -> Result<Exit, Fa
     Ok(Exit::Fine)
 }
 
-/// References to nothing that is shipped; none where only some scenarios were asked for.
+/// References to scenarios and cells that are not shipped; none where only some scenarios were named.
 fn gone<T>(references: &References, made: &[(Reference, T)], args: &Reproduce) -> Vec<String> {
     let stands = |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
     let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !stands(then));

@@ -1,4 +1,4 @@
-//! `holdsafe inspect diff A B`: where two runs decided otherwise.
+//! `holdsafe inspect diff A B`: the first different decisions of two runs.
 
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// A run's log.
 struct Side {
     entries: Vec<Witnessed>,
-    /// What every artefact of an ablation says.
+    /// Watermark of every artefact of an ablation.
     watermark: Option<String>,
     /// The recording that it was read from.
     checked: Option<Checked>,

@@ -1,4 +1,5 @@
-//! `holdsafe inspect explain RUN`: why the platform changed its mode, from a recording or from a run in the twin.
+//! `holdsafe inspect explain RUN`: reasons for the platform's changes of mode, from a recording or from a run in the
+//! twin.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +23,7 @@ pub(in crate::command) struct Args {
     /// The change of mode that was in force at this time; else every loss.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     at: Option<Micros>,
-    /// What keeps the unit out of this mode, at --at or at the end.
+    /// Conditions that keep the unit out of this mode, at --at or at the end.
     #[arg(long, value_name = "MODE", value_parser = mode)]
     why_not: Option<Mode>,
     /// Every change of mode, those that were asked for too.
@@ -42,13 +43,13 @@ pub(in crate::command) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (found, checked) = find(context, args)?;
     let read: Vec<&Checked> = checked.iter().collect();
-    // Of a scenario nothing was recorded; its trial may have ended INVALID all the same.
+    // A scenario has no recording; its trial may have ended INVALID all the same.
     let of_twin = found.flaw.as_ref().filter(|_| checked.is_none()).map(|why| format!("INVALID: {}: {why}", args.run));
     let exit = args
         .unverified
         .exit(&read, if of_twin.is_none() { Exit::Fine } else { args.unverified.of_invalid(Exit::Fine) });
     if args.diagram {
-        // A comment of Mermaid's, which takes nothing else there.
+        // A comment of Mermaid's, the only text allowed there.
         let marks = read.iter().filter_map(|of| of.mark()).chain(of_twin);
         marks.for_each(|mark| out::say(format_args!("%% {mark}")));
     } else {

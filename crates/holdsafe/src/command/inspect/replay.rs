@@ -1,5 +1,5 @@
-//! `holdsafe inspect replay`: feeds each core of a run what it was fed, and compares what comes out: every byte, or under another policy
-//! every decision.
+//! `holdsafe inspect replay`: replays the inputs of each core of a run and compares its outputs: every byte, or under
+//! another policy every decision.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,8 @@ pub(in crate::command) struct Args {
     run: String,
     #[command(flatten)]
     unverified: Unverified,
-    /// Of a scenario: what the cores would have decided under this policy, fed the same; the first difference of each is told.
+    /// Of a scenario: the decisions of the cores under this policy on the same inputs; the first difference of each is
+    /// reported.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
     /// Of a scenario: only this cell; else the first.
@@ -46,7 +47,7 @@ struct WhatIf {
     otherwise: Vec<Otherwise>,
 }
 
-/// So many inputs on which it decided this in the run, and that now.
+/// Number of inputs with this pair of decisions, in the run and now.
 #[derive(Serialize)]
 struct Otherwise {
     then: String,
@@ -54,7 +55,7 @@ struct Otherwise {
     inputs: u64,
 }
 
-/// The first thing that it decided otherwise.
+/// The first different decision.
 #[derive(Serialize)]
 struct First {
     at_us: u64,

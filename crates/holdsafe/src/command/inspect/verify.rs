@@ -1,4 +1,4 @@
-//! `holdsafe inspect verify DIR`: whether the evidence of a run holds, and whether its trial ended INVALID by itself.
+//! `holdsafe inspect verify DIR`: the evidence of a run, verified, and its trial's own INVALID verdict, if any.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ pub(in crate::command) struct Args {
     /// Directory of a recorded run.
     #[arg(value_name = "DIR")]
     run: PathBuf,
-    /// The SHA-256 of the run's held.json as it was told when the run was made; another one is INVALID.
+    /// SHA-256 of the run's held.json as reported when the run was made; another one is INVALID.
     #[arg(long, value_name = "SHA256", value_parser = digest)]
     held: Option<String>,
 }
@@ -25,7 +25,7 @@ struct Told {
     holds: bool,
     /// It holds, and the trial did not end INVALID by itself.
     valid: bool,
-    /// Why the trial itself is INVALID.
+    /// Reason for which the trial itself is INVALID.
     #[serde(skip_serializing_if = "Option::is_none")]
     ended: Option<String>,
     #[serde(flatten)]

@@ -1,4 +1,4 @@
-//! `holdsafe report --format cite RUN`: what to write where a result is used, with what it takes to tell that it is this one.
+//! `holdsafe report --format cite RUN`: a citation of a result, with the digests that identify it.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,11 +14,11 @@ use runner::{Context, checked, out};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-/// Who and what is cited, as services that read such files have it.
+/// Authors and title, in the format read by citation services.
 const CITATION: &str = include_str!("../../../../../CITATION.cff");
-/// The most that is read of a manifest.
+/// Largest manifest that is read.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
-/// The most that is read of a result.
+/// Largest result that is read.
 const MAX_RESULT_BYTES: u64 = 256 << 20;
 /// Results in a run's directory: tables and lines; recordings lie below and are named by them.
 const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
@@ -27,7 +27,7 @@ const LEVELS: usize = 5;
 /// Digits of a digest that tell one entry from another in a bibliography.
 const SHORT: usize = 8;
 
-/// What is read of a manifest.
+/// Fields read from a manifest.
 #[derive(Deserialize)]
 struct Manifest {
     version: String,
@@ -50,10 +50,10 @@ struct Cited {
     target: String,
     seed: u64,
     scenarios: Vec<String>,
-    /// Where its trials ran, of a result that ran in one place: twin, stack or live.
+    /// Place of its trials, of a result that ran in one place: twin, stack or live.
     #[serde(skip_serializing_if = "Option::is_none")]
     mode: Option<String>,
-    /// What each artefact of an ablation says.
+    /// Watermarks of an ablation, of each artefact.
     watermarks: Vec<String>,
     /// SHA-256 of each result, by its file.
     results: BTreeMap<String, String>,
@@ -93,7 +93,7 @@ fn with_manifest(run: &Path) -> PathBuf {
     if has(&run) { run.to_owned() } else { around().unwrap_or(run).to_owned() }
 }
 
-/// What is said of the recordings among the results.
+/// Sentence about the recordings among the results.
 fn kept(recorded: &[&Checked]) -> String {
     let invalid = recorded.iter().filter(|of| of.invalid().is_some()).count();
     match (invalid, recorded.len()) {
@@ -103,7 +103,7 @@ fn kept(recorded: &[&Checked]) -> String {
     }
 }
 
-/// Where the trials of a run ran, by its result.
+/// Mode of the trials of a run, by its result.
 fn mode(directory: &Path) -> Option<String> {
     #[derive(Deserialize)]
     struct Ran {
@@ -173,7 +173,7 @@ fn cited(
     }
 }
 
-/// An entry for BibTeX. There is no year in it, since nothing of a run tells when it was.
+/// An entry for BibTeX. There is no year in it, since no file of a run records its date.
 fn bibtex(key: &str, title: &str, version: &str, note: &str) -> String {
     let (author, title, note) = (of_citation("name"), escaped(title), escaped(note));
     let fields = [
@@ -189,7 +189,7 @@ fn short(digest: &str) -> &str {
     digest.get(..SHORT).unwrap_or(digest)
 }
 
-/// What BibTeX and LaTeX would read otherwise; scenarios' names have underscores.
+/// Escapes the characters that BibTeX and LaTeX interpret; scenarios' names have underscores.
 fn escaped(text: &str) -> String {
     let special = |c: char| matches!(c, '_' | '%' | '&' | '#' | '$' | '{' | '}');
     text.chars().flat_map(|c| special(c).then_some('\\').into_iter().chain([c])).collect()
@@ -213,8 +213,9 @@ mod tests {
         cited(serde_json::from_str(manifest).expect("a manifest"), Some("twin".to_owned()), results, "m", "")
     }
 
+    /// LaTeX takes the entry.
     #[test]
-    fn an_entry_names_the_program_the_seed_and_the_results_and_latex_takes_it() {
+    fn citation_names_program_seed_and_results() {
         let cited = of(&[("result.json", "aa")]);
         assert_eq!(cited.title, "holdsafe: does trust decay safely?");
         for part in [

@@ -38,13 +38,13 @@ pub(super) struct McapOptions {
 }
 
 impl McapOptions {
-    /// Whether any of them is given.
+    /// True if any of them is given.
     pub(super) fn given(&self) -> bool {
         self.cell.is_some() || self.policy.is_some() || self.rendered || self.bring.files().iter().any(Option::is_some)
     }
 }
 
-/// What is exported, and to which file.
+/// The export, and its file.
 struct Asked<'a> {
     run: &'a str,
     out: &'a Path,
@@ -72,7 +72,7 @@ struct Channel {
     messages: u32,
 }
 
-/// What there is to be shown of a run.
+/// The parts of a run to show.
 struct Found {
     entries: Vec<Witnessed>,
     passed: Vec<Passed>,
@@ -123,12 +123,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// Refuses to write into the run that is read, or over a file that is.
 fn spares_its_inputs(args: &Asked<'_>) -> Result<(), Failure> {
     let whole = |path: &Path| std::fs::canonicalize(path).ok();
-    // What is not there yet is known by the folder that it goes to.
+    // A file that is not there yet is identified by its folder.
     let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
     let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
     let targets: Vec<PathBuf> = whole(args.out).into_iter().chain(into).collect();
     let run = Path::new(args.run);
-    // Beside the run's own folder, in one that it was named by, there is room.
+    // Beside the run's own folder, in a folder that names it, writing is allowed.
     let run = if run.is_dir() { runs::one(run)? } else { run.to_owned() };
     let inputs = [Some(run.as_path()), args.options.policy.as_deref()].into_iter().chain(args.options.bring.files());
     for input in inputs.flatten().filter_map(whole) {
@@ -167,7 +167,7 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, args.run)?, &wanted)?;
     let one = planned.first().filter(|_| !scenario.is_of_stacks());
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
-    // The same run twice: once judged, once with everything kept that its cores were fed.
+    // The same run twice: once judged, once with all inputs of its cores kept.
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
     let eaten = engine::eaten(one, context.seed)?;
     let scene = eaten.cast().world().map(|world| world.scene.clone());
@@ -194,13 +194,13 @@ fn write(context: &Context, args: &Asked<'_>, found: Found) -> Result<(Vec<viewe
         Err(error) => Err(unwritable(error.to_string())),
     };
     if whole.is_err() {
-        // It is of no use to anybody, and what failed is told.
+        // A partial file is of no use, and the failure is reported.
         let _ = std::fs::remove_file(&beside);
     }
     whole
 }
 
-/// Tells of the run in order of time: of messages before what was written of them. Nothing where it was to stop meanwhile.
+/// Writes the run in order of time, messages before the entries about them. `None` if it was interrupted.
 fn show(
     context: &Context,
     file: BufWriter<File>,

@@ -1,4 +1,4 @@
-//! `holdsafe report --format html`: what a reviewer is handed, as one HTML file, made of results and of recorded runs.
+//! `holdsafe report --format html`: one HTML file for a reviewer, made of results and of recorded runs.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,13 +20,13 @@ use super::Args;
 
 /// The file in a folder of a command's results that holds the result.
 const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
-/// The file beside a result that names what it was made with.
+/// The file beside a result that names its inputs.
 const MANIFEST: &str = "manifest.json";
 /// The page where no other is named.
 const PAGE: &str = "report.html";
 /// Its title where no other is given.
 const TITLE: &str = "Does trust decay safely?";
-/// The most runs that are told one by one.
+/// Largest number of runs described one by one.
 const MAX_STORIES: usize = 32;
 
 /// Options of the page, and files that are written beside it.
@@ -42,7 +42,7 @@ pub(super) struct PageOptions {
     /// The results as JUnit XML, for build servers.
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// What was not expected and what was found, as SARIF, for code scanners.
+    /// Outcomes that were not expected, and findings, as SARIF, for code scanners.
     #[arg(long, value_name = "FILE")]
     sarif: Option<PathBuf>,
     /// Layers for the ATT&CK Navigator, scored by outcome, into this folder.
@@ -57,14 +57,14 @@ pub(super) struct PageOptions {
 }
 
 impl PageOptions {
-    /// Whether any of them is given.
+    /// True if any of them is given.
     pub(super) fn given(&self) -> bool {
         let files = [&self.figures, &self.junit, &self.sarif, &self.navigator, &self.evaluation, &self.sbom];
         self.title.is_some() || files.into_iter().any(Option::is_some)
     }
 }
 
-/// What was written.
+/// The written files.
 #[derive(Serialize)]
 struct Written {
     schema_version: u32,
@@ -127,14 +127,14 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
 }
 
-/// Folder of each shipped scenario, by name; none outside a checkout, where no file is to be pointed at.
+/// Folder of each shipped scenario, by name; none outside a checkout, which has no file to point at.
 fn folders(context: &Context) -> BTreeMap<String, String> {
     let shipped = context.root().ok().and_then(|root| scenario::shipped(&root).ok()).unwrap_or_default();
     let folder = |path: &PathBuf| Some((plan::stem(path), path.parent()?.file_name()?.to_str()?.to_owned()));
     shipped.iter().filter_map(folder).collect()
 }
 
-/// What the page is made of, and every recording that was checked for it.
+/// The parts of the page, and every recording that was checked for it.
 fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
     let (mut results, mut stories, mut checked) = (Results::default(), Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
@@ -176,11 +176,11 @@ fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
     ))
 }
 
-/// What a path stands for.
+/// Meaning of a path.
 enum Given {
     /// A result, and the runs that were recorded for it.
     Result(PathBuf, Vec<PathBuf>),
-    /// Recorded runs, each to be told.
+    /// Recorded runs, each to be described.
     Runs(Vec<PathBuf>),
 }
 

@@ -22,7 +22,7 @@ pub(super) fn role(text: &str) -> Result<Role, String> {
     named.ok_or_else(|| format!("one of {} is expected", Role::ALL.map(Role::name).join(", ")))
 }
 
-/// Whether there is a display to open a window on.
+/// Checks that there is a display to open a window on.
 pub(super) fn display() -> Result<(), Failure> {
     console::process::open::probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))
 }
@@ -43,7 +43,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let Some(one) = planned.first_mut() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
     };
-    // A window is a person's: a run that was looked at is not repeated unasked.
+    // A window is a person's: a run with one is not repeated unasked.
     one.setup.retries = if args.console { 0 } else { args.retries.retries };
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;

@@ -1,4 +1,5 @@
-//! What a recorded run has beside what its console showed, moment by moment: what the unit's sensors gave, and why its mode changed.
+//! Companion data of a recorded run beside its console's view, moment by moment: the unit's sensor frames, and the
+//! reasons for its changes of mode.
 
 use std::sync::Arc;
 
@@ -18,21 +19,21 @@ use wire::time::{Instant, Span};
 
 use super::frame::sights;
 
-/// What a recorded run has beside what was shown.
+/// Companion data of a recorded run.
 pub(super) struct Beheld {
     frames: Vec<Passed>,
-    /// What looks at frames once more; absent where there are none.
+    /// Stages that process frames once more; absent where there are none.
     stages: Option<Stages>,
-    /// Every change of mode, with its reasons: when it was, and in words.
+    /// Every change of mode, with its reasons: its time, and the words.
     changes: Vec<(Micros, Arc<str>)>,
     /// The run's time less the console's clock, microseconds.
     ahead: i128,
-    /// The frame that was looked at last.
+    /// The frame that was processed last.
     last: Option<(usize, Arc<[Sight]>)>,
 }
 
 impl Beheld {
-    /// Of this recording; nothing where it has nothing of the console.
+    /// Of this recording; `None` where it has no input journal of the console.
     ///
     /// # Errors
     /// When a log of it is damaged before its end, or the stages cannot be made.
@@ -53,7 +54,7 @@ impl Beheld {
         Ok(Some(Self { frames, stages, changes, ahead, last: None }))
     }
 
-    /// The newest frame at this time of the run, and how long before it was taken in.
+    /// The newest frame at this time of the run, and its age since intake.
     fn sensed(&mut self, on_run: Micros) -> Option<(Arc<[Sight]>, Span)> {
         let place = self.frames.partition_point(|of| of.at <= on_run).checked_sub(1)?;
         let before = Span(on_run - self.frames.get(place)?.at);

@@ -1,4 +1,4 @@
-//! A mouth log that may still grow, read entry by entry as it does.
+//! An input journal that may still grow, read entry by entry as it does.
 
 use std::fs::File;
 use std::io::{BufReader, Seek, SeekFrom};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use link::input_journal::{Entry, Header, JournalError, Reader};
 
-/// A mouth log and how far it has been read.
+/// An input journal and the position up to which it has been read.
 pub(super) struct Follow {
     file: File,
     /// Its header, and the byte behind the last whole entry; none while the header is still to be written.
@@ -25,7 +25,7 @@ impl Follow {
     /// Hands over every entry that has come since the last look.
     ///
     /// # Errors
-    /// When it is no mouth log, or damaged.
+    /// When it is no input journal, or damaged.
     pub(super) fn news(&mut self, mut each: impl FnMut(Entry)) -> Result<(), JournalError> {
         self.file.seek(SeekFrom::Start(self.read.map_or(0, |(_, at)| at)))?;
         let source = BufReader::new(&self.file);
@@ -60,8 +60,9 @@ mod tests {
 
     use super::*;
 
+    /// From its first byte on.
     #[test]
-    fn a_log_is_followed_from_its_first_byte_on_over_entries_that_are_half_written() {
+    fn log_is_followed_over_half_written_entries() {
         let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
         let mut whole = Vec::new();
         let mut log = Writer::new(&mut whole, header, 1 << 20).unwrap();

@@ -1,4 +1,4 @@
-//! A frame as a person looks at it: colour, depth, thermal and LiDAR, each with what the stages find in it.
+//! A frame for a person's eyes: colour, depth, thermal and LiDAR, each with the stages' detections.
 
 use console::sidecar::{Image, Mark, Sight};
 use dataset::sheet::near;
@@ -10,14 +10,14 @@ use wire::bus::body;
 use wire::codec::decode;
 use wire::sensor::{Class, Cluster, Frames, Lidar, PixelBox};
 
-/// Side of the LiDAR's picture from above, pixels, and how much of the ground that is, metres.
+/// Side of the LiDAR's picture from above, pixels, and the length of ground that it covers, metres.
 const ABOVE: (usize, f32) = (120, 48.0);
-/// How far around its middle a cluster is marked, metres.
+/// Radius of the mark around a cluster's middle, metres.
 const AROUND_M: f32 = 1.2;
 /// Temperatures that are black and white, kelvin.
 const WARMTH: [f32; 2] = [270.0, 320.0];
 
-/// The message `bytes` of frames, header and tags too, as `stages` see it; nothing where it is none.
+/// The message `bytes` of frames, header and tags too, as processed by `stages`; `None` where it is no such message.
 pub(super) fn sights(bytes: &[u8], stages: &Stages) -> Option<Vec<Sight>> {
     let frames: Frames<'_> = decode(body(bytes)?, LARGEST).ok()?;
     let found = stages.candidates(&frames, Limits::default().score);
@@ -57,7 +57,7 @@ fn cluster(of: &Cluster) -> Mark {
     Mark { edges: [x - half, y - half, x + half, y + half], says: format!("{:.0} m", libm::hypotf(ahead, left)) }
 }
 
-/// Where the LiDAR's picture has what is so many metres to the right and ahead.
+/// Pixel in the LiDAR's picture of a point so many metres to the right and ahead.
 fn pixel(right: f32, ahead: f32) -> [f32; 2] {
     let (side, metres) = (ABOVE.0 as f32, ABOVE.1);
     [right, -ahead].map(|at| at / metres * side + side / 2.0)
@@ -74,7 +74,7 @@ fn warmth(centikelvin: u16) -> u8 {
     ((f32::from(centikelvin) / 100.0 - black) / (white - black) * 255.0).clamp(0.0, 255.0) as u8
 }
 
-/// Where beams came back, from above; the unit stands in the middle.
+/// Beam returns, seen from above; the unit stands in the middle.
 fn above(ranges: &[u8]) -> Image {
     let side = ABOVE.0;
     let mut rgb = vec![20; side * side * 3];

@@ -1,5 +1,5 @@
-//! Those who look on at a run from outside a terminal: a browser, by a page that asks for one picture after the other, and
-//! Foxglove's app, which is told of each.
+//! Spectators of a run outside a terminal: a browser, by a page that polls for each picture, and Foxglove's app, to
+//! which each is sent.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,16 +14,16 @@ fn taken(port: u16, why: &dyn std::fmt::Display) -> Failure {
     Failure::new(Exit::Environment, format!("port {port} of loopback: {why}; name another one, or none"))
 }
 
-/// A picture that lies ready for whoever asks.
+/// A picture ready to be requested.
 #[derive(Default)]
 struct Laid {
     picture: Option<String>,
-    /// When it was not there yet; nothing where it was there from the beginning, for who knows how long.
+    /// Time at which it was not there yet; `None` where it was there from the beginning, since its age is then unknown.
     since: Option<u64>,
 }
 
 impl Laid {
-    /// As the page asks for it: see [`console::page::JS`].
+    /// The answer in the form that the page expects: see [`console::page::JS`].
     fn answer(&self, now: u64) -> String {
         let picture = self.picture.as_deref().unwrap_or("null");
         let held = self.since.map(|since| now.saturating_sub(since).div_ceil(1000));
@@ -60,7 +60,7 @@ impl Page {
         Ok(Self { laid, served: Served::open(port, pages).map_err(|why| taken(port, &why))? })
     }
 
-    /// Where a browser finds it.
+    /// Address for a browser.
     pub(super) fn address(&self) -> String {
         self.served.address()
     }
@@ -87,18 +87,18 @@ impl Viewer {
         Ok(Self { offered, onlooker: viewer::display::Onlooker::default() })
     }
 
-    /// Where the app finds it.
+    /// Address for the app.
     pub(super) fn address(&self) -> String {
         self.offered.address()
     }
 
-    /// Tells of a picture.
+    /// Sends a picture.
     pub(super) fn show(&mut self, picture: &str) -> Result<(), Failure> {
         let messages = self.onlooker.look(link::clock::wall_us(), picture).map_err(|why| untold(&why))?;
         messages.iter().try_for_each(|message| self.say(message))
     }
 
-    /// Tells that there has been none for so many seconds.
+    /// Reports that there has been none for so many seconds.
     pub(super) fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
         let message = viewer::display::silent(link::clock::wall_us(), seconds).map_err(|why| untold(&why))?;
         self.say(&message)
@@ -116,13 +116,13 @@ fn untold(why: &dyn std::fmt::Display) -> Failure {
     Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {why}"))
 }
 
-/// Nobody: this build has no server for it.
+/// No viewer: this build has no server for it.
 #[cfg(not(feature = "foxglove"))]
 pub(super) enum Viewer {}
 
 #[cfg(not(feature = "foxglove"))]
 impl Viewer {
-    /// Says what it takes.
+    /// Fails with the requirement: a build with the feature.
     pub(super) fn open(_port: u16) -> Result<Self, Failure> {
         let why =
             "this build has no server for Foxglove: `cargo run --release --features foxglove -- watch RUN --foxglove`";
@@ -149,8 +149,9 @@ impl Viewer {
 mod tests {
     use super::*;
 
+    /// The age of a picture that was there from the beginning is unknown.
     #[test]
-    fn how_long_a_picture_lies_ready_is_told_and_of_one_that_was_there_from_the_beginning_nobody_knows() {
+    fn age_of_a_picture_is_reported_if_known() {
         assert_eq!(Laid::default().answer(7), r#"{"held_ms":null,"picture":null}"#);
         let laid = |since| Laid { picture: Some("{}".to_owned()), since };
         assert_eq!(laid(None).answer(9_000_000), r#"{"held_ms":null,"picture":{}}"#);

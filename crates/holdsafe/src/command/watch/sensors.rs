@@ -1,8 +1,9 @@
-//! `holdsafe watch --sensors RUN`: what the sensors of a live run's unit give, and what the stages find in it, in a window beside the operator's.
+//! `holdsafe watch --sensors RUN`: the sensor frames of a live run's unit, and the stages' detections in them, in a
+//! window beside the operator's.
 //!
-//! It reads perception's mouth log while it grows, as `watch` reads the console's: no second subscriber on the unit's bus, no key and no
-//! hand in the run. Shown are the frames that perception went by. The stages are asked once more, here, so that what is marked is what this
-//! program's own stages find.
+//! It reads perception's input journal while it grows, as `watch` reads the console's: no second subscriber on the
+//! unit's bus, no key and no access to the run. Only frames that perception used are shown. The stages run once more,
+//! here, so that the marks are the detections of this program's own stages.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
@@ -31,9 +32,9 @@ use super::Args;
 use super::follow::Follow;
 use super::frame::sights;
 
-/// How often it is looked whether there is more.
+/// Time between two looks for new entries.
 const LOOKS_EVERY: Duration = Duration::from_millis(50);
-/// After so many frames there is one before which the writer did not stand still.
+/// Number of frames among which there is one before which the writer did not stand still.
 const SETTLED: usize = 5;
 /// Perception's log, and that of a perception that was started again.
 const BOOTS: [&str; 2] = ["", "-2"];
@@ -55,7 +56,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let closes = Closes(&shared);
         let ended = read(&mut frames, first, &stages, &shared, &stop);
         if let Err(why) = &ended {
-            // Whoever looks is to read why nothing comes any more.
+            // The window's user is to read why the frames have stopped.
             lock(&shared).trouble = Some(why.to_string());
             std::mem::forget(closes);
         }
@@ -69,7 +70,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if context.stop.asked() { Exit::Interrupted } else { Exit::Fine })
 }
 
-/// What was read last.
+/// The last frame read.
 #[derive(Default)]
 struct Slot {
     newest: Option<Read>,
@@ -77,7 +78,7 @@ struct Slot {
     over: bool,
 }
 
-/// A frame as it is looked at, and when it was taken, on this program's clock: at the latest when it was seen, and at the earliest, once
+/// A processed frame and its times on this program's clock: `seen` bounds its age from below, `taken` from above, once
 /// that is known.
 #[derive(Clone)]
 struct Read {
@@ -99,7 +100,7 @@ impl Drop for Closes<'_> {
     }
 }
 
-/// For the window.
+/// The window's access to the reader.
 struct Reading {
     slot: Arc<Mutex<Slot>>,
     stop: Stop,
@@ -138,14 +139,14 @@ fn read(
             slot.trouble = sights.is_none().then(|| "a frame came that cannot be read".to_owned());
             slot.newest = sights.map(|sights| Read { sights: sights.into(), seen, taken }).or(slot.newest.take());
         }
-        // Nobody sends: this waits for its time.
+        // The channel has no sender: this is a sleep.
         let _ = pause.recv_timeout(LOOKS_EVERY);
         frame = frames.look(trace_us())?;
     }
     Ok(())
 }
 
-/// A frame, and when it was seen in the log and taken at the earliest, on this program's clock.
+/// A frame, the time at which it was seen in the log, and its earliest time of capture, on this program's clock.
 struct Frame {
     bytes: Vec<u8>,
     seen: u64,
@@ -157,7 +158,7 @@ struct Newest {
     run: PathBuf,
     boot: usize,
     log: Follow,
-    /// A frame that came in and that nothing has come of yet.
+    /// A frame that came in and has had no outcome yet.
     waiting: Option<(Instant, Vec<u8>)>,
     lag: Lag,
     finished: bool,
@@ -173,8 +174,8 @@ impl Newest {
         Ok(Self { run: run.to_owned(), boot, log, waiting: None, lag: Lag::default(), finished: false })
     }
 
-    /// The newest frame that perception went by and that was not there at the last look; it is `at`, on this program's clock. What was
-    /// refused is none: perception says something of every frame that it goes by.
+    /// The newest frame that perception used and that was not there at the last look; it is `at`, on this program's
+    /// clock. A refused frame is not returned: perception gives tracks for every frame that it uses.
     fn look(&mut self, at: u64) -> Result<Option<Frame>, Failure> {
         let (mut newest, waiting, finished) = (None, &mut self.waiting, &mut self.finished);
         let looked = self.log.news(|entry| match entry {
@@ -184,7 +185,7 @@ impl Newest {
                 *waiting = None;
                 *finished |= matches!(input, Input::Finish);
             }
-            // Of a thinned log the newest that was kept is shown, and none for what perception said of another.
+            // Of a thinned log the newest kept frame is shown, and none for tracks of another.
             Entry::LeftOut { .. } => *waiting = None,
             Entry::Output(_) => {}
         });
@@ -212,9 +213,9 @@ fn unread(path: &Path, why: &JournalError) -> Failure {
     Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()))
 }
 
-/// From the vehicle's clock to this program's. What was not in the log when it was looked before was written after that, or lay in the
-/// writer's buffer for as long as that is not emptied: so each frame gives a least value of how far this clock is ahead. It is too great
-/// where the writer stood still, so the least of all counts.
+/// Offset from the vehicle's clock to this program's. An entry that was not in the log at the last look was written
+/// after that, or lay in the writer's buffer for at most one flush period: so each frame gives a least value of how far
+/// this clock is ahead. It is too great where the writer stood still, so the least of all counts.
 #[derive(Default)]
 struct Lag {
     least: Option<i128>,
@@ -223,8 +224,8 @@ struct Lag {
 }
 
 impl Lag {
-    /// When a reading of `stamp` was taken at the earliest, in a frame that came in at `now` and is seen at `seen`; not known of the first
-    /// [`SETTLED`], whose writer may have stood still.
+    /// Earliest time at which a reading of `stamp` was taken, in a frame that came in at `now` and is seen at `seen`;
+    /// unknown for the first [`SETTLED`], whose writer may have stood still.
     fn taken(&mut self, now: Instant, stamp: Instant, seen: u64) -> Option<u64> {
         let looked = self.looked?;
         let written = i128::from(looked.min(seen)) - FLUSH_EVERY.as_micros() as i128;
@@ -244,8 +245,9 @@ mod tests {
 
     use super::*;
 
+    /// Seen late or taken in late, on any offset of its clock.
     #[test]
-    fn a_reading_is_no_younger_for_being_seen_late_or_taken_in_late_whatever_its_clock_shows() {
+    fn late_reading_is_never_shown_younger() {
         let flush = FLUSH_EVERY.as_micros() as u64;
         for offset in [0, 7_000_000] {
             let mut lag = Lag::default();
@@ -259,7 +261,7 @@ mod tests {
             for came in (9_000_000..).step_by(100_000).take(SETTLED - 1) {
                 assert_eq!(age(came, 0, [came - 20_000, came + 30_000]), None);
             }
-            // The log had it not 20 ms before it came in: so much is not known, and what the buffer keeps.
+            // The log did not have it 20 ms before it came in: that much is unknown, plus one flush period.
             let unknown = flush + 20_000;
             assert_eq!(age(10_000_000, 0, [9_980_000, 10_030_000]), Some(30_000 + unknown));
             assert_eq!(age(10_100_000, 250_000, [10_090_000, 10_130_000]), Some(280_000 + unknown), "an old reading");
@@ -268,8 +270,9 @@ mod tests {
         assert_eq!(Lag::default().taken(Instant(5), Instant(5), 9), None, "the first look");
     }
 
+    /// The newest frame that perception used is found, and after it those of a perception that was started again.
     #[test]
-    fn the_newest_frame_that_perception_went_by_is_found_and_after_it_those_of_one_that_was_started_again() {
+    fn newest_used_frame_is_found_after_restarts() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("mouth")).unwrap();
         let write = |boot: &str, frames: &[(u8, bool)], ends: bool| {

@@ -1,5 +1,5 @@
-//! `holdsafe watch --window RUN`: a recorded run in the console's window, to look at, and beside it what the unit's sensors gave and why its
-//! mode changed.
+//! `holdsafe watch --window RUN`: a recorded run in the console's window, to look at, and beside it the unit's sensor
+//! frames and the reasons for its changes of mode.
 
 use console::process::{open, replay};
 use runner::failure::{Exit, Failure};
