@@ -113,7 +113,7 @@ pub fn severity(outcome: Outcome) -> Option<u8> {
 
 /// True if `outcome` is worse than all that was `expected`; none where the evidence does not hold.
 ///
-/// Where INVALID alone was expected, any valid outcome is worse: the attack on the evidence went unnoticed.
+/// Any valid outcome is worse than INVALID where that alone was expected: the attack on the evidence went unnoticed.
 pub fn gets_through(outcome: Outcome, expected: &[Outcome]) -> Option<bool> {
     if expected.contains(&outcome) {
         return Some(false);
