@@ -1,6 +1,7 @@
 //! Files that a trial leaves in its run directory: the log as MCAP and as JSON lines, and the trust anchors of all of
 //! it.
 
+pub mod verdict;
 pub mod whole;
 
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
@@ -10,7 +11,6 @@ use console::moment::{Happened, MAX_MOMENTS};
 use console::process::player::{READING, TRUTH};
 use console::site::Site;
 use evidence::log::{Logged, by_recorder, hex};
-use evidence::trial::Trial;
 use evidence::verification::Held;
 use evidence::{Evidence, Micros, SCHEMA_VERSION, Witnessed, truth};
 use link::files;
@@ -79,18 +79,6 @@ pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
 const SITE: &str = "site.json";
 /// The longest that is read.
 const MAX_SITE_BYTES: u64 = 1 << 20;
-
-/// The file with the class in which the trial ended.
-pub const VERDICT: &str = "verdict.json";
-
-/// Writes how the trial ended: class, receipt and findings, as the command prints them.
-pub fn verdict(directory: &Path, trial: &Trial) -> std::io::Result<()> {
-    let Trial { seed, outcome, receipt, findings, .. } = trial;
-    let told = json!({
-        "kind": "verdict", "schema_version": SCHEMA_VERSION, "seed": seed, "outcome": outcome, "receipt": receipt, "findings": findings,
-    });
-    files::create(&directory.join(VERDICT))?.write_all(&serde_json::to_vec_pretty(&told)?)
-}
 
 /// Writes the site.
 pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {

@@ -12,8 +12,8 @@ use evidence::log::hex;
 use evidence::trial::Outcome;
 use link::files;
 use live::store;
-use live::store::VERDICT;
-use serde::{Deserialize, Serialize};
+use live::store::verdict::{self, Ended};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::failure::{Exit, Failure};
@@ -141,26 +141,19 @@ fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
     Some(format!("the recording does not verify: {first}{more}"))
 }
 
-/// Parts of a verdict that are read.
-#[derive(Deserialize)]
-struct Ended {
-    outcome: Outcome,
-    findings: Vec<String>,
-}
-
 /// The class in which the trial ended, and the reason for which that is no evidence; `None` where it is not recorded.
 pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
-    let file = path.join(VERDICT);
+    let file = path.join(verdict::FILE);
     if !file.exists() {
         return (None, None);
     }
     let read = || -> std::io::Result<Ended> { Ok(serde_json::from_slice(&files::read(&file, MAX_VERDICT_BYTES)?)?) };
     match read() {
-        Ok(Ended { outcome: Outcome::Invalid, findings }) => {
+        Ok(Ended { outcome: Outcome::Invalid, findings, .. }) => {
             (Some(Outcome::Invalid), Some(ended_invalid(findings.first())))
         }
         Ok(Ended { outcome, .. }) => (Some(outcome), None),
-        Err(why) => (None, Some(format!("{VERDICT}: {why}: the class of the trial is not known"))),
+        Err(why) => (None, Some(format!("{}: {why}: the class of the trial is not known", verdict::FILE))),
     }
 }
 

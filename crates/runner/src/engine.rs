@@ -8,6 +8,7 @@ use evidence::verification::Held;
 use evidence::{Evidence, Verdict, Witnessed};
 use live::child::Services;
 use live::mouths::CoreReplay;
+use live::store::verdict::Ended;
 use live::{LiveError, store};
 use oracle::judged;
 use parallel::progress::Stop;
@@ -72,7 +73,7 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
 
 /// Writes how a trial ended, and last of all `held.json`, which covers every file in `directory`.
 fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineError> {
-    store::verdict(directory, &trial).map_err(EngineError::failed)?;
+    Ended::of(&trial).write(directory).map_err(EngineError::failed)?;
     let held = store::held(directory, held).map_err(EngineError::failed)?;
     Ok(Trial { held: Some(held), ..trial })
 }
