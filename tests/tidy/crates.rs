@@ -12,8 +12,6 @@ const SERVICE: &[&str] = &["wire", "link"];
 /// Every crate with those of ours that it may depend on, from the bottom up.
 const MAY_KNOW: [(&str, &[&str]); 28] = [
     ("wire", &[]),
-    // A dossier states results as they are given: it does not know how they came about.
-    ("dossier", &[]),
     ("parallel", &[]),
     ("stats", &[]),
     ("link", &["wire"]),
@@ -73,7 +71,9 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
         ],
     ),
     ("search", &["wire", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
-    ("results", &["wire", "autonomy", "dossier", "stats", "evidence", "explain", "scenario", "topology", "search"]),
+    ("results", &["wire", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
+    // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
+    ("dossier", &["stats", "evidence", "scenario", "results"]),
     (
         "runner",
         &[

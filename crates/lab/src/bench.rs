@@ -28,13 +28,12 @@ use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
 use results::mode::Mode;
-use results::report::{LiveLatency, PAPER, RunObject, latency_table, run_table};
+use results::report::{BenchLive, LiveLatency, PAPER, RunObject, latency_table, run_table};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan};
 use scenario::Scenario;
-use serde::Serialize;
 
 /// Seconds of simulated time in one twin trial of the long null attack.
 const SOAK_TRIAL_S: f64 = 3600.0;
@@ -105,16 +104,6 @@ pub struct LiveArgs {
     out: Option<PathBuf>,
 }
 
-#[derive(Serialize)]
-struct Measured {
-    schema_version: u32,
-    seed: u64,
-    losses: Vec<RunObject>,
-    live_latency_ms: Vec<LiveLatency>,
-    live_null_attack: Option<RunObject>,
-    twin_null_attack_at_2_percent_loss: Option<RunObject>,
-}
-
 /// Measures it.
 ///
 /// # Errors
@@ -149,7 +138,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let mut bench = Measuring { context, out, jobs: args.jobs, exit: Exit::Fine };
     let mut losses = Vec::new();
     for paper in PAPER.iter().filter(|_| args.runs > 0) {
-        let planned = plan::plan(context, &plan::file_of(context, paper.scenario)?, &wanted)?.1;
+        let planned = plan::plan(context, &plan::file_of(context, &paper.scenario)?, &wanted)?.1;
         losses.push(bench.measure(Mode::Live, &planned, args.runs)?);
     }
     let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
@@ -167,7 +156,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
         soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
     }
     let live_latency_ms = losses.iter().filter_map(LiveLatency::of_run).collect();
-    let measured = Measured {
+    let measured = BenchLive {
         schema_version: SCHEMA_VERSION,
         seed: context.seed,
         losses,
@@ -214,7 +203,7 @@ impl Measuring<'_> {
     }
 }
 
-fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
+fn show(context: &Context, measured: &BenchLive) -> Result<(), Failure> {
     if context.json {
         return out::print_json("bench-live", measured);
     }

@@ -1,7 +1,6 @@
 //! The objects and tables of `lab`: measurements that only the authors run.
 
 mod agreement;
-mod cost;
 mod growth;
 mod kill;
 mod liveness;
@@ -10,7 +9,6 @@ mod transitions;
 mod worth;
 
 pub use agreement::{AgreementObject, StratumRow, WordRow, agreement_table};
-pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use growth::{Fit, Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Micros};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 use wire::event::{Event, Freshness, Sensor};
 use wire::id::{NodeId, UnitId};
@@ -19,7 +19,7 @@ use super::receipt;
 use super::{Timeline, link};
 
 /// A limit that has a way to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Limit {
     /// P1: how old the confirmation of an act may be.

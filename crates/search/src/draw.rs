@@ -13,7 +13,7 @@ use oracle::Nearness;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::{Alphabet, Range};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 
 use super::learned::{Known, Learned, Lesson, NEWEST, Near};
@@ -32,7 +32,7 @@ const AT_EDGES: u32 = 3;
 const AFTER_CHANGE: u32 = 30;
 
 /// Strategy for drawing sequences.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Strategy {
     /// Evenly.

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use evidence::trial::Outcome;
+use evidence::trial::Outcomes;
 use oracle::Limit;
 use parallel::progress::{Progress, Stop};
 use scenario::Alphabet;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
@@ -51,7 +51,7 @@ pub struct RunResult {
     /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
     pub cpu_seconds: f64,
     /// Count of each class.
-    pub outcomes: BTreeMap<Outcome, u64>,
+    pub outcomes: Outcomes,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
     /// Of each limit with a way to it, how far words that arrived came, in thousandths, and the first that did.
@@ -61,7 +61,7 @@ pub struct RunResult {
 }
 
 /// A search run as a row of a report.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HuntRow {
     /// Strategy for drawing sequences.
     pub strategy: Strategy,
@@ -70,7 +70,8 @@ pub struct HuntRow {
     /// CPU time of all of them, seconds.
     pub cpu_seconds: f64,
     /// Count of each class.
-    pub outcomes: BTreeMap<&'static str, u64>,
+    #[serde(serialize_with = "evidence::trial::by_name")]
+    pub outcomes: Outcomes,
     /// Points and steps of coverage seen.
     pub covered: usize,
     /// Nearest approach to each limit with a graded way to it.
@@ -78,7 +79,7 @@ pub struct HuntRow {
 }
 
 /// The nearest that any word came to a limit.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NearestRow {
     /// Which.
     pub limit: Limit,
@@ -208,7 +209,7 @@ impl RunResult {
             strategy,
             trials: self.trials,
             cpu_seconds: self.cpu_seconds,
-            outcomes: self.outcomes.iter().map(|(outcome, n)| (outcome.name(), *n)).collect(),
+            outcomes: self.outcomes.clone(),
             covered: self.covered.len(),
             nearest: nearest.collect(),
         }

@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::moments::Moments;
 use super::sequence::{Action, AttackSequence, move_of};
@@ -26,7 +26,7 @@ pub struct Shrunk {
 }
 
 /// A number, and the nearest weaker one, which no longer does it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Margin {
     /// The move.
     pub of: String,

@@ -8,10 +8,10 @@
 
 use std::hint::black_box;
 
-use crate::report::{Spread, StageCost, TwinCost, cost_table};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use results::mode::Mode;
+use results::report::{Spread, StageCost, TwinCost, cost_table};
 use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};

@@ -7,9 +7,10 @@
 //! costs*). Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left
 //! them.
 
-use crate::report::{Grown, Growth, GrowthRow, Spread, growth_table};
+use crate::report::{Grown, Growth, GrowthRow, growth_table};
 use parallel::progress::Progress;
 use results::mode::Mode;
+use results::report::Spread;
 use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};

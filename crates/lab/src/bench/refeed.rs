@@ -4,11 +4,11 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use crate::report::Spread;
 use evidence::SCHEMA_VERSION;
 use link::clock::{thread_cpu_us, trace_us};
 use link::load::resident_kib;
 use parallel::progress::Progress;
+use results::report::Spread;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, engine, out, plan};

@@ -7,7 +7,7 @@ use scenario::Weakness;
 use search::{Cause, SearchConfig, Shrunk};
 use serde::Serialize;
 
-use super::cost::Spread;
+use results::report::Spread;
 
 /// The object of `lab search --shrink N --json`.
 #[derive(Clone, Debug, Serialize)]

@@ -4,21 +4,19 @@
 
 use std::collections::BTreeMap;
 
+use evidence::SCHEMA_VERSION;
+use results::report::{
+    Ablation, BenchLive, CampaignObject, CurveObject, Matrix, Reference, RunObject, RunsObject, SearchObject, TwinCost,
+};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
-
-use crate::measured::{Ablation, BenchLive, Curve, TwinCost};
-use crate::objects::{Campaign, Matrix, Reference, Run, Search};
 
 /// The longest result that is read. The matrix of 299 trials is below half a megabyte; a run carries its trials, at about 1 kB each.
 pub const MAX_FILE_BYTES: usize = 64 << 20;
 
 /// The most files that one dossier is made of.
 pub const MAX_FILES: usize = 256;
-
-/// The version of the objects that is read.
-const SCHEMA_VERSION: u64 = 1;
 
 /// Everything that was given, in the order in which it was.
 #[derive(Clone, Debug, Default)]
@@ -44,17 +42,17 @@ pub enum Found {
     /// `matrix`.
     Matrix(Matrix),
     /// `run`, or `runs`: one for each scenario.
-    Runs(Vec<Run>),
+    Runs(Vec<RunObject>),
     /// `reference`.
     Reference(Reference),
     /// `campaign`.
-    Campaign(Campaign),
+    Campaign(CampaignObject),
     /// `search`.
-    Search(Search),
+    Search(SearchObject),
     /// `bench-live`.
     BenchLive(Box<BenchLive>),
     /// `curve`.
-    Curve(Curve),
+    Curve(CurveObject),
     /// `ablation`.
     Ablation(Ablation),
     /// `bench-twin`.
@@ -115,22 +113,17 @@ pub enum Reason {
     OtherKind(String),
     /// It was written by another version.
     #[error("schema_version {}, and {SCHEMA_VERSION} is read; print it again with this version of holdsafe", told(.0))]
-    OtherVersion(Option<u64>),
+    OtherVersion(Option<u32>),
 }
 
-fn told(version: &Option<u64>) -> String {
+fn told(version: &Option<u32>) -> String {
     version.map_or_else(|| "missing".to_owned(), |version| version.to_string())
 }
 
 #[derive(Deserialize)]
 struct Head {
     kind: Option<String>,
-    schema_version: Option<u64>,
-}
-
-#[derive(Deserialize)]
-struct Several {
-    runs: Vec<Run>,
+    schema_version: Option<u32>,
 }
 
 impl Results {
@@ -206,7 +199,7 @@ fn found(bytes: &[u8]) -> Result<Found, Reason> {
     Ok(match kind.as_str() {
         "matrix" => Found::Matrix(object(bytes)?),
         "run" => Found::Runs(vec![object(bytes)?]),
-        "runs" => Found::Runs(object::<Several>(bytes)?.runs),
+        "runs" => Found::Runs(object::<RunsObject>(bytes)?.runs),
         "reference" => Found::Reference(object(bytes)?),
         "campaign" => Found::Campaign(object(bytes)?),
         "search" => Found::Search(object(bytes)?),
@@ -222,10 +215,20 @@ fn object<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Reason> {
     serde_json::from_slice(bytes).map_err(|e| Reason::Unreadable(e.to_string()))
 }
 
+/// A golden result of this kind, which has every field.
+#[cfg(test)]
+pub(crate) fn golden(kind: &str) -> serde_json::Value {
+    let file = format!("{}/../results/tests/golden/{kind}-v1.json", env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_slice(&std::fs::read(file).expect("a golden file")).expect("JSON")
+}
+
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use evidence::trial::Outcome;
+
     use super::*;
-    use crate::objects::Outcome;
 
     fn refusal(text: &str) -> String {
         Results::default().read("x.json", text.as_bytes()).expect_err("a refusal").to_string()
@@ -233,14 +236,25 @@ mod tests {
 
     #[test]
     fn a_result_is_read_by_its_kind() {
-        let text = r#"{"kind":"search","schema_version":1,"scenario":"nominal","policy":"default","alphabet":"path","seed":1,
-            "draws":1,"hunt":{"strategy":"guided","trials":9,"outcomes":{"NOMINAL":8,"HOLD_SAFE":1}},"findings":[],"later":7}"#;
+        let mut search = golden("search");
+        search["later"] = 7.into();
+        let text = search.to_string();
         let mut results = Results::default();
         results.read("x.json", text.as_bytes()).expect("a search");
         let [given] = results.given() else { panic!("one file") };
         let Found::Search(search) = &given.found else { panic!("a search") };
         assert_eq!((search.hunt.trials, search.hunt.outcomes[&Outcome::HoldSafe]), (9, 1));
         assert_eq!((given.file.as_str(), given.sha256.len()), ("x.json", 64));
+    }
+
+    #[test]
+    fn golden_file_of_every_kind_is_read() {
+        let mut results = Results::default();
+        for kind in KINDS.split(", ") {
+            results.read(kind, golden(kind).to_string().as_bytes()).expect("a result");
+        }
+        let read: BTreeSet<&str> = results.given().iter().map(|given| given.found.kind()).collect();
+        assert_eq!(read.len(), KINDS.split(", ").count() - 1, "`runs` is read as `run`");
     }
 
     #[test]
@@ -268,8 +282,11 @@ mod tests {
         assert!(deep("set", 1 << 20).contains("recursion limit"));
         assert!(deep("later", 1 << 20).contains("missing field"), "what is not read is passed over without recursion");
         let mut results = Results::default();
-        let text =
-            |seed| format!(r#"{{"kind":"reference","schema_version":1,"seed":{seed},"rows":[],"as_expected":true}}"#);
+        let text = |seed| {
+            format!(
+                r#"{{"kind":"reference","schema_version":1,"seed":{seed},"rows":[],"live_latency_ms":[],"as_expected":true}}"#
+            )
+        };
         for seed in 0..MAX_FILES {
             results.read("x.json", text(seed).as_bytes()).expect("room");
         }
@@ -279,7 +296,8 @@ mod tests {
     #[test]
     fn no_result_counts_twice_however_it_is_written() {
         let mut results = Results::default();
-        let text = r#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"as_expected":true}"#;
+        let text =
+            r#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"live_latency_ms":[],"as_expected":true}"#;
         results.read("a.json", text.as_bytes()).expect("room");
         let again = results.read("b.json", text.replace(',', ", ").as_bytes()).expect_err("the same again");
         assert!(again.to_string().contains("the same result as a.json"), "{again}");

@@ -1,10 +1,11 @@
 //! Cost of the twin: the object that `lab twin` prints, and its table.
 
-use results::report::new_table;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+use super::table::new_table;
 
 /// Least, middle and greatest of some measurements.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Number of values.
     pub n: usize,
@@ -25,13 +26,14 @@ impl Spread {
         Spread { n: values.len(), min: at(0), median: at(values.len() / 2), max: at(values.len().saturating_sub(1)) }
     }
 
-    pub(super) fn text(&self, digits: usize) -> String {
+    /// Least, middle and greatest with so many digits behind the point.
+    pub fn text(&self, digits: usize) -> String {
         format!("{:.digits$} / {:.digits$} / {:.digits$}", self.min, self.median, self.max)
     }
 }
 
 /// One stage.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageCost {
     /// Its name.
     pub stage: String,
@@ -49,7 +51,7 @@ impl StageCost {
 }
 
 /// The cost of the twin, per simulated second unless stated otherwise.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwinCost {
     /// Version of this object.
     pub schema_version: u32,
