@@ -18,6 +18,8 @@ mod evidence;
 mod exports;
 #[path = "command/frames.rs"]
 mod frames;
+#[path = "command/golden.rs"]
+mod golden;
 #[path = "command/judge.rs"]
 mod judge;
 #[path = "command/live.rs"]
@@ -40,11 +42,10 @@ fn root() -> PathBuf {
 }
 
 fn holdsafe(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_holdsafe"))
-        .args(["--root", root().to_str().unwrap()])
-        .args(arguments)
-        .output()
-        .unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    let output = command.args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap();
+    golden::hold(&output.stdout);
+    output
 }
 
 /// A shipped scenario with everything written out that it takes from its base.
