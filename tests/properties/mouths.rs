@@ -10,12 +10,12 @@ use wire::core::Core;
 fn every_core_reproduces_its_outputs_bytewise() {
     for name in ["nominal", "replay", "teammate", "thermal_loss"] {
         let ready = variations(name).into_iter().next().expect("a variation");
-        let (cast, mut twin) = start(&ready.scenario, &ready.setup, 7, true).expect("a shipped scenario starts");
-        twin.run_until(cast.duration);
+        let (topology, mut twin) = start(&ready.scenario, &ready.setup, 7, true).expect("a shipped scenario starts");
+        twin.run_until(topology.duration);
         twin.finish(1_500_000);
         let mouths = twin.mouths().expect("they were asked for");
-        for (member, mouth) in cast.members.iter().zip(mouths) {
-            let draw = cast.clocks[member.host as usize];
+        for (member, mouth) in topology.members.iter().zip(mouths) {
+            let draw = topology.clocks[member.host as usize];
             let now = HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm }.read(0);
             let mut core = part(member, now).expect("a core is made twice");
             while core.output().is_some() {}

@@ -13,10 +13,10 @@ use crate::forks::finish;
 
 /// Number of a run's cores that followed its baseline to the end, and of all.
 fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenario, word: &str) -> (usize, usize) {
-    let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
-    let alone = finish(twin, cast.duration);
-    let (cast, mut twin) = start_following(of, &ready.setup, seed, known).expect("it starts");
-    twin.run_until(cast.duration);
+    let (topology, twin) = start(of, &ready.setup, seed, false).expect("it starts");
+    let alone = finish(twin, topology.duration);
+    let (topology, mut twin) = start_following(of, &ready.setup, seed, known).expect("it starts");
+    twin.run_until(topology.duration);
     twin.finish(1_500_000);
     // Every byte, signatures too.
     assert!(twin.log() == alone, "{word}");

@@ -20,7 +20,7 @@ use link::recorder::Recording;
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use topology::Cast;
+use topology::Topology;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::event::{Event, Suspension};
@@ -93,9 +93,9 @@ pub fn verdict(directory: &Path, trial: &Trial) -> std::io::Result<()> {
 }
 
 /// Writes the site.
-pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {
+pub fn site(directory: &Path, topology: &Topology) -> std::io::Result<()> {
     // What another run left there stays.
-    std::fs::File::create_new(directory.join(SITE))?.write_all(&serde_json::to_vec(&crate::site(cast))?)
+    std::fs::File::create_new(directory.join(SITE))?.write_all(&serde_json::to_vec(&crate::site(topology))?)
 }
 
 /// Reads it back.
@@ -105,8 +105,8 @@ pub fn read_site(directory: &Path) -> std::io::Result<Site> {
 
 /// Writes the file needed to replay the console's input journal: no secret but the key of its feed, which is void by then.
 /// Beside it the true events.
-pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io::Result<()> {
-    let Some(console) = crate::console(cast) else { return Ok(()) };
+pub fn console(directory: &Path, topology: &Topology, entries: &[Witnessed]) -> std::io::Result<()> {
+    let Some(console) = crate::console(topology) else { return Ok(()) };
     std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)?;
     let done = truth::of(entries).into_iter().take(MAX_MOMENTS);
     let done: Vec<Happened> = done.map(|one| Happened { at_us: one.at_us, what: one.what }).collect();

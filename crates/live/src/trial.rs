@@ -11,12 +11,12 @@ use evidence::verification::{Held, LogVerifier, Verification};
 use evidence::{Evidence, Micros, Verdict};
 use oracle::{judge, stalled};
 use scenario::{Scenario, Setup};
-use topology::{Cast, RunSecret, cast};
+use topology::{RunSecret, Topology, lay_out};
 
 /// A finished live run.
 pub struct Run {
     /// The participants.
-    pub cast: Cast,
+    pub topology: Topology,
     /// Trust anchors held outside the recorder.
     pub held: Held,
     /// The oracle's input.
@@ -37,11 +37,11 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let random = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut secret));
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
-    let cast = cast(scenario, setup, seed, &secret).seating(options.role);
-    let after = run(&cast, &secret, setup.policy.record_guard, options)?;
-    let Judged { evidence, verdict, spoilt, replays } = conclude(&cast, setup, &after);
+    let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
+    let after = run(&topology, &secret, setup.policy.record_guard, options)?;
+    let Judged { evidence, verdict, spoilt, replays } = conclude(&topology, setup, &after);
     let Aftermath { held, logs, .. } = after;
-    Ok(Run { cast, held, evidence, verdict, spoilt, replays, logs })
+    Ok(Run { topology, held, evidence, verdict, spoilt, replays, logs })
 }
 
 /// Judgement of a finished run.
@@ -58,8 +58,8 @@ pub struct Judged {
 
 /// Feeds every core of a finished run its own input journal again, and judges the run's records. The replay is part of the
 /// judgement: a live trial with cores that do not replay is no evidence.
-pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
-    let replays = mouths::replay(cast, after.logs.folder());
+pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged {
+    let replays = mouths::replay(topology, after.logs.folder());
     let (entries, broken_log) = read(&after.log);
     let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
@@ -68,12 +68,12 @@ pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
         custody: after.custody.flaws.clone(),
         differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
-        planned: cast.planned.clone(),
+        planned: topology.planned.clone(),
         duration: after.lasted,
         stall_limit: super::OVERSLEPT_US,
-        operators: cast.operators(),
-        script: cast.script.clone(),
-        killed: cast.killed(),
+        operators: topology.operators(),
+        script: topology.script.clone(),
+        killed: topology.killed(),
     };
     let verdict = judge(&evidence);
     let spoilt = spoilt(&evidence, &verdict, after.custody.late);
@@ -118,8 +118,8 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
-        let (cast, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
-        let mut evidence = twin::trial::conclude(cast, twin, &setup).evidence;
+        let (topology, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
+        let mut evidence = twin::trial::conclude(topology, twin, &setup).evidence;
         evidence.stall_limit = crate::OVERSLEPT_US;
         let (at, event) = (evidence.duration, Event::Stalled { by: Span(by) });
         let entry =

@@ -14,7 +14,7 @@ use parallel::progress::Stop;
 use results::mode::Mode;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use topology::{RunSecret, cast};
+use topology::{RunSecret, lay_out};
 use twin::refeed::{Fed, Refed, Same, fed};
 use twin::sabotage::sabotage;
 use wire::person::{Act, Role};
@@ -57,8 +57,8 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
     tracing::debug!(scenario = scenario.name.as_str(), policy = setup.policy_name, seed, "trial");
     match mode {
         Mode::Twin => {
-            let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
-            let run = twin::trial::conclude(cast, twin, setup);
+            let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+            let run = twin::trial::conclude(topology, twin, setup);
             let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
             let Some(directory) = &setup.run_dir else { return Ok(trial) };
             store::recording(directory, &run.log).map_err(EngineError::failed)?;
@@ -143,7 +143,7 @@ fn live_trial(
     if let Some(directory) = &setup.run_dir {
         store::events(directory, &run.evidence)
             .and_then(|()| store::replays(directory, &run.replays))
-            .and_then(|()| store::console(directory, &run.cast, &run.evidence.entries))
+            .and_then(|()| store::console(directory, &run.topology, &run.evidence.entries))
             .map_err(EngineError::failed)?;
         // A journal that cannot be thinned stays whole: that costs room only.
         if let Err(why) = store::thinned(directory, &run.replays, setup.frames) {
@@ -199,8 +199,8 @@ pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
 
 /// Replays its inputs in cores with another setup, and compares their decisions.
 pub fn otherwise(eaten: &Fed, other: &Planned, seed: u64) -> Result<Vec<Refed>, EngineError> {
-    let cast = cast(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
-    eaten.again(&cast, Same::Decisions).map_err(EngineError::failed)
+    let topology = lay_out(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
+    eaten.again(&topology, Same::Decisions).map_err(EngineError::failed)
 }
 
 /// A run in the twin with the inputs of its cores.
@@ -210,7 +210,7 @@ pub fn eaten(planned: &Planned, seed: u64) -> Result<Fed, EngineError> {
 
 /// Replays its inputs in its own cores.
 pub fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
-    eaten.again(eaten.cast(), Same::Bytes).map_err(EngineError::failed)
+    eaten.again(eaten.topology(), Same::Bytes).map_err(EngineError::failed)
 }
 
 /// One run in the twin: the oracle's input, and its verdict.
@@ -221,8 +221,8 @@ pub fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Ev
 
 /// One run in the twin to its end.
 pub fn concluded(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::trial::Run, EngineError> {
-    let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
-    Ok(twin::trial::conclude(cast, twin, setup))
+    let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+    Ok(twin::trial::conclude(topology, twin, setup))
 }
 
 /// The same with its receipts denied.

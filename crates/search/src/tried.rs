@@ -138,8 +138,8 @@ impl SearchConfig {
             Some(baseline) => start_following(&scenario, &self.setup, self.seed, baseline),
             None => start(&scenario, &self.setup, self.seed, false),
         };
-        let (cast, twin) = started.map_err(|e| e.to_string())?;
-        let run = conclude(cast, twin, &self.setup);
+        let (topology, twin) = started.map_err(|e| e.to_string())?;
+        let run = conclude(topology, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
         let nearness = oracle::nearness(&run.evidence);
         let coverage = coverage::of(&run.evidence, &nearness);

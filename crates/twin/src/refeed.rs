@@ -11,7 +11,7 @@ use evidence::Micros;
 use evidence::log::{decision, kind_of};
 use evidence::passed::{Passed, kept};
 use scenario::{Scenario, Setup};
-use topology::{Cast, Member};
+use topology::{Member, Topology};
 use wire::audit::Entry;
 use wire::core::{Core, Output};
 use wire::event::Event;
@@ -24,7 +24,7 @@ use crate::{JournalEntry, Twin};
 
 /// A run with the known inputs and outputs of each core.
 pub struct Fed {
-    cast: Cast,
+    topology: Topology,
     mouths: Vec<Vec<JournalEntry>>,
 }
 
@@ -33,10 +33,10 @@ pub struct Fed {
 /// # Errors
 /// When a core cannot be made.
 pub fn fed(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Fed, AssemblyError> {
-    let (cast, mut twin): (Cast, Twin) = start(scenario, setup, seed, true)?;
-    twin.run_until(cast.duration);
+    let (topology, mut twin): (Topology, Twin) = start(scenario, setup, seed, true)?;
+    twin.run_until(topology.duration);
     twin.finish(GRACE);
-    Ok(Fed { cast, mouths: twin.into_mouths() })
+    Ok(Fed { topology, mouths: twin.into_mouths() })
 }
 
 /// Part that has to be the same.
@@ -77,32 +77,32 @@ pub struct Parted {
 }
 
 impl Fed {
-    /// Feeds every core of `cast`, which has the members of the run: its own topology, or that of another policy.
+    /// Feeds every core of `topology`, which has the members of the run: its own, or that of another policy.
     ///
     /// A core with a process that ended meanwhile had several lives and one input journal; it is left out.
     ///
     /// # Errors
     /// When a core cannot be made.
-    pub fn again(&self, cast: &Cast, same: Same) -> Result<Vec<Refed>, AssemblyError> {
-        let lived_once = |member: &Member| cast.process_faults.iter().all(|o| o.node != member.node());
-        let each = cast.members.iter().zip(&self.mouths).filter(|(member, _)| lived_once(member));
-        each.map(|(member, mouth)| one(cast, member, mouth, same)).collect()
+    pub fn again(&self, topology: &Topology, same: Same) -> Result<Vec<Refed>, AssemblyError> {
+        let lived_once = |member: &Member| topology.process_faults.iter().all(|o| o.node != member.node());
+        let each = topology.members.iter().zip(&self.mouths).filter(|(member, _)| lived_once(member));
+        each.map(|(member, mouth)| one(topology, member, mouth, same)).collect()
     }
 
     /// The same of these cores alone.
     #[must_use]
     pub fn only(mut self, wanted: impl Fn(NodeId) -> bool) -> Fed {
-        let kept = self.cast.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
+        let kept = self.topology.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
         let mut keep = kept.iter();
         self.mouths.retain(|_| keep.next().copied().unwrap_or(false));
-        self.cast.members.retain(|m| wanted(m.node()));
+        self.topology.members.retain(|m| wanted(m.node()));
         self
     }
 
     /// Messages between the services, in order of time.
     pub fn passed(&self) -> Vec<Passed> {
-        let each = self.cast.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
-            let (node, clock) = (member.node(), HostClock::from(self.cast.clocks[member.host as usize]));
+        let each = self.topology.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
+            let (node, clock) = (member.node(), HostClock::from(self.topology.clocks[member.host as usize]));
             mouth.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
         });
         let mut passed: Vec<Passed> = each.collect();
@@ -111,13 +111,13 @@ impl Fed {
     }
 
     /// The topology of the run.
-    pub fn cast(&self) -> &Cast {
-        &self.cast
+    pub fn topology(&self) -> &Topology {
+        &self.topology
     }
 }
 
-fn one(cast: &Cast, member: &Member, mouth: &[JournalEntry], same: Same) -> Result<Refed, AssemblyError> {
-    let clock = HostClock::from(cast.clocks[member.host as usize]);
+fn one(topology: &Topology, member: &Member, mouth: &[JournalEntry], same: Same) -> Result<Refed, AssemblyError> {
+    let clock = HostClock::from(topology.clocks[member.host as usize]);
     let mut core = part(member, clock.read(0))?;
     // What a core says when it is made went into the run's log before its mouth opened.
     while core.output().is_some() {}

@@ -75,11 +75,11 @@ impl Witness {
     /// Of a word, run again.
     pub(super) fn of(ground: &SearchConfig, word: &AttackSequence) -> Self {
         let scenario = word.in_scenario(&ground.alphabet, &ground.scenario).expect("it was run before");
-        let (cast, mut twin) = start(&scenario, &ground.setup, ground.seed, true).expect("it was run before");
-        twin.run_until(cast.duration / 2);
+        let (topology, mut twin) = start(&scenario, &ground.setup, ground.seed, true).expect("it was run before");
+        twin.run_until(topology.duration / 2);
         let fork = twin.fork(WorldId(1));
         drop(twin);
-        let run = conclude(cast, fork, &ground.setup);
+        let run = conclude(topology, fork, &ground.setup);
         let mut witness = Self { decisions: hashes(&run.evidence.entries).1, ..Self::default() };
         run.evidence.entries.iter().for_each(|w| witness.take(w.at as f64 / 1000.0, &w.entry));
         witness

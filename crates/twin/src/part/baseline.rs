@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use topology::{Cast, Member};
+use topology::{Member, Topology};
 use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
 use wire::time::Instant;
@@ -38,13 +38,13 @@ struct Track {
 }
 
 impl Baseline {
-    /// Runs `twin`, which has just been made from `cast` and keeps its input journals, to its end.
+    /// Runs `twin`, which has just been made from `topology` and keeps its input journals, to its end.
     ///
     /// # Errors
     /// Which core cannot be made a second time.
-    pub fn record(cast: &Cast, mut twin: Twin, grace: u64) -> Result<Self, AssemblyError> {
+    pub fn record(topology: &Topology, mut twin: Twin, grace: u64) -> Result<Self, AssemblyError> {
         let mut tracks = Vec::new();
-        for (member, node) in cast.members.iter().zip(twin.nodes()) {
+        for (member, node) in topology.members.iter().zip(twin.nodes()) {
             let mut fresh = part(member, twin.local_start(node.host))?;
             let said = std::iter::from_fn(|| fresh.output()).collect();
             let start = (said, fresh.deadline());
@@ -52,7 +52,7 @@ impl Baseline {
             tracks.push(Track { member: member.clone(), start, mouth: Vec::new(), snapshots });
         }
         for n in 1..=SNAPSHOTS {
-            twin.run_until(cast.duration * n / SNAPSHOTS);
+            twin.run_until(topology.duration * n / SNAPSHOTS);
             let mouths = twin.mouths().unwrap_or_default();
             for ((track, node), mouth) in tracks.iter_mut().zip(twin.nodes()).zip(mouths) {
                 track.snapshots.push((mouth.len(), node.part.fork(twin.world)));

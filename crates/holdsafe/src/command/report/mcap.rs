@@ -170,7 +170,7 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
     // The same run twice: once judged, once with all inputs of its cores kept.
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
     let eaten = engine::eaten(one, context.seed)?;
-    let scene = eaten.cast().world().map(|world| world.scene.clone());
+    let scene = eaten.topology().world().map(|world| world.scene.clone());
     Ok(Found {
         entries: evidence.entries,
         passed: eaten.passed(),
