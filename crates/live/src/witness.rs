@@ -74,7 +74,7 @@ pub(super) fn mouths(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<
     let mut log = Vec::new();
     for member in &topology.members {
         let node = member.node();
-        passed(topology, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run_dir, start_us, |at, entry| {
             if let input_journal::Entry::Output(Output::Audit { bytes }) = entry {
                 log.push(Logged { at, node, bytes });
             }
@@ -90,7 +90,7 @@ pub(super) fn sights(topology: &Topology, run_dir: &Path, start_us: u64, log: &[
     log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
     let mut seen = Vec::new();
     for member in topology.members.iter().filter(|_| !claims.is_empty()) {
-        passed(topology, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run_dir, start_us, |at, entry| {
             if let input_journal::Entry::Input { input, .. } = &entry {
                 seen.extend(claims.sight(member.node(), input).map(|event| (at, event)));
             }
@@ -106,7 +106,7 @@ pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec
     let mut seen = Vec::new();
     for member in topology.members.iter().filter(|m| watched.contains(&m.node())) {
         let node = member.node();
-        passed(topology, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run_dir, start_us, |at, entry| {
             if matches!(entry, input_journal::Entry::Input { .. }) && running.told(node, at) {
                 seen.push((at, Event::Ran { node }));
             }
@@ -116,7 +116,7 @@ pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec
 }
 
 /// Every input and output of `member`'s core, each with the time of the run at which its core was fed.
-fn passed(
+fn each_entry(
     topology: &Topology,
     member: &Member,
     run_dir: &Path,

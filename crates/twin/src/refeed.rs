@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use evidence::Micros;
 use evidence::log::{decision, kind_of};
-use evidence::passed::{Passed, kept};
+use evidence::messages::{Message, kept};
 use scenario::{Scenario, Setup};
 use topology::{Member, Topology};
 use wire::audit::Entry;
@@ -100,14 +100,14 @@ impl Fed {
     }
 
     /// Messages between the services, in order of time.
-    pub fn passed(&self) -> Vec<Passed> {
+    pub fn messages(&self) -> Vec<Message> {
         let each = self.topology.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
             let (node, clock) = (member.node(), HostClock::from(self.topology.clocks[member.host as usize]));
             mouth.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
         });
-        let mut passed: Vec<Passed> = each.collect();
-        passed.sort_by_key(|of| of.at);
-        passed
+        let mut messages: Vec<Message> = each.collect();
+        messages.sort_by_key(|of| of.at);
+        messages
     }
 
     /// The topology of the run.
