@@ -215,7 +215,7 @@ fn gathered(
     let mut told = stayed.events.clone();
     told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
     told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event)));
-    told.extend(witness::sights(topology, run_dir, start_us, &log));
+    told.extend(witness::deliveries(topology, run_dir, start_us, &log));
     told.extend(witness::running(topology, run_dir, start_us));
     // One chain, whose order has to be that of the times in it.
     told.sort_by_key(|(at, _)| *at);

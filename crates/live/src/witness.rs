@@ -6,8 +6,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use adversary::insider::{InsiderRecorder, Kept};
+use evidence::delivery::{Claims, Running};
 use evidence::log::Logged;
-use evidence::sights::{Claims, Running};
 use evidence::verification::HeldHead;
 use link::input_journal;
 use link::instrument::Frame;
@@ -85,14 +85,14 @@ pub(super) fn mouths(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<
 
 /// Inputs of the cores among the messages that insiders in `log` claim to have sent. These are the launcher's statements,
 /// read from each reader's own records.
-pub(super) fn sights(topology: &Topology, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Event)> {
+pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Event)> {
     let mut claims = Claims::default();
     log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
     let mut seen = Vec::new();
     for member in topology.members.iter().filter(|_| !claims.is_empty()) {
         each_entry(topology, member, run_dir, start_us, |at, entry| {
             if let input_journal::Entry::Input { input, .. } = &entry {
-                seen.extend(claims.sight(member.node(), input).map(|event| (at, event)));
+                seen.extend(claims.delivered(member.node(), input).map(|event| (at, event)));
             }
         });
     }

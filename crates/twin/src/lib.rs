@@ -30,8 +30,8 @@ pub mod verified;
 use std::collections::{BTreeMap, VecDeque};
 
 use evidence::cue::{Cue, Watch};
+use evidence::delivery::Claims;
 use evidence::log::{Logged, by_recorder};
-use evidence::sights::Claims;
 use topology::{BusEndpoint, Member, ProcessFault, Turn};
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
@@ -438,8 +438,8 @@ impl Twin {
         if self.nodes[usize::from(node)].alive {
             let now = self.local(node);
             self.note_running(node);
-            if let Some(sight) = self.claims.sight(self.nodes[usize::from(node)].id, &input) {
-                self.note(sight);
+            if let Some(delivery) = self.claims.delivered(self.nodes[usize::from(node)].id, &input) {
+                self.note(delivery);
             }
             self.enter(Stage::of(&self.nodes[usize::from(node)].part));
             self.nodes[usize::from(node)].part.handle(now, &input);

@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use evidence::sights::Running;
+use evidence::delivery::Running;
 use topology::{Member, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::core::{Input, Side};
 use wire::event::{Event, Suspension};
