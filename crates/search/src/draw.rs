@@ -9,7 +9,7 @@
 
 use std::collections::VecDeque;
 
-use oracle::Nearness;
+use oracle::Approaches;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::{Alphabet, Range};
@@ -81,7 +81,7 @@ impl<'a> Drawer<'a> {
         strategy: Strategy,
         seed: u64,
         nominal: Moments,
-        nearness: &Nearness,
+        approaches: &Approaches,
     ) -> Self {
         Self {
             alphabet,
@@ -89,7 +89,7 @@ impl<'a> Drawer<'a> {
             strategy,
             rng: ChaCha8Rng::seed_from_u64(seed),
             nominal,
-            learned: Learned::new(alphabet.moves.len(), nearness),
+            learned: Learned::new(alphabet.moves.len(), approaches),
             drawn: VecDeque::new(),
             deck: (0..alphabet.moves.len()).collect(),
             all_dealt: false,
@@ -257,11 +257,11 @@ mod tests {
     }
 
     fn guided(alphabet: &Alphabet) -> Drawer<'_> {
-        Drawer::new(alphabet, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Nearness::new())
+        Drawer::new(alphabet, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Approaches::new())
     }
 
-    fn lesson(word: &AttackSequence, new: bool, nearness: Nearness) -> Lesson {
-        Lesson { known: Known { word: word.clone(), moments: Moments::default() }, new, nearness }
+    fn lesson(word: &AttackSequence, new: bool, approaches: Approaches) -> Lesson {
+        Lesson { known: Known { word: word.clone(), moments: Moments::default() }, new, approaches }
     }
 
     fn kinds(drawer: &mut Drawer<'_>, letters: usize) -> Vec<usize> {
@@ -290,7 +290,7 @@ mod tests {
         for _ in 0..200 {
             let word = drawer.word();
             let new = word.letters().iter().any(|letter| letter.kind == 0);
-            drawer.learned.take(lesson(&word, new, Nearness::new()), false);
+            drawer.learned.take(lesson(&word, new, Approaches::new()), false);
         }
         let mut counts = vec![0; alphabet.moves.len()];
         (0..4_000).for_each(|_| counts[drawer.dealt()] += 1);
@@ -305,7 +305,7 @@ mod tests {
             let mut drawer = guided(&alphabet);
             for i in 0..200 {
                 let word = drawer.word();
-                drawer.learn(lesson(&word, new || i == 0, Nearness::new()));
+                drawer.learn(lesson(&word, new || i == 0, Approaches::new()));
             }
             (0..100)
                 .filter(|_| {
@@ -331,13 +331,13 @@ mod tests {
         };
         let found = |seed: u64, climbs: bool| {
             let mut drawer =
-                Drawer::new(&alphabet, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Nearness::new());
+                Drawer::new(&alphabet, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Approaches::new());
             let mut new = true;
             let at = (1..=2_000_u32).find(|_| {
                 let word = drawer.word();
                 let way = near(&word);
-                let nearness = Nearness::from([(Limit::Uplink, if climbs { way } else { 0 })]);
-                drawer.learn(lesson(&word, std::mem::take(&mut new), nearness));
+                let approaches = Approaches::from([(Limit::Uplink, if climbs { way } else { 0 })]);
+                drawer.learn(lesson(&word, std::mem::take(&mut new), approaches));
                 way == 1_000
             });
             at.unwrap_or(2_000)

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::moments::Moments;
 use super::sequence::AttackSequence;
-use oracle::{AT_LIMIT, Limit, Nearness};
+use oracle::{AT_LIMIT, Approaches, Limit};
 
 /// So many of the newest fresh words say how often a fresh word still shows something new.
 pub(super) const NEWEST: usize = 16;
@@ -43,7 +43,7 @@ pub(super) struct Lesson {
     /// True if it showed something new.
     pub(super) new: bool,
     /// Its approach to each limit; empty where the attack did not arrive.
-    pub(super) nearness: Nearness,
+    pub(super) approaches: Approaches,
 }
 
 /// Words in which a move was, and those of them that showed something new or came nearer than any before.
@@ -58,8 +58,8 @@ struct Worth {
 pub(super) struct Learned {
     known: VecDeque<Known>,
     /// Approach of the run without an attack to each limit, and the furthest of any.
-    nominal: Nearness,
-    furthest: Nearness,
+    nominal: Approaches,
+    furthest: Approaches,
     /// The sequence nearest to each limit, for each set of action types: a set that cannot come any nearer does not displace
     /// one that can.
     nearest: BTreeMap<(Limit, Vec<usize>), Near>,
@@ -70,7 +70,7 @@ pub(super) struct Learned {
 
 impl Learned {
     /// The initial state, for so many action types; `nominal` is the approach of the run without an attack.
-    pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
+    pub(super) fn new(moves: usize, nominal: &Approaches) -> Self {
         Self {
             known: VecDeque::new(),
             nominal: nominal.clone(),
@@ -109,7 +109,7 @@ impl Learned {
         let mut moves: Vec<usize> = lesson.known.word.letters().iter().map(|letter| letter.kind).collect();
         moves.sort_unstable();
         let mut any = false;
-        for (limit, way) in &lesson.nearness {
+        for (limit, way) in &lesson.approaches {
             let (limit, way) = (*limit, (*way).min(FARTHEST));
             if self.nominal.get(&limit).is_some_and(|nominal| way <= *nominal) {
                 continue;

@@ -109,7 +109,7 @@ impl SearchConfig {
             quest.strategy,
             quest.seed,
             moments(&nominal),
-            &nominal.nearness,
+            &nominal.approaches,
         );
         let mut hunted = RunResult { covered: nominal.coverage.clone(), ..RunResult::default() };
         if quest.strategy.reads_moments() {
@@ -123,9 +123,9 @@ impl SearchConfig {
             for words in round.chunks(at_once) {
                 for one in self.round(words, threads, progress, stop)? {
                     let known = Known { word: one.word.clone(), moments: moments(&one) };
-                    let nearness = one.brought_near();
+                    let approaches = one.brought_near();
                     let new = hunted.take(one, test);
-                    drawer.learn(Lesson { known, new, nearness });
+                    drawer.learn(Lesson { known, new, approaches });
                     if quest.first && !hunted.found.is_empty() {
                         return Ok(hunted);
                     }

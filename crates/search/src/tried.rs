@@ -6,7 +6,7 @@ use super::coverage::{self, Coverage};
 use super::sequence::{Action, AttackSequence};
 use evidence::Property;
 use evidence::trial::{Outcome, Trial};
-use oracle::{Nearness, judged};
+use oracle::{Approaches, judged};
 use scenario::{Alphabet, Scenario, Setup};
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, conclude, start, start_following};
@@ -64,7 +64,7 @@ pub struct Tried {
     /// Its coverage.
     pub coverage: Coverage,
     /// Its approach to each limit.
-    pub nearness: Nearness,
+    pub approaches: Approaches,
     /// Times at which the unit under test changed mode, milliseconds.
     pub changes_ms: Vec<u32>,
 }
@@ -72,8 +72,8 @@ pub struct Tried {
 impl Tried {
     /// Approach to each limit caused by the sequence: empty where its attack did not arrive, whatever the trial itself
     /// approached.
-    pub(super) fn brought_near(&self) -> Nearness {
-        if self.trial.outcome == Outcome::Invalid { Nearness::new() } else { self.nearness.clone() }
+    pub(super) fn brought_near(&self) -> Approaches {
+        if self.trial.outcome == Outcome::Invalid { Approaches::new() } else { self.approaches.clone() }
     }
 }
 
@@ -141,11 +141,11 @@ impl SearchConfig {
         let (topology, twin) = started.map_err(|e| e.to_string())?;
         let run = conclude(topology, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
-        let nearness = oracle::nearness(&run.evidence);
-        let coverage = coverage::of(&run.evidence, &nearness);
+        let approaches = oracle::approaches(&run.evidence);
+        let coverage = coverage::of(&run.evidence, &approaches);
         trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
         let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();
-        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, nearness, changes_ms })
+        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, approaches, changes_ms })
     }
 }
 

@@ -96,7 +96,7 @@ impl Drawer<'_> {
 mod tests {
     use std::path::Path;
 
-    use oracle::{Limit, Nearness};
+    use oracle::{Approaches, Limit};
     use scenario::{Alphabet, find_root};
     use wire::bounds::Bounds;
 
@@ -109,7 +109,7 @@ mod tests {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let bounds = Bounds::GROUND;
-        let mut drawer = Drawer::new(&alphabet, &bounds, Strategy::Guided, 1, Moments::default(), &Nearness::new());
+        let mut drawer = Drawer::new(&alphabet, &bounds, Strategy::Guided, 1, Moments::default(), &Approaches::new());
         // Held up for 1 s by 500 ms, 2.5 s into the run, 100 ms short of the limit.
         let kind = alphabet.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
         let letter = Action { begins: 250, kind, places: vec![95, 49] };

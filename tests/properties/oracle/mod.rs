@@ -1,6 +1,7 @@
 //! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here are the requirements
 //! on the log as a whole (P6, P10, the class); each other file has a group of properties, `log` their input.
 
+mod approach;
 mod authority;
 mod deaths;
 mod display;
@@ -10,7 +11,6 @@ mod limits_trust;
 mod log;
 mod masked;
 mod missions;
-mod nearness;
 mod orders;
 mod plant;
 mod receipts;
