@@ -270,7 +270,7 @@ fn a_search_that_cannot_begin_says_why() {
     for (arguments, message) in [
         (
             &["search", "nominal", "--alphabet", "paths"][..],
-            "no alphabet `paths`; there are: broker, display, memory, path",
+            "no attack space `paths`; there are: broker, display, memory, path",
         ),
         (
             &["search", "nominal", "--waive", "boundary.fresh"],
@@ -279,10 +279,10 @@ fn a_search_that_cannot_begin_says_why() {
         (&["search", "teammate"], "`teammate` has several cells; choose one with --cell"),
         (&["search", "certificates"], "runs on the real stacks in memory; a search needs the twin"),
         (&["search", "nominal", "--find", "INVALID"], "no class that can be found"),
-        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer letters"),
+        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer actions"),
         (
             &["search", "localisation_drift", "--alphabet", unfit],
-            "move odd of alphabet odd does not fit `localisation_drift`",
+            "action type odd of attack space odd does not fit `localisation_drift`",
         ),
     ] {
         let output = holdsafe(arguments);

@@ -58,7 +58,7 @@ fn follow(now: &mut Situation, w: &Witnessed) {
     }
 }
 
-/// The decision, in few words: numbers in buckets, no names of records.
+/// The decision, in few sequences: numbers in buckets, no names of records.
 fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
     let node = w.entry.node;
     match w.entry.event {
