@@ -71,7 +71,9 @@ pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, Jou
             };
             let Some(of) = kept(reader, on_run(now), &input) else { continue };
             room = room.checked_sub(of.bytes.len()).ok_or_else(|| {
-                std::io::Error::other(format!("the mouth logs hold more than the {ROOM} bytes that are read of them"))
+                std::io::Error::other(format!(
+                    "the input journals hold more than the {ROOM} bytes that are read of them"
+                ))
             })?;
             messages.push(of);
         }

@@ -121,12 +121,12 @@ impl Delays {
     /// Takes in the journals of a twin that kept them.
     pub fn take_twin(&mut self, topology: &Topology, twin: &Twin) {
         let mut words = Vec::new();
-        for (node, mouthfuls) in twin.nodes().iter().zip(twin.mouths().unwrap_or_default()) {
+        for (node, entries) in twin.nodes().iter().zip(twin.journals().unwrap_or_default()) {
             let clock = clock::HostClock::from(topology.clocks[usize::from(node.host)]);
-            for mouthful in mouthfuls {
-                let at = clock.when(mouthful.now);
-                words.extend(heard(at, node.id, &mouthful.input));
-                words.extend(mouthful.outputs.iter().filter_map(|output| said(at, node.id, output)));
+            for entry in entries {
+                let at = clock.when(entry.now);
+                words.extend(heard(at, node.id, &entry.input));
+                words.extend(entry.outputs.iter().filter_map(|output| said(at, node.id, output)));
             }
         }
         self.take(words);

@@ -7,8 +7,8 @@
 pub mod child;
 mod disk;
 pub mod janitor;
+pub mod journals;
 pub mod leftovers;
-pub mod mouths;
 mod process;
 pub mod remains;
 pub mod service;
@@ -208,7 +208,7 @@ fn gathered(
     };
     let guards = witness::guards(topology, run_dir);
     let mut log = match held.cut_short {
-        true => witness::mouths(topology, run_dir, start_us),
+        true => witness::journals(topology, run_dir, start_us),
         false => witness::on_the_runs_time(kept.clone(), start_us),
     };
     log.extend(witness::on_the_runs_time(guards.clone(), start_us));

@@ -161,7 +161,7 @@ impl Specs<'_> {
 
     /// Settings of the node's delivery witness.
     fn witness(&self, node: NodeId) -> Option<WitnessSpec> {
-        let guard = self.topology.mouth_of(node)?;
+        let guard = self.topology.ingress_of(node)?;
         let secret = self.topology.witnesses.get(&guard)?.clone();
         let direct = |link: &Link| link.client == node && link.server == NodeId::GATEWAY && !link.relayed;
         Some(WitnessSpec { node: guard, secret, direct: self.topology.links.iter().any(direct) })

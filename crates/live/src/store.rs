@@ -27,7 +27,7 @@ use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
 use wire::time::{Instant, Span};
 
-use crate::mouths::CoreReplay;
+use crate::journals::CoreReplay;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
 pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {

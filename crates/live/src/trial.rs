@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::mouths::{self, CoreReplay};
+use super::journals::{self, CoreReplay};
 use super::{Aftermath, LiveError, Logs, Options, run};
 use evidence::log::Logged;
 use evidence::reading::read;
@@ -59,7 +59,7 @@ pub struct Judged {
 /// Feeds every core of a finished run its own input journal again, and judges the run's records. The replay is part of the
 /// judgement: a live trial with cores that do not replay is no evidence.
 pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged {
-    let replays = mouths::replay(topology, after.logs.folder());
+    let replays = journals::replay(topology, after.logs.folder());
     let (entries, broken_log) = read(&after.log);
     let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {

@@ -62,7 +62,7 @@ pub(super) fn heads(topology: &Topology, stats: &[(NodeId, Value)]) -> Vec<HeldH
         Some(HeldHead { node, boot, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
     };
     let both = |(node, stats): &(NodeId, Value)| {
-        let guard = topology.mouth_of(*node).and_then(|guard| of(guard, &stats["links"]["witness"]));
+        let guard = topology.ingress_of(*node).and_then(|guard| of(guard, &stats["links"]["witness"]));
         [of(*node, &stats["links"]["head"]), guard]
     };
     stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).flat_map(both).flatten().collect()
@@ -70,7 +70,7 @@ pub(super) fn heads(topology: &Topology, stats: &[(NodeId, Value)]) -> Vec<HeldH
 
 /// The same entries out of every participant's input journal, for a run with a dead recorder; each counts as written
 /// when its core was fed. The broker has no core and so no journal: its entries are missing.
-pub(super) fn mouths(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<Logged> {
+pub(super) fn journals(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<Logged> {
     let mut log = Vec::new();
     for member in &topology.members {
         let node = member.node();
@@ -127,12 +127,12 @@ fn each_entry(
     // One log for each start; the second is there when it was started again.
     for boot in ["", "-2"] {
         let file = link::files::open(&run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
-        let Some(mouth) = file.ok().and_then(|file| input_journal::Reader::new(BufReader::new(file)).ok()) else {
+        let Some(journal) = file.ok().and_then(|file| input_journal::Reader::new(BufReader::new(file)).ok()) else {
             continue;
         };
-        let mut now = mouth.header().started;
+        let mut now = journal.header().started;
         // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
-        for entry in mouth.map_while(Result::ok) {
+        for entry in journal.map_while(Result::ok) {
             if let input_journal::Entry::Input { now: fed, .. } = &entry {
                 now = *fed;
             }
@@ -160,7 +160,7 @@ pub(super) fn guards(topology: &Topology, run_dir: &Path) -> Vec<Logged> {
     let mut log = Vec::new();
     let broker = Some(topology.broker()).filter(|broker| topology.members.iter().all(|m| m.node() != *broker));
     for node in topology.members.iter().map(Member::node).chain(broker) {
-        let Some(guard) = topology.mouth_of(node) else { continue };
+        let Some(guard) = topology.ingress_of(node) else { continue };
         // One log for each start; the second is there when it was started again.
         for boot in ["", "-2"] {
             let file = link::witness::path(run_dir, &format!("{node}{boot}.cbor"));

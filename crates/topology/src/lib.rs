@@ -130,7 +130,7 @@ impl Topology {
         let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
         let killed = self.killed().into_iter();
         // In the twin a guard outlives its process; live it is a part of it.
-        let lives = killed.flat_map(|node| [Some(node), self.mouth_of(node).filter(|_| live.is_some())]).flatten();
+        let lives = killed.flat_map(|node| [Some(node), self.ingress_of(node).filter(|_| live.is_some())]).flatten();
         Held {
             keys: members.chain(broker).chain(witnesses).collect(),
             killed: lives.map(|node| Life { node, boot: Boot(1) }).collect(),
@@ -159,7 +159,7 @@ impl Topology {
     }
 
     /// Ingress observer of this node's sessions and streams; a participant in the broker's place has the broker's.
-    pub fn mouth_of(&self, node: NodeId) -> Option<NodeId> {
+    pub fn ingress_of(&self, node: NodeId) -> Option<NodeId> {
         if node == self.broker() { NodeId::BROKER.guard() } else { node.guard() }
     }
 

@@ -24,7 +24,7 @@ pub fn assemble(
     topology: &Topology,
     seed: u64,
     guard: Requirement,
-    mouths: bool,
+    journals: bool,
     baseline: Option<&Arc<Baseline>>,
 ) -> Result<Assembly, AssemblyError> {
     let clocks: Vec<HostClock> = topology.clocks.iter().copied().map(HostClock::from).collect();
@@ -65,7 +65,7 @@ pub fn assemble(
         watched: topology.watched(),
         fills: topology.fills(),
         cues: topology.cues.clone(),
-        mouths,
+        journals,
         witnesses: topology.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
         verified,
     })

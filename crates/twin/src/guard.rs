@@ -126,7 +126,7 @@ impl Twin {
             guard.journal.sign(at, &mut out);
             self.record_all(id, out);
         }
-        self.sign_broker_mouth();
+        self.sign_broker_ingress();
         self.sign_notes();
     }
 

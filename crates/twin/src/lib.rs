@@ -18,7 +18,7 @@ pub mod part;
 mod process;
 pub mod queue;
 mod records;
-pub mod refeed;
+pub mod replay;
 pub mod sabotage;
 mod sessions;
 pub mod stopwatch;
@@ -158,7 +158,7 @@ pub struct Twin {
     refusals: Journal,
     /// Messages that insiders claim to have sent.
     claims: Claims,
-    mouths: Option<Vec<Vec<JournalEntry>>>,
+    journals: Option<Vec<Vec<JournalEntry>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
 }
@@ -188,7 +188,7 @@ pub struct Assembly {
     /// Steps that wait for an event on the instrument plane.
     pub cues: Vec<Cue>,
     /// True if the inputs and outputs of every core are to be kept.
-    pub mouths: bool,
+    pub journals: bool,
     /// The keys of guards and launcher.
     pub witnesses: BTreeMap<NodeId, Key>,
     /// Knowledge of signatures that its cores share.
@@ -207,12 +207,12 @@ impl Twin {
         let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);
         let guard = |n: &Node| n.id.guard().map(|id| Guard::new(id, key(id)));
         let guards = assembly.nodes.iter().map(guard).collect();
-        let (mouth, notes) = (key(command::BROKER_MOUTH), key(NodeId::CAMPAIGN));
+        let (ingress, notes) = (key(command::BROKER_INGRESS), key(NodeId::CAMPAIGN));
         let mut twin = Twin {
             world: WorldId(0),
             now: 0,
             queue: Queue::default(),
-            mouths: assembly.mouths.then(|| vec![Vec::new(); assembly.nodes.len()]),
+            journals: assembly.journals.then(|| vec![Vec::new(); assembly.nodes.len()]),
             latest: vec![0; assembly.nodes.len() * assembly.nodes.len()],
             nodes: assembly.nodes,
             pauses: vec![sessions::PAUSES.0; assembly.associations.len()],
@@ -220,7 +220,7 @@ impl Twin {
             associations: assembly.associations,
             guards,
             broker: Some(broker),
-            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, mouth)),
+            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, ingress)),
             delays: assembly.delays,
             processes: Processes::new(assembly.process_faults, assembly.spare, &assembly.watched),
             disk: assembly.fills.then(Disk::new),
@@ -283,7 +283,7 @@ impl Twin {
             journal: self.journal.fork(),
             refusals: self.refusals.fork(),
             claims: self.claims.clone(),
-            mouths: self.mouths.clone(),
+            journals: self.journals.clone(),
             verified: self.verified.clone(),
             stopwatch: None,
         }
@@ -326,13 +326,13 @@ impl Twin {
     }
 
     /// Inputs and outputs of every core, by node, when they were asked for.
-    pub fn mouths(&self) -> Option<&[Vec<JournalEntry>]> {
-        self.mouths.as_deref()
+    pub fn journals(&self) -> Option<&[Vec<JournalEntry>]> {
+        self.journals.as_deref()
     }
 
     /// The same of a twin that has ended.
-    pub fn into_mouths(self) -> Vec<Vec<JournalEntry>> {
-        self.mouths.unwrap_or_default()
+    pub fn into_journals(self) -> Vec<Vec<JournalEntry>> {
+        self.journals.unwrap_or_default()
     }
 
     /// Knowledge of signatures of its cores.
@@ -460,9 +460,9 @@ impl Twin {
         while let Some(output) = self.nodes[usize::from(node)].part.output() {
             outputs.push_back(output);
         }
-        if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
+        if let (Some(journals), Some((now, input))) = (&mut self.journals, fed) {
             let deadline = self.nodes[usize::from(node)].part.deadline();
-            mouths[usize::from(node)].push(JournalEntry {
+            journals[usize::from(node)].push(JournalEntry {
                 now,
                 input,
                 outputs: outputs.iter().cloned().collect(),

@@ -42,15 +42,15 @@ pub struct Run {
 }
 
 /// Starts the twin of `scenario` at time zero.
-pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Result<(Topology, Twin), AssemblyError> {
+pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, journals: bool) -> Result<(Topology, Twin), AssemblyError> {
     let topology = lay_out(scenario, setup, seed, &RunSecret::seeded(seed));
-    let twin = begin(&topology, setup, seed, mouths)?;
+    let twin = begin(&topology, setup, seed, journals)?;
     Ok((topology, twin))
 }
 
 /// Starts the twin of a topology at time zero.
-pub fn begin(topology: &Topology, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin, AssemblyError> {
-    Ok(Twin::new(assemble(topology, seed, setup.policy.record_guard, mouths, None)?))
+pub fn begin(topology: &Topology, setup: &Setup, seed: u64, journals: bool) -> Result<Twin, AssemblyError> {
+    Ok(Twin::new(assemble(topology, seed, setup.policy.record_guard, journals, None)?))
 }
 
 /// Runs the twin of `scenario` and keeps it as a baseline.
@@ -88,7 +88,7 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
     }
     let mut evidence = evidence(&topology, setup, &log, &held, verifier);
     if cut_short {
-        // As live: read from what the mouths of the others saw, and no recording to hold against anything.
+        // As live: read from what the guards of the others saw, and no recording to hold against anything.
         evidence.custody.clear();
     }
     let verdict = judge(&evidence);

@@ -66,7 +66,7 @@ fn p10_a_broken_log() {
 
 #[test]
 fn p10_core_that_does_not_replay() {
-    let what = "gateway, fed its mouth log again, differs after input 7: expected nothing, got an audit entry";
+    let what = "gateway, replayed from its input journal, differs after input 7: expected nothing, got an audit entry";
     let evidence = Evidence { differences: vec![what.into()], ..Log::whole().evidence(Vec::new()) };
     let verdict = judge(&evidence);
     assert_eq!(verdict.outcome, Outcome::Invalid);

@@ -113,7 +113,7 @@ fn short_live_trial_is_nominal_and_replays() {
     let input = shift_an_input(after.logs.folder(), NodeId::GATEWAY);
     let Judged { evidence, verdict, .. } = conclude(&topology, &setup, &after);
     assert_eq!(verdict.outcome, Outcome::Invalid, "{:?}", verdict.findings);
-    let named = format!("gateway, fed its mouth log again: differs after input {input}, ");
+    let named = format!("gateway, replayed from its input journal: differs after input {input}, ");
     let found = verdict.findings.iter().find(|f| f.property == Property::P10 && f.what.starts_with(&named));
     let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
     assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");

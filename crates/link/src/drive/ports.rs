@@ -110,7 +110,7 @@ impl Ports {
             "recording": recording,
             "head": self.audit.head(),
             "witness": self.logs.close(sessions),
-            "mouth_entries_dropped": self.logs.mouth_counts(),
+            "mouth_entries_dropped": self.logs.journal_counts(),
             "undeliverable": self.undeliverable,
         })
     }

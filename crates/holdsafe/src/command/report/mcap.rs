@@ -151,7 +151,7 @@ fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {
     let found = Recorded::read(&checked)?;
     found.warn(args.run);
     let messages::Recorded { messages, left_out } = recorded(checked.path(), &found.entries)
-        .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
+        .map_err(|why| Failure::new(Exit::Usage, format!("{}: input journals: {why}", args.run)))?;
     let (entries, checked) = (found.entries, Some(checked));
     Ok(Found { entries, messages, scene: None, watermark: None, not_kept: left_out, checked })
 }
@@ -169,11 +169,11 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
     // The same run twice: once judged, once with all inputs of its cores kept.
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    let eaten = engine::eaten(one, context.seed)?;
-    let scene = eaten.topology().world().map(|world| world.scene.clone());
+    let journalled = engine::journalled(one, context.seed)?;
+    let scene = journalled.topology().world().map(|world| world.scene.clone());
     Ok(Found {
         entries: evidence.entries,
-        messages: eaten.messages(),
+        messages: journalled.messages(),
         scene,
         watermark: one.setup.watermark(),
         not_kept: 0,

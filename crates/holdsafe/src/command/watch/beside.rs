@@ -44,8 +44,9 @@ impl Beheld {
         let Recorded { entries, bounds, .. } = Recorded::read(run)?;
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
-        let unread =
-            |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
+        let unread = |why: JournalError| {
+            Failure::new(Exit::NoEvidence, format!("{}: input journals: {why}", run.path().display()))
+        };
         let mut frames = recorded(run.path(), &entries).map_err(unread)?.messages;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };

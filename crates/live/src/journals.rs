@@ -33,7 +33,7 @@ impl CoreReplay {
     /// The difference, with its core; `None` where the replay is exact.
     pub fn told(&self) -> Option<String> {
         let difference = self.difference.as_ref()?;
-        Some(format!("{}, fed its mouth log again: {difference}", self.node))
+        Some(format!("{}, replayed from its input journal: {difference}", self.node))
     }
 }
 
