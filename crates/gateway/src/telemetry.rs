@@ -84,8 +84,8 @@ impl Gateway {
         self.accounts.accepted(Interface::Uplink);
         let age = admitted.evidence().age.map(|age| age.upper());
         let (record, mut waived) = (admitted.record(), admitted.waived());
-        if self.policy.check(Check::Standing) == Requirement::Waived {
-            waived = waived.with(Check::Standing);
+        if self.policy.check(Check::Revocation) == Requirement::Waived {
+            waived = waived.with(Check::Revocation);
         }
         self.note(now, Event::Accepted { at: Interface::Uplink, record, peer, age, waived });
         match &admitted.content {
@@ -172,7 +172,7 @@ fn stands(revoked: &RevocationList, policy: &Policy, session: &Session, now: Ins
 
 /// Reason that `who` is heard no longer, if that is so. Asked before any of its content is read.
 pub(crate) fn revocation_of(revoked: &RevocationList, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
-    let required = policy.check(Check::Standing) == Requirement::Required;
+    let required = policy.check(Check::Revocation) == Requirement::Required;
     revoked.stands(who, now).err().filter(|_| required)
 }
 

@@ -9,7 +9,7 @@ use wire::core::{Input, Side};
 use wire::event::{Event, GuardVerdict};
 
 use super::guard::STRANGER;
-use super::net::{self, Arrival, Spoken, Standing};
+use super::net::{self, Arrival, SessionState, Spoken};
 use super::queue::Micros;
 use super::stopwatch::Stage;
 use super::{Happening, Twin};
@@ -169,7 +169,7 @@ impl Twin {
 
     /// The core at `e` has ended its session.
     pub(super) fn close(&mut self, a: usize, e: usize, at: Micros) {
-        if let Standing::Open(number) = self.associations[a].standing(e) {
+        if let SessionState::Open(number) = self.associations[a].state(e) {
             self.due(a, e, number, at, What::HangUp);
         }
     }
@@ -193,10 +193,10 @@ impl Twin {
 
     /// A record came that ends the session at an end.
     fn ended(&mut self, a: usize, e: usize) {
-        match self.associations[a].standing(e) {
-            Standing::Open(number) => self.end_session(a, e, number),
-            Standing::Shaking(number) => self.give_up(a, e, number),
-            Standing::Down => {}
+        match self.associations[a].state(e) {
+            SessionState::Open(number) => self.end_session(a, e, number),
+            SessionState::Shaking(number) => self.give_up(a, e, number),
+            SessionState::Down => {}
         }
     }
 
@@ -249,7 +249,7 @@ impl Twin {
     /// The handshake of an end is complete.
     fn opened(&mut self, a: usize, e: usize) {
         let association = &self.associations[a];
-        let Standing::Open(number) = association.standing(e) else { return };
+        let SessionState::Open(number) = association.state(e) else { return };
         let (end, peer) = (&association.ends[e], association.ends[1 - e].peer);
         let (node, session) = (end.node, end.session(number));
         if e == 0 {
