@@ -75,7 +75,7 @@ fn recording_is_untouched_when_actors_are_idle() {
 #[test]
 fn edited_recording_is_invalid_and_located() {
     for run in shipped("evidence_tampered").expect(1..11) {
-        let first = run.evidence.custody.first().expect("a flaw");
+        let first = run.evidence.log_flaws.first().expect("a flaw");
         assert!(first.at > 0, "{first}");
     }
 }
@@ -83,7 +83,7 @@ fn edited_recording_is_invalid_and_located() {
 #[test]
 fn consistent_forgery_fails_on_signatures_and_heads() {
     for run in shipped("hostile_recorder").expect(1..10) {
-        assert!(!run.evidence.custody.is_empty());
+        assert!(!run.evidence.log_flaws.is_empty());
     }
 }
 
@@ -133,11 +133,11 @@ fn every_tampering_is_found_everywhere() {
         for seed in 0..40 {
             let mut hands = kept.clone();
             let place = InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands);
-            let custody = judged(&hands, &run.held);
-            assert!(!custody.flaws.is_empty(), "{does:?} at {place:?} of {}", kept.len());
+            let verification = judged(&hands, &run.held);
+            assert!(!verification.flaws.is_empty(), "{does:?} at {place:?} of {}", kept.len());
             // Bytes that were changed are found where they are, or at the next entry of their chain.
             if matches!(does, Tampering::Edit) {
-                assert!(custody.flaws[0].at >= place.expect("a place"), "{does:?}: {}", custody.flaws[0]);
+                assert!(verification.flaws[0].at >= place.expect("a place"), "{does:?}: {}", verification.flaws[0]);
             }
             places.insert(place);
         }
@@ -239,7 +239,7 @@ fn life_before_a_restart_rests_on_signatures() {
     let again = Settings::one("kill.0.restart_after_s", serde_json::json!(1.0));
     ready.scenario = again.applied_to(&ready.scenario).expect("a restart");
     let run = ready.run(1);
-    assert_eq!(run.evidence.custody, []);
+    assert_eq!(run.evidence.log_flaws, []);
     let [first, second] = [1, 2].map(|boot| Life { node: NodeId::UNIT_A, boot: Boot(boot) });
     // Live nobody holds the head of one that was killed.
     let mut held = run.held.clone();
@@ -292,8 +292,8 @@ fn no_entrys_time_can_be_moved() {
         let mut entry = Entry::decode(&hands[i].bytes).expect("an entry");
         entry.at.0 += 1;
         hands[i].bytes = wire::codec::encode(&entry);
-        let custody = judged(&hands, &run.held);
-        assert!(!custody.flaws.is_empty(), "entry {} of {}, {}", i + 1, kept.len(), entry.node);
+        let verification = judged(&hands, &run.held);
+        assert!(!verification.flaws.is_empty(), "entry {} of {}, {}", i + 1, kept.len(), entry.node);
     }
 }
 

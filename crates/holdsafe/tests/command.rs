@@ -4,8 +4,6 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
-#[path = "command/custody.rs"]
-mod custody;
 #[path = "command/detectors.rs"]
 mod detectors;
 #[path = "command/displays.rs"]
@@ -30,6 +28,8 @@ mod rare;
 mod readers;
 #[path = "command/verbs.rs"]
 mod verbs;
+#[path = "command/verification.rs"]
+mod verification;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

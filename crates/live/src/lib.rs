@@ -109,7 +109,7 @@ pub struct Aftermath {
     /// The recording, on the run's time; behind it the notes of guards and launcher.
     pub log: Vec<Logged>,
     /// Verification of the recording, as it was kept.
-    pub custody: Verification,
+    pub verification: Verification,
     /// Trust anchors held outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
@@ -181,10 +181,10 @@ pub fn run(
     let held = topology.held(Some((&broker, OVERSLEPT_US)));
     let (heads, stops) = (witness::heads(topology, &company.stats), stops(&stayed.events, start_us));
     let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
-    let (log, custody, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
+    let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    Ok(Aftermath { log, custody, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
+    Ok(Aftermath { log, verification, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
@@ -227,7 +227,7 @@ fn gathered(
     kept.extend(guards);
     kept.extend(notes.iter().cloned());
     log.extend(notes);
-    Ok((log, trial::custody(&kept, &held), held))
+    Ok((log, trial::verification(&kept, &held), held))
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in

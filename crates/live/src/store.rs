@@ -255,7 +255,7 @@ pub fn told(directory: &Path) -> Option<Told> {
 /// Evidence for a judge, as JSON lines (`docs/reviewer/evidence.md`): first the facts of the whole run, then the events in
 /// (time, node, counter) order. This program's conclusions are not in it.
 pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
-    let custody: Vec<String> = evidence.custody.iter().map(ToString::to_string).collect();
+    let flaws: Vec<String> = evidence.log_flaws.iter().map(ToString::to_string).collect();
     let head = json!({
         "schema_version": SCHEMA_VERSION,
         "bounds": evidence.bounds,
@@ -266,7 +266,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "script": evidence.script,
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,
-        "custody": custody,
+        "custody": flaws,
         "differences": evidence.differences,
     });
     writeln!(out, "{head}")?;

@@ -65,7 +65,7 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
     let evidence = Evidence {
         entries,
         broken_log: broken_log.or(lost),
-        custody: after.custody.flaws.clone(),
+        log_flaws: after.verification.flaws.clone(),
         differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
         planned: topology.planned.clone(),
@@ -76,7 +76,7 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
         killed: topology.killed(),
     };
     let verdict = judge(&evidence);
-    let spoilt = spoilt(&evidence, &verdict, after.custody.late);
+    let spoilt = spoilt(&evidence, &verdict, after.verification.late);
     Judged { evidence, verdict, spoilt, replays }
 }
 
@@ -84,16 +84,16 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
 /// recording counts as the host's where the launcher overslept as much; another reason to be INVALID does not.
 fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>) -> Option<Micros> {
     let by = stalled(evidence)?;
-    let explained = evidence.custody.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
+    let explained = evidence.log_flaws.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
     if verdict.outcome != Outcome::Invalid || !explained {
         return None;
     }
-    let calm = Evidence { custody: Vec::new(), stall_limit: Micros::MAX, ..evidence.clone() };
+    let calm = Evidence { log_flaws: Vec::new(), stall_limit: Micros::MAX, ..evidence.clone() };
     (!matches!(judge(&calm).outcome, Outcome::Invalid | Outcome::Unsafe)).then_some(by)
 }
 
 /// Verification of a recording, in the order in which it was kept. An empty one of a living recorder holds no entries.
-pub(super) fn custody(recorded: &[Logged], held: &Held) -> Verification {
+pub(super) fn verification(recorded: &[Logged], held: &Held) -> Verification {
     let mut log_verifier = LogVerifier::new(held);
     for logged in recorded {
         // What does not continue its chain is in the verifier's own list.
@@ -147,8 +147,8 @@ mod tests {
         }
         assert_eq!(found(&unbalanced, None), (Outcome::Invalid, None), "the accounts do not balance either");
         let flawed = |evidence: &Evidence| {
-            let custody = vec![Flaw { at: 1, what: "something does not hold".to_owned() }];
-            Evidence { custody, ..evidence.clone() }
+            let verification = vec![Flaw { at: 1, what: "something does not hold".to_owned() }];
+            Evidence { log_flaws: verification, ..evidence.clone() }
         };
         assert_eq!(found(&flawed(&stalled), None), (Outcome::Invalid, None), "not of lateness alone");
         assert_eq!(found(&flawed(&stalled), Some(312_000)), (Outcome::Invalid, Some(312_000)));
@@ -158,6 +158,6 @@ mod tests {
 
     #[test]
     fn empty_recording_of_a_living_recorder_is_flawed() {
-        assert!(!custody(&[], &Held::default()).flaws.is_empty());
+        assert!(!verification(&[], &Held::default()).flaws.is_empty());
     }
 }

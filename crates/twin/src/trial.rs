@@ -89,18 +89,18 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
     let mut evidence = evidence(&topology, setup, &log, &held, verifier);
     if cut_short {
         // As live: read from what the guards of the others saw, and no recording to hold against anything.
-        evidence.custody.clear();
+        evidence.log_flaws.clear();
     }
     let verdict = judge(&evidence);
     Run { topology, log, held, evidence, verdict, signatures, stopwatch }
 }
 
 fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
-    let (entries, broken_log, custody) = read_against(log, held, verifier);
+    let (entries, broken_log, verification) = read_against(log, held, verifier);
     Evidence {
         entries,
         broken_log,
-        custody: custody.flaws,
+        log_flaws: verification.flaws,
         differences: Vec::new(),
         bounds: setup.bounds,
         planned: topology.planned.clone(),

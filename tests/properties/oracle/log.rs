@@ -217,7 +217,7 @@ impl Log {
         Evidence {
             entries,
             broken_log: None,
-            custody: Vec::new(),
+            log_flaws: Vec::new(),
             differences: Vec::new(),
             bounds: BOUNDS,
             planned: self.planned.clone(),

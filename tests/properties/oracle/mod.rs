@@ -50,7 +50,7 @@ fn p10_a_broken_log() {
     let verdict = judge(&Evidence {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
-        custody: Vec::new(),
+        log_flaws: Vec::new(),
         differences: Vec::new(),
         bounds: BOUNDS,
         planned: Vec::new(),

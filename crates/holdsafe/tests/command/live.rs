@@ -28,7 +28,7 @@ const TRIES: u64 = 5;
 fn spoilt(evidence: &Evidence) -> bool {
     let overslept =
         evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Stalled { by } if by.0 > evidence.stall_limit));
-    overslept || evidence.custody.iter().any(|flaw| flaw.what.contains("at another time"))
+    overslept || evidence.log_flaws.iter().any(|flaw| flaw.what.contains("at another time"))
 }
 
 /// The live run of a seed, and its judgement.

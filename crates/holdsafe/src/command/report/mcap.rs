@@ -209,7 +209,7 @@ fn show(
 ) -> Result<Option<(Vec<viewer::Channel>, u64)>, viewer::ViewError> {
     let mut viewer = Viewer::new(file, found.scene, stages)?;
     if let Some(checked) = &found.checked {
-        viewer.custody(&checked.custody().run, &checked.custody().sha256, checked.invalid())?;
+        viewer.verification(&checked.verification().run, &checked.verification().sha256, checked.invalid())?;
     }
     let mut messages = found.messages.iter().peekable();
     for w in &found.entries {
