@@ -88,11 +88,11 @@ fn main() {
     println!("admission with signature: {:.0} ns", ns(median(|r| r.signed.0)));
     println!("  allocations: {:.3} a record", median(|r| r.signed.1 as f64) / RECORDS as f64);
     println!("bare DTLS in memory, sealed to opened, with the tasks between: {:.0} ns", ns(median(|r| r.bare)));
-    strangers();
+    unknown_peers();
 }
 
 /// Cost of an unknown peer's datagram at the cookie exchange, before the listener keeps any state of it.
-fn strangers() {
+fn unknown_peers() {
     let hello = client_hello();
     let broken = [&hello[..hello.len() - 1], &[9]].concat();
     let from = LoopbackAddr::on_port(9).socket();
@@ -117,7 +117,7 @@ fn strangers() {
         let (us, allocations) = rounds[ROUNDS / 2];
         let each = RECORDS as f64;
         println!(
-            "a stranger's datagram, {what}: {:.0} ns, {:.3} allocations",
+            "a datagram of an unknown peer, {what}: {:.0} ns, {:.3} allocations",
             us * 1e3 / each,
             allocations as f64 / each
         );

@@ -54,7 +54,7 @@ use queue::{Micros, NodeIndex, Queue};
 use stopwatch::{Stage, Stopwatch};
 use verified::{Asked, Verified};
 
-pub use guard::STRANGER;
+pub use guard::UNKNOWN_PEER;
 
 /// From the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;
@@ -105,7 +105,7 @@ enum Happening {
     Input(Input),
     Timer(u64),
     Datagram { association: u8, end: u8, bytes: Vec<u8> },
-    Stranger { association: u8, bytes: Vec<u8> },
+    FromUnknownPeer { association: u8, bytes: Vec<u8> },
     Open(u8),
     Stream(StreamEvent),
     Due(sessions::Due),
@@ -402,7 +402,7 @@ impl Twin {
             }
             Happening::Input(input) => self.take(node, input),
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
-            Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
+            Happening::FromUnknownPeer { association, bytes } => self.unknown_peer(association, &bytes),
             Happening::Open(association) => self.open(association),
             Happening::Stream(along) => {
                 self.enter(Stage::Broker);
@@ -410,7 +410,7 @@ impl Twin {
                 self.enter(Stage::Engine);
             }
             Happening::Due(due) => self.come_due(due),
-            Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
+            Happening::Unfinished { bytes } => self.note_unknown_peer(node, &bytes, GuardVerdict::Unfinished),
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
             Happening::Connect => self.connect(node),
             Happening::Displaced => self.displaced(node),
@@ -531,7 +531,7 @@ impl Twin {
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[1].node;
                     let at = at + self.delays.datagram(self.way(node, target), at);
-                    self.queue.push(at, target, Happening::Stranger { association: association as u8, bytes });
+                    self.queue.push(at, target, Happening::FromUnknownPeer { association: association as u8, bytes });
                 }
             }
             Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
