@@ -15,7 +15,7 @@ pub mod service;
 mod spec;
 pub mod store;
 pub mod trial;
-pub mod vet;
+pub mod try_detector;
 mod witness;
 
 use std::collections::VecDeque;

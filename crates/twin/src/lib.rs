@@ -238,7 +238,7 @@ impl Twin {
             twin.queue.push(at, dialler, Happening::Open(association as u8));
         }
         twin.open_commands();
-        twin.await_ordeals();
+        twin.await_process_faults();
         (0..twin.nodes.len()).for_each(|n| twin.settle(n as NodeIndex, None));
         twin
     }

@@ -51,7 +51,7 @@ impl Processes {
 
 impl Twin {
     /// ProcessFaults that begin by their time.
-    pub(super) fn await_ordeals(&mut self) {
+    pub(super) fn await_process_faults(&mut self) {
         for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
             if fault.waits.is_none() {
                 self.turn_at(i, Turn::Begin, fault.at);

@@ -21,9 +21,9 @@ use wire::sign::Purpose;
 use wire::time::{Echo, Instant, Span};
 
 use super::end::End;
+use super::false_statement;
 use super::flaw;
 use super::forwarding::Forwarding;
-use super::story;
 use super::tape::{Tape, Taped};
 use super::voice::{self, Voice};
 use crate::opening::Opening;
@@ -199,7 +199,7 @@ impl InsiderTeammate {
         let up = self.sessions(PeerId::GATEWAY);
         if own && !up.is_empty() {
             let mut report = self.voice.own(now, Nonce(self.rng.next_u64()), self.watched());
-            let told = story::tell(&self.config, now.since(self.origin), &mut report);
+            let told = false_statement::tell(&self.config, now.since(self.origin), &mut report);
             let signed = self.voice.key.sign(Purpose::Report, &codec::encode(&report));
             for session in up {
                 let Some(end) = self.ends.get_mut(&session) else { continue };

@@ -177,16 +177,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         insertions,
         swaps,
         cuts: cuts(context, &sweep, &of)?,
-        rewritten: stories(&of, Tampering::Rechain),
-        cut_at_a_seal: stories(&of, Tampering::CutAtSeal),
+        rewritten: rewrites(&of, Tampering::Rechain),
+        cut_at_a_seal: rewrites(&of, Tampering::CutAtSeal),
     };
     match context.json {
         true => out::print_json("bench-tamper", &measured)?,
         false => show(&measured),
     }
     let tallies = [&measured.changes, &measured.deletions, &measured.insertions, &measured.swaps];
-    let stories = [&measured.rewritten, &measured.cut_at_a_seal];
-    let missed: u64 = tallies.iter().chain(&stories).map(|tally| tally.missed + tally.unchained).sum();
+    let rewrites = [&measured.rewritten, &measured.cut_at_a_seal];
+    let missed: u64 = tallies.iter().chain(&rewrites).map(|tally| tally.missed + tally.unchained).sum();
     Ok(if missed == 0 && measured.cuts.misses.is_empty() { Exit::Fine } else { Exit::Unexpected })
 }
 
@@ -273,7 +273,7 @@ fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Fai
 }
 
 /// A recorder with its own key rewrites the whole log.
-fn stories(of: &Recorded, does: Tampering) -> Tally {
+fn rewrites(of: &Recorded, does: Tampering) -> Tally {
     let mut tally = Tally::default();
     let Some(recorder) = of.topology.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
     // The entries of guards and launcher are out of the recorder's hands.
@@ -295,7 +295,7 @@ fn stories(of: &Recorded, does: Tampering) -> Tally {
         }
         let found = !log_verifier.close().flaws.is_empty();
         let came = if found { Came::Found { located: false } } else { Came::Missed };
-        tally.note(&came, || format!("story {seed}"));
+        tally.note(&came, || format!("rewrite {seed}"));
     }
     tally
 }
