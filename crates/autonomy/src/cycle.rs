@@ -5,12 +5,12 @@ use wire::command::CommandKind;
 use wire::core::{Output, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::{Account, Event};
-use wire::hop::HopBody;
 use wire::id::TrackId;
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Mode};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
+use wire::session::SessionBody;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
@@ -284,7 +284,7 @@ impl Autonomy {
     /// Says our session nonce until the peer uses it.
     pub(crate) fn introduce(&mut self, now: Instant) {
         if let Some(nonce) = self.session.as_ref().and_then(|session| session.introduction()) {
-            self.send(now, HopBody::Hello(nonce));
+            self.send(now, SessionBody::Hello(nonce));
         }
     }
 
@@ -310,13 +310,13 @@ impl Autonomy {
         self.send(now, report_body(&signed));
     }
 
-    fn send(&mut self, now: Instant, body: HopBody<'_>) {
+    fn send(&mut self, now: Instant, body: SessionBody<'_>) {
         let boot = self.identity.boot;
         if self.quiet {
             return;
         }
         if let Some(session) = &mut self.session {
-            let bytes = session.hop(now, boot, body);
+            let bytes = session.session_message(now, boot, body);
             self.out.push_back(Output::Record { session: session.id(), bytes });
             self.accounts.count(Account::Sent);
         }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use wire::audit::Seal;
 use wire::core::{Subject, Topic};
 use wire::event::{Event, Interface};
-use wire::hop::{HopBody, Teammate};
 use wire::id::{PeerId, RecordId, SessionId};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
 use wire::sensor::Navigation;
+use wire::session::{SessionBody, Teammate};
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
 use wire::trust::{Evidence, SessionRecord};
@@ -127,25 +127,25 @@ impl Autonomy {
     }
 
     fn session_record(&mut self, now: Instant, peer: PeerId, record: &SessionRecord<'_>, evidence: Evidence) {
-        match &record.hop.body {
-            HopBody::Grant(length) => {
+        match &record.outer.body {
+            SessionBody::Grant(length) => {
                 let longest = Span::ms(self.identity.bounds.lease_ms);
                 self.lease.grant(*length, longest, evidence.received, evidence.age);
                 self.status.lease_waived = evidence.waived;
             }
-            HopBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
-            HopBody::Watch(challenge) => {
+            SessionBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
+            SessionBody::Watch(challenge) => {
                 if let Some(session) = &mut self.session {
                     session.watch(*challenge, evidence.received);
                 }
             }
-            HopBody::Revoked(revocation) => {
+            SessionBody::Revoked(revocation) => {
                 if let Err(refusal) = self.take_revocation(now, revocation) {
                     return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
                 }
             }
             // A supervisor reports nothing to a unit; if it does, nothing follows from it.
-            HopBody::Hello(_) | HopBody::Report(_) => {}
+            SessionBody::Hello(_) | SessionBody::Report(_) => {}
         }
         self.accept(now, peer, record.id(), &evidence);
     }

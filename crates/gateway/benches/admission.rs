@@ -21,13 +21,13 @@ use link::pki::{Authority, Role};
 use wire::bounds::Bounds;
 use wire::codec::{self, List};
 use wire::core::Side;
-use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::report::Report;
 use wire::sensor::{Pose, ProductMode};
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 
@@ -193,15 +193,15 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         settings: None,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
-    codec::encode(&Hop {
-        version: HOP_VERSION,
+    codec::encode(&SessionMessage {
+        version: SESSION_VERSION,
         session: Nonce(1),
         boot: Boot(1),
         sequence: Sequence(n),
         stamp,
         challenge: Nonce(9),
         echo: Some(Echo { nonce: Nonce(2), seen: PeerStamp(at(0).0 + OFFSET) }),
-        body: HopBody::Report(signed.as_slice().into()),
+        body: SessionBody::Report(signed.as_slice().into()),
     })
 }
 

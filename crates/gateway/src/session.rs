@@ -8,9 +8,9 @@ use std::collections::VecDeque;
 use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::Output;
-use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId, UnitId};
 use wire::refusal::Refusal;
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::time::{AgeBound, Echo, Instant, Span};
 use wire::trust::{Exchange, Window};
 
@@ -151,11 +151,11 @@ impl Session {
     }
 
     /// The next record of this session.
-    pub(crate) fn seal(&mut self, now: Instant, boot: Boot, body: HopBody<'_>) -> Output {
+    pub(crate) fn seal(&mut self, now: Instant, boot: Boot, body: SessionBody<'_>) -> Output {
         self.sequence = self.sequence.next();
         self.sent = Some(now);
-        let hop = Hop {
-            version: HOP_VERSION,
+        let outer = SessionMessage {
+            version: SESSION_VERSION,
             session: self.theirs.unwrap_or(Nonce::NONE),
             boot,
             sequence: self.sequence,
@@ -164,7 +164,7 @@ impl Session {
             echo: self.echo,
             body,
         };
-        Output::Record { session: self.id, bytes: codec::encode(&hop) }
+        Output::Record { session: self.id, bytes: codec::encode(&outer) }
     }
 }
 
