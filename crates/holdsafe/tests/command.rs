@@ -10,6 +10,8 @@ mod detectors;
 mod displays;
 #[path = "command/documented.rs"]
 mod documented;
+#[path = "command/documents.rs"]
+mod documents;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/exports.rs"]
