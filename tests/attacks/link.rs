@@ -72,12 +72,11 @@ fn silence_beyond_the_bound_holds() {
 #[test]
 fn a_naive_relay_gets_no_record_in() {
     for run in shipped("naive_relay").expect(SEEDS) {
-        let refused = run
-            .evidence
-            .entries
-            .iter()
-            .any(|w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == twin::STRANGER));
-        assert!(refused, "the guard saw the stranger");
+        let refused =
+            run.evidence.entries.iter().any(
+                |w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == twin::UNKNOWN_PEER),
+            );
+        assert!(refused, "the guard saw the unknown peer");
     }
 }
 

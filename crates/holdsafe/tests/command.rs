@@ -4,14 +4,14 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
-#[path = "command/custody.rs"]
-mod custody;
 #[path = "command/detectors.rs"]
 mod detectors;
 #[path = "command/displays.rs"]
 mod displays;
 #[path = "command/documented.rs"]
 mod documented;
+#[path = "command/documents.rs"]
+mod documents;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/exports.rs"]
@@ -32,6 +32,8 @@ mod rare;
 mod readers;
 #[path = "command/verbs.rs"]
 mod verbs;
+#[path = "command/verification.rs"]
+mod verification;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -271,7 +273,7 @@ fn a_search_that_cannot_begin_says_why() {
     for (arguments, message) in [
         (
             &["search", "nominal", "--alphabet", "paths"][..],
-            "no alphabet `paths`; there are: broker, display, memory, path",
+            "no attack space `paths`; there are: broker, display, memory, path",
         ),
         (
             &["search", "nominal", "--waive", "boundary.fresh"],
@@ -280,10 +282,10 @@ fn a_search_that_cannot_begin_says_why() {
         (&["search", "teammate"], "`teammate` has several cells; choose one with --cell"),
         (&["search", "certificates"], "runs on the real stacks in memory; a search needs the twin"),
         (&["search", "nominal", "--find", "INVALID"], "no class that can be found"),
-        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer letters"),
+        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer actions"),
         (
             &["search", "localisation_drift", "--alphabet", unfit],
-            "move odd of alphabet odd does not fit `localisation_drift`",
+            "action type odd of attack space odd does not fit `localisation_drift`",
         ),
     ] {
         let output = holdsafe(arguments);

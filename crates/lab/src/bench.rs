@@ -15,8 +15,8 @@ mod leak;
 mod liveness;
 mod load;
 mod minima;
-mod refeed;
 mod rendering;
+mod replay;
 mod sensing;
 mod stages;
 mod tamper;
@@ -72,7 +72,7 @@ pub enum Bench {
     /// Correctness of explanations: the named cause taken away takes the loss away, in the twin.
     Explain(intervene::Args),
     /// Replay of the cores of runs in the twin: equality of every byte, and speed.
-    Replay(refeed::Args),
+    Replay(replay::Args),
     /// Agreement of live runs with the twin, over sequences drawn at random: findings, safe sequences, sequences at an
     /// edge.
     Agreement(agreement::Args),
@@ -124,7 +124,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Growth(args) => growth::run(context, args),
         Bench::Judges(args) => judges::run(context, args),
         Bench::Explain(args) => intervene::run(context, args),
-        Bench::Replay(args) => refeed::run(context, args),
+        Bench::Replay(args) => replay::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
         Bench::Detector(args) => detector::run(context, args),
         Bench::Rendering(args) => rendering::run(context, args),

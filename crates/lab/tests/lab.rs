@@ -2,6 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may end here")]
 
+#[path = "lab/documented.rs"]
+mod documented;
+#[path = "../../holdsafe/tests/command/documents.rs"]
+mod documents;
 #[path = "lab/forms.rs"]
 mod forms;
 #[path = "lab/frames.rs"]

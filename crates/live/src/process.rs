@@ -4,7 +4,7 @@
 //! the size of files. Only observed effects are reported: a kill by the wait status, a stop by the kernel's process
 //! table, a limit by the kernel's answer.
 
-use topology::{Cast, ProcessFault, ProcessFaultKind, Turn, next_turn};
+use topology::{ProcessFault, ProcessFaultKind, Topology, Turn, next_turn};
 use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::step::StepName;
@@ -24,12 +24,12 @@ pub(super) struct ProcessFaults {
 }
 
 impl ProcessFaults {
-    pub(super) fn new(cast: &Cast) -> Self {
+    pub(super) fn new(topology: &Topology) -> Self {
         let by_time = |(i, fault): (usize, &ProcessFault)| fault.waits.is_none().then_some((fault.at, i, Turn::Begin));
         Self {
-            begun: vec![None; cast.process_faults.len()],
-            turns: cast.process_faults.iter().enumerate().filter_map(by_time).collect(),
-            list: cast.process_faults.clone(),
+            begun: vec![None; topology.process_faults.len()],
+            turns: topology.process_faults.iter().enumerate().filter_map(by_time).collect(),
+            list: topology.process_faults.clone(),
             events: Vec::new(),
         }
     }

@@ -49,7 +49,7 @@ impl Unverified {
 
 /// Verification result of a recording.
 #[derive(Clone, Debug, Serialize)]
-pub struct Custody {
+pub struct RunVerification {
     /// The folder of its trial.
     pub run: String,
     /// SHA-256 of the recording's files, one behind the other.
@@ -72,7 +72,7 @@ pub struct Custody {
 #[derive(Clone, Debug)]
 pub struct Checked {
     path: PathBuf,
-    custody: Custody,
+    verification: RunVerification,
 }
 
 impl Checked {
@@ -82,13 +82,13 @@ impl Checked {
     }
 
     /// The result.
-    pub fn custody(&self) -> &Custody {
-        &self.custody
+    pub fn verification(&self) -> &RunVerification {
+        &self.verification
     }
 
     /// Reason for which it is INVALID, if it is.
     pub fn invalid(&self) -> Option<&str> {
-        self.custody.reason.as_deref()
+        self.verification.reason.as_deref()
     }
 
     /// The line that says so, if it is.
@@ -126,8 +126,8 @@ fn trial(path: PathBuf) -> Result<Checked, Failure> {
     let reason = unsound(sealed, &findings, &path).or(ended).map(|reason| tame(&reason));
     let (run, sha256) = (path.display().to_string(), digest(&path.join("recording"))?);
     let holds = sealed && findings.is_empty();
-    let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
-    Ok(Checked { path, custody })
+    let verification = RunVerification { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
+    Ok(Checked { path, verification })
 }
 
 /// Faults of a recording.
@@ -205,7 +205,7 @@ struct Of<'a, T> {
     #[serde(flatten)]
     of: &'a T,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    recordings: &'a [&'a Custody],
+    recordings: &'a [&'a RunVerification],
 }
 
 /// Prints a result that was made of these as one JSON object on stdout.
@@ -213,7 +213,7 @@ struct Of<'a, T> {
 /// # Errors
 /// When a number in it cannot be written as JSON.
 pub fn print_json(kind: &'static str, of: &impl Serialize, read: &[&Checked]) -> Result<(), Failure> {
-    let recordings: Vec<&Custody> = read.iter().map(|checked| checked.custody()).collect();
+    let recordings: Vec<&RunVerification> = read.iter().map(|checked| checked.verification()).collect();
     out::print_json(kind, &Of { of, recordings: &recordings })
 }
 
@@ -223,8 +223,9 @@ mod tests {
 
     fn checked(reason: Option<&str>) -> Checked {
         let (run, sha256, reason) = ("x".to_owned(), String::new(), reason.map(str::to_owned));
-        let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds: true, outcome: None, events: 0 };
-        Checked { path: "x".into(), custody }
+        let verification =
+            RunVerification { run, sha256, valid: reason.is_none(), reason, holds: true, outcome: None, events: 0 };
+        Checked { path: "x".into(), verification }
     }
 
     /// Exit codes without and with `--unverified`.

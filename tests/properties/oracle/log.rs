@@ -3,7 +3,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
-use oracle::{Nearness, judge, nearness};
+use oracle::{Approaches, approaches, judge};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
@@ -207,8 +207,8 @@ impl Log {
     }
 
     /// Approach to each limit.
-    pub(crate) fn nearness(&self) -> Nearness {
-        nearness(&self.evidence(Vec::new()))
+    pub(crate) fn approaches(&self) -> Approaches {
+        approaches(&self.evidence(Vec::new()))
     }
 
     pub(crate) fn evidence(&self, killed: Vec<NodeId>) -> Evidence {
@@ -217,7 +217,7 @@ impl Log {
         Evidence {
             entries,
             broken_log: None,
-            custody: Vec::new(),
+            log_flaws: Vec::new(),
             differences: Vec::new(),
             bounds: BOUNDS,
             planned: self.planned.clone(),

@@ -134,8 +134,8 @@ fn trial(place: &Place, seed: u64) -> Result<(), EngineError> {
     for turn in 1..=duration.div_ceil(TURN_US) {
         twins.iter_mut().for_each(|(_, twin)| twin.run_until((turn * TURN_US).min(duration)));
     }
-    for (cast, twin) in twins {
-        conclude(cast, twin, setup);
+    for (topology, twin) in twins {
+        conclude(topology, twin, setup);
     }
     Ok(())
 }
@@ -143,8 +143,9 @@ fn trial(place: &Place, seed: u64) -> Result<(), EngineError> {
 /// The most tracks that the display shows at a time in the first trial.
 fn tracks(context: &Context, planned: &Planned) -> Result<u8, Failure> {
     let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
-    let (cast, twin) = start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
-    let shown = conclude(cast, twin, setup).evidence.entries.into_iter().filter_map(|witnessed| {
+    let (topology, twin) =
+        start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
+    let shown = conclude(topology, twin, setup).evidence.entries.into_iter().filter_map(|witnessed| {
         if let Event::Displayed { tracks_fresh, .. } = witnessed.entry.event { Some(tracks_fresh) } else { None }
     });
     Ok(shown.max().unwrap_or_default())

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Outcomes};
-use search::{HuntRow, Margin, RunResult, SearchConfig, Strategy};
+use search::{Margin, RunResult, SearchConfig, SearchRow, Strategy};
 use serde::{Deserialize, Serialize};
 use stats::{LEVEL, rate_upper};
 
@@ -30,7 +30,7 @@ pub struct SearchObject {
     /// The longest words of an exhaustive search.
     pub exhausted: Option<u32>,
     /// The search in numbers.
-    pub hunt: HuntRow,
+    pub hunt: SearchRow,
     /// Of each cause one.
     pub findings: Vec<FindingRow>,
 }
@@ -111,11 +111,11 @@ impl SearchObject {
             scenario: ground.scenario.name.as_str().to_owned(),
             policy: ground.setup.policy_name.clone(),
             watermark: ground.setup.watermark(),
-            alphabet: ground.alphabet.name.as_str().to_owned(),
+            alphabet: ground.space.name.as_str().to_owned(),
             seed: ground.seed,
             draws,
             exhausted,
-            hunt: hunted.row(&ground.alphabet, strategy),
+            hunt: hunted.row(&ground.space, strategy),
             findings,
         }
     }
@@ -185,11 +185,11 @@ fn by_name(outcomes: &Outcomes) -> String {
 }
 
 /// Nearest approaches of sequences that broke no property: the next question after a search without findings.
-fn nearest_told(hunt: &HuntRow) -> String {
+fn nearest_told(hunt: &SearchRow) -> String {
     let mut table = new_table(&["limit", "came to", "with the word"]);
     for row in &hunt.nearest {
         let percent = format!("{:.1} %", f64::from(row.thousandths) / 10.0);
-        let word = if row.word.is_empty() { "none" } else { &row.word };
+        let word = if row.sequence.is_empty() { "none" } else { &row.sequence };
         table.add_row(vec![row.limit.told().to_owned(), percent, word.to_owned()]);
     }
     format!("{table}\nBeyond 100 % the oracle still allows for clocks and periods, which its verdict has in it.\n")

@@ -206,13 +206,13 @@ fn tell(run: &Checked) -> Result<results::summary::RunSummary, Failure> {
 }
 
 fn recording(of: &Checked) -> Recording {
-    let custody = of.custody();
+    let verification = of.verification();
     Recording {
-        name: custody.run.clone(),
-        sha256: custody.sha256.clone(),
-        holds: custody.holds,
-        outcome: custody.outcome.map(|class| class.name().to_owned()),
-        invalid: custody.reason.clone(),
+        name: verification.run.clone(),
+        sha256: verification.sha256.clone(),
+        holds: verification.holds,
+        outcome: verification.outcome.map(|class| class.name().to_owned()),
+        invalid: verification.reason.clone(),
     }
 }
 

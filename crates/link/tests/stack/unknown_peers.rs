@@ -155,9 +155,9 @@ async fn outsider_datagrams_enter_no_account_of_the_run() {
         }
     }
     let (gateway, unit) = (of_gateway.read(), of_unit.read());
-    assert_eq!((gateway.outsiders, gateway.strangers), (3, 1));
+    assert_eq!((gateway.outsiders, gateway.unknown_peers), (3, 1));
     assert!(gateway.guard.datagrams <= dialled, "{gateway:?}");
-    assert_eq!(unit.strangers, 0);
+    assert_eq!(unit.unknown_peers, 0);
     assert!(unit.outsiders > 0 && unit.outsiders <= dialled, "{unit:?}");
     let observed = std::iter::from_fn(|| seen.try_recv().ok());
     assert!(observed.filter(|seen| seen.digest == link::guard::observe::digest(&hello)).count() == 0);

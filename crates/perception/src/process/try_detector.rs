@@ -14,13 +14,13 @@ const MAX_REQUEST: u64 = 64 * 1024;
 /// Reads a [`Brought`] as JSON on standard input up to its end. Exit status 0 accepts it; else a line `refused "why"`
 /// names the fault.
 pub fn main() -> ExitCode {
-    match vet() {
+    match try_detector() {
         Ok(()) => ExitCode::SUCCESS,
-        Err(why) => link::drive::refuse("vet", &why.to_string()),
+        Err(why) => link::drive::refuse("try-detector", &why.to_string()),
     }
 }
 
-fn vet() -> Result<(), Box<dyn std::error::Error>> {
+fn try_detector() -> Result<(), Box<dyn std::error::Error>> {
     let mut request = Vec::new();
     std::io::stdin().take(MAX_REQUEST).read_to_end(&mut request)?;
     let brought: Brought = serde_json::from_slice(&request)?;

@@ -97,13 +97,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             return Err(Failure::from(runner::error::EngineError::Stopped));
         }
         let (case, seed) = (&cases[i % cases.len()], context.seed.wrapping_add(i as u64));
-        let refed = engine::again(&engine::eaten(case, seed)?)?;
+        let replayed = engine::again(&engine::journalled(case, seed)?)?;
         let mut m = measured.lock().unwrap_or_else(PoisonError::into_inner);
-        m.cores += refed.len() as u64;
-        m.inputs += refed.iter().map(|r| r.inputs).sum::<u64>();
-        m.identical += u64::from(refed.iter().all(|r| r.parted.is_none()));
+        m.cores += replayed.len() as u64;
+        m.inputs += replayed.iter().map(|r| r.inputs).sum::<u64>();
+        m.identical += u64::from(replayed.iter().all(|r| r.parted.is_none()));
         let name = case.variation.scenario.name.as_str();
-        for told in refed.iter().map(engine::MouthReplay::from) {
+        for told in replayed.iter().map(engine::ReplayRow::from) {
             let Some(difference) = told.difference else { continue };
             m.differences.push(Different { scenario: name.to_owned(), seed, core: told.core, difference });
         }
@@ -128,7 +128,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
     let nominal = cases.iter().find(|c| c.variation.scenario.name.as_str() == NULL_ATTACK);
     let nominal = nominal.ok_or_else(|| Failure::internal("no null attack"))?;
-    let fed = engine::eaten(nominal, context.seed)?.only(|node| node == NodeId::GATEWAY || node == NodeId::UNIT_A);
+    let fed = engine::journalled(nominal, context.seed)?.only(|node| node == NodeId::GATEWAY || node == NodeId::UNIT_A);
     let threads = parallel::cores();
     let (mut speed, mut by_clock, mut by_cpu) = (Speed { threads, ..Speed::default() }, Vec::new(), Vec::new());
     for _ in 0..ROUNDS {
@@ -139,9 +139,9 @@ fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
                 return Err(Failure::from(runner::error::EngineError::Stopped));
             }
             let before = thread_cpu_us();
-            let refed = engine::again(&fed)?;
+            let replayed = engine::again(&fed)?;
             cpu_us.fetch_add(thread_cpu_us() - before, Ordering::Relaxed);
-            inputs.fetch_add(refed.iter().map(|r| r.inputs).sum::<u64>(), Ordering::Relaxed);
+            inputs.fetch_add(replayed.iter().map(|r| r.inputs).sum::<u64>(), Ordering::Relaxed);
             Ok(())
         })?;
         let (took, inputs) = (trace_us() - before, inputs.into_inner());
@@ -162,13 +162,13 @@ fn inference(context: &Context) -> Result<Inference, Failure> {
     let wanted = Wanted { rendered: true, ..Wanted::default() };
     let (_, planned) = plan::plan(context, &plan::file_of(context, NULL_ATTACK)?, &wanted)?;
     let nominal = planned.first().ok_or_else(|| Failure::internal("no null attack"))?;
-    let fed = engine::eaten(nominal, context.seed)?.only(|node| node == NodeId::PERCEPTION);
+    let fed = engine::journalled(nominal, context.seed)?.only(|node| node == NodeId::PERCEPTION);
     let before = thread_cpu_us();
-    let refed = engine::again(&fed)?;
+    let replayed = engine::again(&fed)?;
     let took = thread_cpu_us() - before;
-    let inputs = refed.iter().map(|r| r.inputs).sum();
-    let outputs = refed.iter().map(|r| r.outputs).sum();
-    let identical = inputs > 0 && refed.iter().all(|r| r.parted.is_none());
+    let inputs = replayed.iter().map(|r| r.inputs).sum();
+    let outputs = replayed.iter().map(|r| r.outputs).sum();
+    let identical = inputs > 0 && replayed.iter().all(|r| r.parted.is_none());
     Ok(Inference { inputs, outputs, identical, inputs_per_cpu_second: inputs as f64 / took as f64 * 1e6 })
 }
 

@@ -34,9 +34,9 @@ const MAX_ANSWER: u64 = 16 * 1024;
 ///
 /// # Errors
 /// Why it is refused.
-pub fn vet(services: &Services, brought: &Brought, limits: Limits) -> Result<(), String> {
+pub fn try_detector(services: &Services, brought: &Brought, limits: Limits) -> Result<(), String> {
     let request = serde_json::to_vec(brought).map_err(|e| e.to_string())?;
-    let mut command = services.command("vet");
+    let mut command = services.command("try-detector");
     command.env_clear().stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = command.spawn().map_err(|e| format!("cannot start {:?}: {e}", command.get_program()))?;
     let said = limit(&child, limits).and_then(|()| ask(&mut child, &request));

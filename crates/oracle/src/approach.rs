@@ -1,4 +1,4 @@
-//! Margin of a trial to each limit that a property states: the guide of a search, and the result of one without a
+//! Approach of a trial to each limit that a property states: the guide of a search, and the result of one without a
 //! finding.
 //!
 //! In thousandths of the way, 1000 being at the limit as the platform's bounds state it, without the slack that the
@@ -83,16 +83,16 @@ impl Limit {
 }
 
 /// Of each limit the furthest that anything came, in thousandths of the way.
-pub type Nearness = BTreeMap<Limit, u32>;
+pub type Approaches = BTreeMap<Limit, u32>;
 
 /// At a limit.
 pub const AT_LIMIT: u32 = 1000;
 
 /// That of a trial.
-pub fn nearness(evidence: &Evidence) -> Nearness {
+pub fn approaches(evidence: &Evidence) -> Approaches {
     let line = Timeline::of(evidence);
     let receipt = receipt::find(evidence);
-    let mut nearest = Nearness::new();
+    let mut nearest = Approaches::new();
     let mut came = |limit: Limit, way: u32| {
         let furthest = nearest.entry(limit).or_default();
         *furthest = way.max(*furthest);

@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 
 use evidence::Micros;
 use evidence::log::{decision, kind_of};
-use evidence::passed::{Passed, kept};
+use evidence::messages::{Message, kept};
 use scenario::{Scenario, Setup};
-use topology::{Cast, Member};
+use topology::{Member, Topology};
 use wire::audit::Entry;
 use wire::core::{Core, Output};
 use wire::event::Event;
@@ -23,20 +23,20 @@ use crate::trial::{GRACE, start};
 use crate::{JournalEntry, Twin};
 
 /// A run with the known inputs and outputs of each core.
-pub struct Fed {
-    cast: Cast,
-    mouths: Vec<Vec<JournalEntry>>,
+pub struct Journalled {
+    topology: Topology,
+    journals: Vec<Vec<JournalEntry>>,
 }
 
 /// Runs the scenario and keeps the inputs and outputs of every core.
 ///
 /// # Errors
 /// When a core cannot be made.
-pub fn fed(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Fed, AssemblyError> {
-    let (cast, mut twin): (Cast, Twin) = start(scenario, setup, seed, true)?;
-    twin.run_until(cast.duration);
+pub fn journalled(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Journalled, AssemblyError> {
+    let (topology, mut twin): (Topology, Twin) = start(scenario, setup, seed, true)?;
+    twin.run_until(topology.duration);
     twin.finish(GRACE);
-    Ok(Fed { cast, mouths: twin.into_mouths() })
+    Ok(Journalled { topology, journals: twin.into_journals() })
 }
 
 /// Part that has to be the same.
@@ -50,7 +50,7 @@ pub enum Same {
 
 /// Result of replaying to one core.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refed {
+pub struct ReplayedCore {
     /// Which.
     pub node: NodeId,
     /// Inputs fed; where bytes are compared, up to the first difference.
@@ -76,73 +76,79 @@ pub struct Parted {
     pub now: Vec<Output>,
 }
 
-impl Fed {
-    /// Feeds every core of `cast`, which has the members of the run: its own topology, or that of another policy.
+impl Journalled {
+    /// Feeds every core of `topology`, which has the members of the run: its own, or that of another policy.
     ///
     /// A core with a process that ended meanwhile had several lives and one input journal; it is left out.
     ///
     /// # Errors
     /// When a core cannot be made.
-    pub fn again(&self, cast: &Cast, same: Same) -> Result<Vec<Refed>, AssemblyError> {
-        let lived_once = |member: &Member| cast.process_faults.iter().all(|o| o.node != member.node());
-        let each = cast.members.iter().zip(&self.mouths).filter(|(member, _)| lived_once(member));
-        each.map(|(member, mouth)| one(cast, member, mouth, same)).collect()
+    pub fn again(&self, topology: &Topology, same: Same) -> Result<Vec<ReplayedCore>, AssemblyError> {
+        let lived_once = |member: &Member| topology.process_faults.iter().all(|o| o.node != member.node());
+        let each = topology.members.iter().zip(&self.journals).filter(|(member, _)| lived_once(member));
+        each.map(|(member, journal)| one(topology, member, journal, same)).collect()
     }
 
     /// The same of these cores alone.
     #[must_use]
-    pub fn only(mut self, wanted: impl Fn(NodeId) -> bool) -> Fed {
-        let kept = self.cast.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
+    pub fn only(mut self, wanted: impl Fn(NodeId) -> bool) -> Journalled {
+        let kept = self.topology.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
         let mut keep = kept.iter();
-        self.mouths.retain(|_| keep.next().copied().unwrap_or(false));
-        self.cast.members.retain(|m| wanted(m.node()));
+        self.journals.retain(|_| keep.next().copied().unwrap_or(false));
+        self.topology.members.retain(|m| wanted(m.node()));
         self
     }
 
     /// Messages between the services, in order of time.
-    pub fn passed(&self) -> Vec<Passed> {
-        let each = self.cast.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
-            let (node, clock) = (member.node(), HostClock::from(self.cast.clocks[member.host as usize]));
-            mouth.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
+    pub fn messages(&self) -> Vec<Message> {
+        let each = self.topology.members.iter().zip(&self.journals).flat_map(|(member, journal)| {
+            let (node, clock) = (member.node(), HostClock::from(self.topology.clocks[member.host as usize]));
+            journal.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
         });
-        let mut passed: Vec<Passed> = each.collect();
-        passed.sort_by_key(|of| of.at);
-        passed
+        let mut messages: Vec<Message> = each.collect();
+        messages.sort_by_key(|of| of.at);
+        messages
     }
 
     /// The topology of the run.
-    pub fn cast(&self) -> &Cast {
-        &self.cast
+    pub fn topology(&self) -> &Topology {
+        &self.topology
     }
 }
 
-fn one(cast: &Cast, member: &Member, mouth: &[JournalEntry], same: Same) -> Result<Refed, AssemblyError> {
-    let clock = HostClock::from(cast.clocks[member.host as usize]);
+fn one(
+    topology: &Topology,
+    member: &Member,
+    journal: &[JournalEntry],
+    same: Same,
+) -> Result<ReplayedCore, AssemblyError> {
+    let clock = HostClock::from(topology.clocks[member.host as usize]);
     let mut core = part(member, clock.read(0))?;
-    // What a core says when it is made went into the run's log before its mouth opened.
+    // What a core says when it is made went into the run's log before its input journal began.
     while core.output().is_some() {}
-    let mut refed = Refed { node: member.node(), inputs: 0, outputs: 0, parted: None, otherwise: BTreeMap::new() };
-    for mouthful in mouth {
-        core.handle(mouthful.now, &mouthful.input);
+    let mut replayed =
+        ReplayedCore { node: member.node(), inputs: 0, outputs: 0, parted: None, otherwise: BTreeMap::new() };
+    for entry in journal {
+        core.handle(entry.now, &entry.input);
         let now: Vec<Output> = std::iter::from_fn(|| core.output()).collect();
         let equal = match same {
-            Same::Bytes => now == mouthful.outputs,
-            Same::Decisions => decisions(&now) == decisions(&mouthful.outputs),
+            Same::Bytes => now == entry.outputs,
+            Same::Decisions => decisions(&now) == decisions(&entry.outputs),
         };
         if equal {
-            refed.outputs += now.len() as u64;
+            replayed.outputs += now.len() as u64;
         } else {
             let kinds = |outputs: &[Output]| decisions(outputs).iter().map(kind_of).collect::<Vec<_>>().join(", ");
-            *refed.otherwise.entry((kinds(&mouthful.outputs), kinds(&now))).or_default() += 1;
-            let (at, input) = (clock.when(mouthful.now), refed.inputs);
-            refed.parted.get_or_insert_with(|| Parted { at, input, then: mouthful.outputs.clone(), now });
+            *replayed.otherwise.entry((kinds(&entry.outputs), kinds(&now))).or_default() += 1;
+            let (at, input) = (clock.when(entry.now), replayed.inputs);
+            replayed.parted.get_or_insert_with(|| Parted { at, input, then: entry.outputs.clone(), now });
             if same == Same::Bytes {
                 break;
             }
         }
-        refed.inputs += 1;
+        replayed.inputs += 1;
     }
-    Ok(refed)
+    Ok(replayed)
 }
 
 /// The decisions among the outputs of a core.

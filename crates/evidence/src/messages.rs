@@ -21,7 +21,7 @@ pub const ROOM: usize = 1 << 30;
 
 /// A message.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Passed {
+pub struct Message {
     /// Time at which its reader took it in, time of the run.
     pub at: Micros,
     /// On which channel.
@@ -34,15 +34,15 @@ pub struct Passed {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// The messages, in order of time.
-    pub passed: Vec<Passed>,
+    pub messages: Vec<Message>,
     /// Messages of which the logs have the hash alone.
     pub left_out: u64,
 }
 
 /// `input` of `reader`'s, where it is one of those that are kept.
-pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
+pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Message> {
     let Input::Bus { topic, bytes } = input else { return None };
-    READERS.contains(&(reader, *topic)).then(|| Passed { at, topic: *topic, bytes: bytes.clone() })
+    READERS.contains(&(reader, *topic)).then(|| Message { at, topic: *topic, bytes: bytes.clone() })
 }
 
 /// Messages of the live run in `directory`, in order of time, by the input journals there; none where it has none. Each reader's clock is
@@ -51,7 +51,7 @@ pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
 /// # Errors
 /// When an input journal is damaged before its end, or they hold more than [`ROOM`].
 pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, JournalError> {
-    let Recorded { mut passed, mut left_out } = Recorded::default();
+    let Recorded { mut messages, mut left_out } = Recorded::default();
     let mut room = ROOM;
     for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
         let Ok(file) = link::files::open(&directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
@@ -71,11 +71,13 @@ pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, Jou
             };
             let Some(of) = kept(reader, on_run(now), &input) else { continue };
             room = room.checked_sub(of.bytes.len()).ok_or_else(|| {
-                std::io::Error::other(format!("the mouth logs hold more than the {ROOM} bytes that are read of them"))
+                std::io::Error::other(format!(
+                    "the input journals hold more than the {ROOM} bytes that are read of them"
+                ))
             })?;
-            passed.push(of);
+            messages.push(of);
         }
     }
-    passed.sort_by_key(|of| of.at);
-    Ok(Recorded { passed, left_out })
+    messages.sort_by_key(|of| of.at);
+    Ok(Recorded { messages, left_out })
 }

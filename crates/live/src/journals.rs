@@ -7,7 +7,7 @@ use std::path::Path;
 
 use link::input_journal::{self, Divergence, ReplayError};
 use serde::{Deserialize, Serialize};
-use topology::{Cast, Member};
+use topology::{Member, Topology};
 use twin::part::Part;
 use twin::part::make::part;
 use wire::audit;
@@ -33,16 +33,16 @@ impl CoreReplay {
     /// The difference, with its core; `None` where the replay is exact.
     pub fn told(&self) -> Option<String> {
         let difference = self.difference.as_ref()?;
-        Some(format!("{}, fed its mouth log again: {difference}", self.node))
+        Some(format!("{}, replayed from its input journal: {difference}", self.node))
     }
 }
 
 /// The longest account of one difference, characters.
 const MAX_TOLD: usize = 400;
 
-/// Replays every member of `cast` from the logs below `run_dir`.
-pub fn replay(cast: &Cast, run_dir: &Path) -> Vec<CoreReplay> {
-    cast.members.iter().map(|member| one(member, run_dir)).collect()
+/// Replays every member of `topology` from the logs below `run_dir`.
+pub fn replay(topology: &Topology, run_dir: &Path) -> Vec<CoreReplay> {
+    topology.members.iter().map(|member| one(member, run_dir)).collect()
 }
 
 fn one(member: &Member, run_dir: &Path) -> CoreReplay {

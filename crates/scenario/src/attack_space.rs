@@ -1,4 +1,4 @@
-//! An alphabet: the attack space of a search, as tables of a scenario with the ranges of their numbers.
+//! Attack space of a search, as tables of a scenario with the ranges of their numbers.
 //!
 //! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. The participants
 //! that moves require, an insider with credentials or an operator who revokes an identity, are put into the scenario first
@@ -22,7 +22,7 @@ const MAX_VALUES: u32 = 100_000;
 /// The attack space: its moves, the ranges of their numbers, and their times.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Alphabet {
+pub struct AttackSpace {
     /// Name, equal to the file's name without `.toml`.
     pub name: Located<Name>,
     /// One line on the adversary that could do all this.
@@ -148,8 +148,8 @@ impl Move {
     }
 }
 
-impl Alphabet {
-    /// Reads the alphabet at `path`.
+impl AttackSpace {
+    /// Reads the attack space at `path`.
     ///
     /// # Errors
     /// Everything that is wrong with it, in its place.
@@ -160,16 +160,16 @@ impl Alphabet {
         Self::parse(&file, stem, &text)
     }
 
-    /// Checks an alphabet's text; `stem` is its file's name without the ending.
+    /// Checks an attack space's text; `stem` is its file's name without the ending.
     ///
     /// # Errors
     /// Everything that is wrong with it, with `file` as its name.
     pub fn parse(file: &str, stem: &str, text: &str) -> Result<Self, Problems> {
-        let alphabet: Self = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
-        let wrong = alphabet.wrong(stem);
+        let space: Self = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
+        let wrong = space.wrong(stem);
         let problem = |(bytes, message, remedy): (_, String, &str)| Problem::at(file, text, bytes, message, remedy);
         Problems::none_or(wrong.into_iter().map(problem).collect())?;
-        Ok(alphabet)
+        Ok(space)
     }
 
     fn wrong(&self, stem: &str) -> Vec<(std::ops::Range<usize>, String, &'static str)> {
@@ -292,8 +292,8 @@ mod tests {
 
     #[test]
     fn entries_read_as_if_written_in_the_scenario() {
-        let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
-        let hold = &alphabet.moves[1];
+        let space = AttackSpace::parse("a.toml", "a", TEXT).unwrap();
+        let hold = &space.moves[1];
         let entry = ("delay".to_owned(), hold.entry(4_000, &[hold.lasts_ms.unwrap().place(300.0), 29]));
         let with = nominal().with_entries(&Settings::default(), [entry]).unwrap();
         let delay = &with.delay[0];
@@ -306,22 +306,22 @@ mod tests {
     fn requirements_of_moves_are_always_there() {
         let with = "[with]\n\"operator.step.2.do\" = \"hold\"\n\
                     \"unit.0\" = { name = \"unit-b\", role = \"insider\", start = { at_m = [-15, 6] } }\n[[move]]";
-        let alphabet = Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", with, 1)).unwrap();
-        let scenario = nominal().with_entries(&alphabet.with, []).unwrap();
+        let space = AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", with, 1)).unwrap();
+        let scenario = nominal().with_entries(&space.with, []).unwrap();
         let last = scenario.operator.step.last().unwrap();
         assert_eq!((scenario.unit[0].name.as_str(), *last.verb), ("unit-b", Verb::Hold));
         let elsewhere =
-            Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", &with.replace("unit.0", "unit.1"), 1));
+            AttackSpace::parse("a.toml", "a", &TEXT.replacen("[[move]]", &with.replace("unit.0", "unit.1"), 1));
         let told = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err();
         assert_eq!(told, "`unit.1` leads nowhere");
     }
 
     #[test]
     fn what_does_not_fit_the_scenario_is_told() {
-        let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
-        let late = ("loss".to_owned(), alphabet.moves[0].entry(9_500, &[0]));
+        let space = AttackSpace::parse("a.toml", "a", TEXT).unwrap();
+        let late = ("loss".to_owned(), space.moves[0].entry(9_500, &[0]));
         assert!(nominal().with_entries(&Settings::default(), [late]).unwrap_err().starts_with("starts at 9.5 s"));
-        let nowhere = ("los".to_owned(), alphabet.moves[0].entry(1_000, &[0]));
+        let nowhere = ("los".to_owned(), space.moves[0].entry(1_000, &[0]));
         assert_eq!(
             nominal().with_entries(&Settings::default(), [nowhere]).unwrap_err(),
             "a scenario has no tables `los`"
@@ -336,9 +336,9 @@ mod tests {
 
     #[test]
     fn scenario_written_as_file_reads_as_the_same() {
-        let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
+        let space = AttackSpace::parse("a.toml", "a", TEXT).unwrap();
         let with = nominal()
-            .with_entries(&Settings::default(), [("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))])
+            .with_entries(&Settings::default(), [("loss".to_owned(), space.moves[0].entry(1_000, &[3]))])
             .unwrap();
         let text = with.to_file(&Name::new("found-1").unwrap()).unwrap();
         let again = parse("found-1.toml", "found-1", &text).unwrap();
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn senseless_alphabet_is_refused_in_its_place() {
+    fn senseless_space_is_refused_in_its_place() {
         for (wrong, with, message, marked) in [
             ("[500, 8000]", "[8000, 500]", "no moment to begin at", "[8000, 500]"),
             ("[500, 8000]", "[501, 509]", "no moment to begin at", "[501, 509]"),
@@ -364,7 +364,7 @@ mod tests {
             ("step = 10 } }]", "step = 0 } }]", "move hold has a range that is none", "\"hold\""),
             ("to = 2000, step = 10", "to = inf, step = 10", "move hold has a range that is none", "\"hold\""),
         ] {
-            let problems = Alphabet::parse("a.toml", "a", &TEXT.replace(wrong, with)).unwrap_err();
+            let problems = AttackSpace::parse("a.toml", "a", &TEXT.replace(wrong, with)).unwrap_err();
             let problem = &problems.all()[0];
             assert_eq!((problem.message(), problem.marked()), (message, Some(marked)), "{with}");
         }

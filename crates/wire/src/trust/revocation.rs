@@ -1,4 +1,4 @@
-//! Standing: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's signature
+//! Revocation: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's signature
 //! over a revocation, and this host's clock.
 //!
 //! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
@@ -104,13 +104,13 @@ impl<S> Record<S, Intent> {
     }
 
     /// The operator that it names is still admitted.
-    pub fn standing(
+    pub fn admitted(
         self,
         policy: &Policy,
         revoked: &RevocationList,
         now: Instant,
     ) -> Result<Record<NotRevoked<S>, Intent>, Refusal> {
-        self.check(policy, Check::Standing, NotRevoked(PhantomData), |intent, _| {
+        self.check(policy, Check::Revocation, NotRevoked(PhantomData), |intent, _| {
             revoked.stands(intent.id.operator, now)
         })
     }

@@ -10,15 +10,15 @@ use crate::id::{Boot, Nonce, PeerId, Sequence};
 use crate::time::{Echo, PeerStamp, Span};
 
 /// Version of this layer; another one is refused.
-pub const HOP_VERSION: u8 = 1;
+pub const SESSION_VERSION: u8 = 1;
 
 /// Longest record in bytes; DTLS application records are never fragmented.
-pub const MAX_HOP: usize = 1200;
+pub const MAX_SESSION_MESSAGE: usize = 1200;
 
 /// One record of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Hop<'b> {
-    /// [`HOP_VERSION`].
+pub struct SessionMessage<'b> {
+    /// [`SESSION_VERSION`].
     #[n(0)]
     pub version: u8,
     /// The session nonce that the receiver announced; zero until its Hello has come.
@@ -41,12 +41,12 @@ pub struct Hop<'b> {
     pub echo: Option<Echo>,
     /// Content.
     #[b(7)]
-    pub body: HopBody<'b>,
+    pub body: SessionBody<'b>,
 }
 
 /// Content of a session record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub enum HopBody<'b> {
+pub enum SessionBody<'b> {
     /// "Put this session nonce into your records to me." Repeated until the peer does.
     #[n(0)]
     Hello(#[n(0)] Nonce),

@@ -10,21 +10,21 @@ use wire::core::Core;
 fn every_core_reproduces_its_outputs_bytewise() {
     for name in ["nominal", "replay", "teammate", "thermal_loss"] {
         let ready = variations(name).into_iter().next().expect("a variation");
-        let (cast, mut twin) = start(&ready.scenario, &ready.setup, 7, true).expect("a shipped scenario starts");
-        twin.run_until(cast.duration);
+        let (topology, mut twin) = start(&ready.scenario, &ready.setup, 7, true).expect("a shipped scenario starts");
+        twin.run_until(topology.duration);
         twin.finish(1_500_000);
-        let mouths = twin.mouths().expect("they were asked for");
-        for (member, mouth) in cast.members.iter().zip(mouths) {
-            let draw = cast.clocks[member.host as usize];
+        let journals = twin.journals().expect("they were asked for");
+        for (member, journal) in topology.members.iter().zip(journals) {
+            let draw = topology.clocks[member.host as usize];
             let now = HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm }.read(0);
             let mut core = part(member, now).expect("a core is made twice");
             while core.output().is_some() {}
-            for (i, mouthful) in mouth.iter().enumerate() {
-                core.handle(mouthful.now, &mouthful.input);
+            for (i, entry) in journal.iter().enumerate() {
+                core.handle(entry.now, &entry.input);
                 let outputs: Vec<_> = std::iter::from_fn(|| core.output()).collect();
-                assert_eq!(outputs, mouthful.outputs, "{name}: {} at input {i}", member.node());
+                assert_eq!(outputs, entry.outputs, "{name}: {} at input {i}", member.node());
             }
-            assert!(!mouth.is_empty(), "{name}: {} was never fed", member.node());
+            assert!(!journal.is_empty(), "{name}: {} was never fed", member.node());
         }
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! Such bytes are those of the protocol, so no guard can tell them from others. The inputs of every core are known
 //! outside it: live its process keeps an input journal, in the twin the engine feeds it. Here the two are read by one rule: an
-//! input with bytes of the hash that an actor named is a sight. A core's own word is not asked. And a process that is
+//! input with bytes of the hash that an actor named is its delivery. A core's own word is not asked. And a process that is
 //! said not to run takes no input in ([`Running`]).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -36,8 +36,8 @@ impl Claims {
         self.0.is_empty()
     }
 
-    /// Sight of `reader` in `input`, when it was claimed and `reader` is no insider.
-    pub fn sight(&self, reader: NodeId, input: &Input) -> Option<Event> {
+    /// Delivery of `input` to `reader`, when it was claimed and `reader` is no insider.
+    pub fn delivered(&self, reader: NodeId, input: &Input) -> Option<Event> {
         if self.0.is_empty() || reader.is_insider() {
             return None;
         }
