@@ -1,4 +1,6 @@
 //! The one class of a trial: the first that matches, from UNSAFE down to NOMINAL.
+//!
+//! The second judge, `tools/judge/verdict.py`, has the same rule in another language and changes with it.
 
 use evidence::trial::{Latency, Outcome};
 use evidence::{Evidence, Fate, Finding, Injection, Mask, Micros, Property, Verdict};

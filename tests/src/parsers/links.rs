@@ -55,7 +55,7 @@ pub fn datagram(bytes: &[u8]) -> bool {
 
 /// An unknown peer's datagram that opens an association has its parts, and takes a cookie; no other passes the cookie
 /// exchange, and its answer is no longer than the datagram.
-pub fn door(bytes: &[u8]) -> bool {
+pub fn cookie(bytes: &[u8]) -> bool {
     let (verdict, opens) = (hello::before_association(bytes), hello::opens_association(bytes));
     assert_eq!(verdict == Verdict::Passed, opens);
     if opens {

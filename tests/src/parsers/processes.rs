@@ -80,7 +80,7 @@ pub fn frame(bytes: &[u8]) -> bool {
 }
 
 /// An input journal gives its writer's entries, up to the first error, which has its place.
-pub fn mouth(bytes: &[u8]) -> bool {
+pub fn journal(bytes: &[u8]) -> bool {
     let reader = match input_journal::Reader::new(bytes) {
         Ok(reader) => reader,
         Err(error) => {
@@ -122,7 +122,7 @@ fn placed(error: &JournalError, length: usize) {
 }
 
 /// A guard's log gives whole entries, which are the same once written.
-pub fn sights(bytes: &[u8]) -> bool {
+pub fn deliveries(bytes: &[u8]) -> bool {
     let found = entries(bytes);
     let mut written = Vec::new();
     for entry in &found {

@@ -4,7 +4,7 @@ use eframe::egui::{Align, Button, Checkbox, Label, Layout, RichText, Role, TextE
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::keys;
-use super::sign::{self, Shape, Tone};
+use super::marks::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::view_state::ViewState;
 use super::words;
@@ -90,7 +90,7 @@ fn happened(ui: &mut Ui, shown: &Shown, wanted: &str) {
             });
             row.col(|ui| {
                 if let Some(priority) = past.what.priority() {
-                    sign::shape(ui, sign_of(priority).1, Tone::Weak, priority.name());
+                    marks::shape(ui, sign_of(priority).1, Tone::Weak, priority.name());
                 }
                 ui.add(Label::new(past.what.words()).truncate());
             });
@@ -117,7 +117,7 @@ fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, dead: Optio
     let tone = if of.acknowledged { Tone::Weak } else { tone };
     let text = alarm::words(&of.alarm);
     row.col(|ui| {
-        sign::shape(ui, shape, tone, of.priority.name());
+        marks::shape(ui, shape, tone, of.priority.name());
         ui.label(RichText::new(of.priority.name()).color(tone.color(Palette::of(ui))));
     });
     row.col(|ui| {

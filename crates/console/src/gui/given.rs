@@ -3,7 +3,7 @@
 use eframe::egui::{Align, Color32, Label, Layout, RichText, Ui};
 
 use super::command::heading;
-use super::sign::{self, Shape, Tone};
+use super::marks::{self, Shape, Tone};
 use super::theme::Palette;
 use super::words;
 use crate::act::{Act, Answer, Order};
@@ -34,10 +34,10 @@ fn commands(ui: &mut Ui, shown: &Shown) {
 
 fn command_rows(ui: &mut Ui, shown: &Shown, command: &ShownCommand) {
     let palette = Palette::of(ui);
-    let (tone, shape) = sign::life(command.life);
+    let (tone, shape) = marks::life(command.life);
     let order = words::order(&Order::Command(command.unit, command.kind));
     ui.horizontal(|ui| {
-        sign::shape(ui, shape, tone, &words::life(command.life));
+        marks::shape(ui, shape, tone, &words::life(command.life));
         ui.add(Label::new(RichText::new(order).color(palette.strong)).truncate());
         let when = words::when(shown, command.times.requested);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(when).small().weak()));
@@ -75,7 +75,7 @@ fn answers(ui: &mut Ui, shown: &Shown) {
         };
         let text = format!("{what}: {}, {}", why.says(), words::when(shown, answer.at));
         ui.horizontal(|ui| {
-            sign::shape(ui, Shape::Diamond, Tone::Caution, "not done");
+            marks::shape(ui, Shape::Diamond, Tone::Caution, "not done");
             ui.add(Label::new(RichText::new(text).color(Palette::of(ui).text)).wrap());
         });
     }

@@ -14,8 +14,8 @@ use wire::report::ReportedTrack;
 use wire::time::Span;
 
 use super::keys;
+use super::marks::{self, Shape, Tone};
 use super::plan;
-use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
 use super::view_state::ViewState;
 use super::words::{metres, seconds};
@@ -240,7 +240,7 @@ fn things(view_state: &ViewState, shown: &Shown, view: &View) -> Vec<Thing> {
         for (labelled, dropped) in tracks.chain(lost) {
             let (track, of) = labelled.get();
             let freshness = if dropped { Freshness::Lost } else { of };
-            let (tone, shape, word) = sign::track(of, dropped);
+            let (tone, shape, word) = marks::track(of, dropped);
             let id = (unit.unit, track.id);
             things.push(Thing {
                 at: view.at(place(track.x_mm, track.y_mm)),
@@ -264,7 +264,7 @@ fn things(view_state: &ViewState, shown: &Shown, view: &View) -> Vec<Thing> {
 
 fn unit_thing(view_state: &ViewState, unit: &ShownUnit, view: &View, may_be: f32) -> Thing {
     let (pose, freshness) = unit.pose.get();
-    let (tone, _, word) = sign::freshness(freshness);
+    let (tone, _, word) = marks::freshness(freshness);
     Thing {
         at: view.at(place(pose.x_mm, pose.y_mm)),
         may_be,

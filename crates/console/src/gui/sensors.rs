@@ -8,8 +8,8 @@ use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::time::Span;
 
 use super::app::{CURRENT, MOST_OFTEN};
+use super::marks::{Shape, Tone};
 use super::sidecar::{Textures, one};
-use super::sign::{Shape, Tone};
 use super::theme::{self, Palette};
 use super::words::{left, seconds};
 use crate::source::{Sensed, Sensors};

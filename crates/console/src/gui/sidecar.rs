@@ -10,7 +10,7 @@ use eframe::egui::{
 
 use wire::time::Span;
 
-use super::sign::{Shape, Tone};
+use super::marks::{Shape, Tone};
 use super::theme::Palette;
 use super::words::seconds;
 use crate::sidecar::{Image, Sidecar, Sight};

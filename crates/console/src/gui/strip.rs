@@ -8,7 +8,7 @@ use wire::event::Freshness;
 use wire::id::UnitId;
 use wire::time::Instant;
 
-use super::sign::{self, Shape, Tone};
+use super::marks::{self, Shape, Tone};
 use super::theme::Palette;
 use super::view_state::ViewState;
 use super::words::{self, seconds};
@@ -39,7 +39,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
         line(ui, |ui| {
             name(ui, view_state, *unit);
             let says = format!("STATE {} nothing received", unit.name());
-            sign::chip(ui, CELLS[1], (Tone::Alarm, Shape::Cross), "NOTHING RECEIVED", false, &says);
+            marks::chip(ui, CELLS[1], (Tone::Alarm, Shape::Cross), "NOTHING RECEIVED", false, &says);
         });
     }
 }
@@ -69,9 +69,9 @@ fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
         cell(ui, CELLS[3], RichText::new(format!("cause was {cause}")).weak());
     }
     authority(ui, unit);
-    let (tone, shape, word) = sign::freshness(freshness);
+    let (tone, shape, word) = marks::freshness(freshness);
     let age = seconds(unit.state.age());
-    sign::chip(
+    marks::chip(
         ui,
         CELLS[5],
         (tone, shape),
@@ -90,22 +90,22 @@ fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
 
 fn state(ui: &mut Ui, unit: &ShownUnit) {
     let (state, freshness) = unit.state.get();
-    let (tone, shape) = sign::mode(state.mode);
-    let (stale, _, word) = sign::freshness(freshness);
+    let (tone, shape) = marks::mode(state.mode);
+    let (stale, _, word) = marks::freshness(freshness);
     let mode = state.mode.name();
     // Only what is fresh is said as what is so.
     if freshness == Freshness::Fresh {
         let filled = tone > Tone::Normal;
-        sign::chip(ui, CELLS[1], (tone, shape), mode, filled, &format!("STATE {} {mode}", unit.unit));
+        marks::chip(ui, CELLS[1], (tone, shape), mode, filled, &format!("STATE {} {mode}", unit.unit));
     } else {
         let says = format!("STATE {} last known {mode}, {word}", unit.unit);
-        sign::chip(ui, CELLS[1], (stale, Shape::Cross), &format!("was {mode} · {word}"), false, &says);
+        marks::chip(ui, CELLS[1], (stale, Shape::Cross), &format!("was {mode} · {word}"), false, &says);
     }
 }
 
 fn authority(ui: &mut Ui, unit: &ShownUnit) {
     let (text, tone, shape) = authority_words(&unit.state);
-    sign::chip(ui, CELLS[4], (tone, shape), &text, tone == Tone::Mark, &format!("AUTHORITY {} {text}", unit.unit));
+    marks::chip(ui, CELLS[4], (tone, shape), &text, tone == Tone::Mark, &format!("AUTHORITY {} {text}", unit.unit));
 }
 
 fn authority_words(state: &Labelled<State>) -> (String, Tone, Shape) {
@@ -129,13 +129,13 @@ fn way(ui: &mut Ui, unit: &ShownUnit) {
 fn run(ui: &mut Ui, shown: &Shown) {
     // More links than fit beside each other stand on a second line.
     ui.horizontal_wrapped(|ui| {
-        sign::chip(ui, 112.0, (Tone::Mark, Shape::Ring), "SIMULATION", false, "MARK SIMULATION");
+        marks::chip(ui, 112.0, (Tone::Mark, Shape::Ring), "SIMULATION", false, "MARK SIMULATION");
         if shown.marks.replay {
-            sign::chip(ui, 232.0, (Tone::Advice, Shape::Square), "REPLAY · nothing here is now", true, "MARK REPLAY");
+            marks::chip(ui, 232.0, (Tone::Advice, Shape::Square), "REPLAY · nothing here is now", true, "MARK REPLAY");
         }
         if let Some(policy) = &shown.marks.ablation {
             let text = format!("ABLATION {}", words::tame(policy));
-            sign::chip(ui, 232.0, (Tone::Caution, Shape::Diamond), &text, true, &format!("MARK {text}"));
+            marks::chip(ui, 232.0, (Tone::Caution, Shape::Diamond), &text, true, &format!("MARK {text}"));
         }
         for link in &shown.links {
             let clock = shown.units.iter().find(|unit| unit.unit.peer() == link.peer).and_then(|unit| unit.clock);
@@ -143,7 +143,7 @@ fn run(ui: &mut Ui, shown: &Shown) {
         }
         for (peer, times) in &shown.losses {
             let text = format!("{peer} lost its command session {times}x");
-            sign::chip(ui, 290.0, (Tone::Alarm, Shape::Cross), &text, false, &format!("LOSS {text}"));
+            marks::chip(ui, 290.0, (Tone::Alarm, Shape::Cross), &text, false, &format!("LOSS {text}"));
         }
         let who = format!("{} · {}", shown.operator, shown.role.name());
         cell(ui, 150.0, RichText::new(who).weak());
@@ -163,7 +163,7 @@ fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) 
         }
         (true, Freshness::Fresh | Freshness::Late) => {
             let (tone, shape, word) =
-                sign::freshness(link.heard.map_or(Freshness::Lost, |age| shown.limits.label(age)));
+                marks::freshness(link.heard.map_or(Freshness::Lost, |age| shown.limits.label(age)));
             let after = match (link.heard, tone) {
                 (None, _) => String::new(),
                 (Some(_), Tone::Normal) => format!(", {keeps}"),
@@ -176,7 +176,7 @@ fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) 
         }
         (false, _) => ((Tone::Alarm, Shape::Cross), format!("{} DOWN, {heard}", link.peer)),
     };
-    let chip = sign::chip(ui, LINK, sign, &text, false, &format!("LINK {text}"));
+    let chip = marks::chip(ui, LINK, sign, &text, false, &format!("LINK {text}"));
     chip.on_hover_text(words::clock(clock));
 }
 

@@ -9,7 +9,7 @@ use wire::report::ReportedTrack;
 use wire::sensor::Modality;
 
 use super::keys;
-use super::sign::{self, Shape, Tone};
+use super::marks::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::view_state::ViewState;
 use super::words::{metres, origin, seconds};
@@ -142,7 +142,7 @@ fn head(ui: &mut Ui, view_state: &mut ViewState, name: &str, sort: Option<Sort>)
 }
 
 fn word_of(row: &Row<'_>) -> (Tone, Shape, &'static str) {
-    sign::track(row.track.freshness(), row.lost.is_some())
+    marks::track(row.track.freshness(), row.lost.is_some())
 }
 
 fn class(row: &Row<'_>) -> &'static str {
@@ -174,7 +174,7 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
     text(row, class(of).to_owned());
     text(row, seconds(of.track.age()));
     row.col(|ui| {
-        sign::shape(ui, shape, tone, word);
+        marks::shape(ui, shape, tone, word);
         match of.lost {
             Some(act) => {
                 let says = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);

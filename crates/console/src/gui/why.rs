@@ -5,7 +5,7 @@ use wire::event::Freshness;
 use wire::mode::Mode;
 
 use super::keys;
-use super::sign::{self, Shape, Tone};
+use super::marks::{self, Shape, Tone};
 use super::theme::Palette;
 use super::view_state::ViewState;
 use super::words::{seconds, when};
@@ -30,7 +30,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
     let known = if current { "" } else { ", last known" };
     let question = RichText::new(format!("{}: {question}{known}", unit.unit)).color(Palette::of(ui).strong);
     ui.add(Label::new(question).wrap());
-    let tone = if current { Tone::Weak } else { sign::freshness(freshness).0 };
+    let tone = if current { Tone::Weak } else { marks::freshness(freshness).0 };
     let (age, since) = (seconds(unit.state.age()), when(shown, unit.since));
     let age = format!("as reported {age} ago; last change: {}, {since}", state.cause.label());
     ui.add(Label::new(RichText::new(age).color(tone.color(Palette::of(ui)))).wrap());
@@ -70,7 +70,7 @@ pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
     let says = format!("{word} {} {value}", predicate.name);
     let row = ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.y = 16.0;
-        sign::shape(ui, shape, tone, word);
+        marks::shape(ui, shape, tone, word);
         ui.label(RichText::new(word).small().color(color));
         ui.label(RichText::new(predicate.name).color(color));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {

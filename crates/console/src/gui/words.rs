@@ -4,7 +4,7 @@ use wire::command::CommandKind;
 use wire::person::Order;
 use wire::time::{Instant, MAX_DRIFT_PPM, Span};
 
-use super::sign::Tone;
+use super::marks::Tone;
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Origin, Shown};
 use crate::skew::Rate;

@@ -1,4 +1,4 @@
-//! Tables for a person at a terminal. Numbers only: the oracle judged them.
+//! Tables for a person at a terminal; those of the HTML report are in `dossier::page`. Numbers only: the oracle judged them.
 
 use std::collections::BTreeMap;
 

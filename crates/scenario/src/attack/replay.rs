@@ -1,4 +1,4 @@
-//! `[[replay]]`: the relay without a key sends captured telemetry datagrams again.
+//! `[[replay]]`: the relay without a key sends captured telemetry datagrams again. The relay itself is `adversary::relay::datagram`.
 
 use adversary::plan::DatagramAction;
 use evidence::{Planned, Takes};

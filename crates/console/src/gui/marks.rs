@@ -1,4 +1,7 @@
-//! Signs of a mode, a freshness or a life: always a shape and a word, and a colour where it is abnormal.
+//! Marks for a mode, a freshness or a life: always a shape and a word, and a colour where it is abnormal.
+//!
+//! `map` writes the labels on the map, `text` and `page/page.js` outside the window have marks of their own. When a value is stale is
+//! decided in `age`.
 //!
 //! Shapes are drawn, never typed: fonts lack most of them. Each has a name that tests and screen readers find.
 
