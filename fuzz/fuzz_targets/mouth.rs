@@ -1,6 +1,6 @@
-//! `mouth`, coverage-guided: see `holdsafe_tests::parsers`.
+//! `journal`, coverage-guided: see `holdsafe_tests::parsers`.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    holdsafe_tests::parsers::processes::mouth(bytes);
+    holdsafe_tests::parsers::processes::journal(bytes);
 });

@@ -68,15 +68,15 @@ fn receipt_of_one_table_serves_no_other() {
 fn recording_is_untouched_when_actors_are_idle() {
     let ready = shipped("hostile_recorder");
     let run = ready.run(1);
-    assert!(run.cast.hands().is_some());
-    assert!(run.cast.disarmed(&ready.scenario).hands().is_none());
+    assert!(run.topology.hands().is_some());
+    assert!(run.topology.disarmed(&ready.scenario).hands().is_none());
 }
 
 /// Edited, reordered or cut.
 #[test]
 fn edited_recording_is_invalid_and_located() {
     for run in shipped("evidence_tampered").expect(1..11) {
-        let first = run.evidence.custody.first().expect("a flaw");
+        let first = run.evidence.log_flaws.first().expect("a flaw");
         assert!(first.at > 0, "{first}");
     }
 }
@@ -84,7 +84,7 @@ fn edited_recording_is_invalid_and_located() {
 #[test]
 fn consistent_forgery_fails_on_signatures_and_heads() {
     for run in shipped("hostile_recorder").expect(1..10) {
-        assert!(!run.evidence.custody.is_empty());
+        assert!(!run.evidence.log_flaws.is_empty());
     }
 }
 
@@ -128,17 +128,17 @@ fn judged(kept: &[Kept], held: &Held) -> Verification {
 fn every_tampering_is_found_everywhere() {
     let (run, kept) = recorded();
     assert_eq!(judged(&kept, &run.held).flaws, [], "untouched");
-    let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
+    let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     for does in ALL {
         let mut places = BTreeSet::new();
         for seed in 0..40 {
             let mut hands = kept.clone();
             let place = InsiderRecorder::new(recorder.setup.key(), does, seed).lay_on(&mut hands);
-            let custody = judged(&hands, &run.held);
-            assert!(!custody.flaws.is_empty(), "{does:?} at {place:?} of {}", kept.len());
+            let verification = judged(&hands, &run.held);
+            assert!(!verification.flaws.is_empty(), "{does:?} at {place:?} of {}", kept.len());
             // Bytes that were changed are found where they are, or at the next entry of their chain.
             if matches!(does, Tampering::Edit) {
-                assert!(custody.flaws[0].at >= place.expect("a place"), "{does:?}: {}", custody.flaws[0]);
+                assert!(verification.flaws[0].at >= place.expect("a place"), "{does:?}: {}", verification.flaws[0]);
             }
             places.insert(place);
         }
@@ -150,7 +150,7 @@ fn every_tampering_is_found_everywhere() {
 #[test]
 fn missing_signatures_or_heads_admit_forgeries() {
     let (run, kept) = recorded();
-    let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
+    let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     let after = |does| {
         let mut hands = kept.clone();
         InsiderRecorder::new(recorder.setup.key(), does, 3).lay_on(&mut hands);
@@ -209,7 +209,7 @@ fn guard_and_launcher_logs_resist_tampering() {
         let mut entry = Entry::decode(&kept[own[0]].bytes).expect("an entry");
         entry.at.0 += 1;
         kept[own[0]].bytes = wire::codec::encode(&entry);
-        let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
+        let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
         InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0).chain_anew(&mut kept);
         let flaws = judged(&kept, &held).flaws;
         let unsigned = format!("{witness}, boot 1 did not sign its chain here");
@@ -240,14 +240,14 @@ fn life_before_a_restart_rests_on_signatures() {
     let again = Settings::one("kill.0.restart_after_s", serde_json::json!(1.0));
     ready.scenario = again.applied_to(&ready.scenario).expect("a restart");
     let run = ready.run(1);
-    assert_eq!(run.evidence.custody, []);
+    assert_eq!(run.evidence.log_flaws, []);
     let [first, second] = [1, 2].map(|boot| Life { node: NodeId::UNIT_A, boot: Boot(boot) });
     // Live nobody holds the head of one that was killed.
     let mut held = run.held.clone();
     held.heads.retain(|head| head.life() != first && by_recorder(head.node));
     let kept = kept_of(&run, by_recorder);
     assert_eq!(judged(&kept, &held).flaws, [], "that it was killed is on record");
-    let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
+    let recorder = run.topology.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     let lives = [first, second].map(|life| of_life(&kept, life).len());
     assert!(lives.iter().all(|n| *n > 20), "{lives:?}");
     let hands = InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0);
@@ -293,8 +293,8 @@ fn no_entrys_time_can_be_moved() {
         let mut entry = Entry::decode(&hands[i].bytes).expect("an entry");
         entry.at.0 += 1;
         hands[i].bytes = wire::codec::encode(&entry);
-        let custody = judged(&hands, &run.held);
-        assert!(!custody.flaws.is_empty(), "entry {} of {}, {}", i + 1, kept.len(), entry.node);
+        let verification = judged(&hands, &run.held);
+        assert!(!verification.flaws.is_empty(), "entry {} of {}, {}", i + 1, kept.len(), entry.node);
     }
 }
 
@@ -302,7 +302,7 @@ fn no_entrys_time_can_be_moved() {
 fn anchors_and_log_hold_no_secret() {
     let run = shipped("nominal").run(1);
     let text = serde_json::to_vec(&run.held).expect("JSON");
-    for member in &run.cast.members {
+    for member in &run.topology.members {
         let hex: String = member.setup.secret.0.iter().map(|b| format!("{b:02x}")).collect();
         let channels = member.setup.channels.iter().map(|c| c.key.0);
         for secret in channels.chain([member.setup.secret.0]) {
@@ -311,7 +311,7 @@ fn anchors_and_log_hold_no_secret() {
         }
         assert!(!String::from_utf8_lossy(&text).contains(&hex), "{}", member.node());
     }
-    for (witness, secret) in &run.cast.witnesses {
+    for (witness, secret) in &run.topology.witnesses {
         let found = |bytes: &[u8]| bytes.windows(32).any(|window| window == secret.0);
         assert!(!found(&text) && run.log.iter().all(|l| !found(&l.bytes)), "{witness}");
     }

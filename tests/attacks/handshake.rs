@@ -72,7 +72,7 @@ fn changed_record_is_discarded() {
 
 /// They cost honest ends nothing and keep no newcomer out.
 #[test]
-fn hundreds_of_strangers_block_no_peer() {
+fn hundreds_of_unknown_peers_block_no_peer() {
     for (cell, trial) in expected("hello_storm") {
         let name = if cell.starts_with("broken") || cell.starts_with("noise") {
             ["malformed", "stranger"]

@@ -76,10 +76,10 @@ fn a_naive_relay_gets_no_record_in() {
         let refused = run.evidence.entries.iter().any(|w| {
             matches!(
                 w.entry.event,
-                Any::Instrument(Note::GuardSaw { association, .. }) if association == twin::STRANGER
+                Any::Instrument(Note::GuardSaw { association, .. }) if association == twin::UNKNOWN_PEER
             )
         });
-        assert!(refused, "the guard saw the stranger");
+        assert!(refused, "the guard saw the unknown peer");
     }
 }
 

@@ -143,13 +143,13 @@ fn restarted_unit_is_idle_and_unarmed() {
 #[test]
 fn restarted_judge_resumes_the_remaining_validity() {
     let ready = shipped("expired_operator");
-    let (cast, _) = twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
+    let (topology, _) = twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
     let mandate = |member: &topology::Member| match &member.role {
         Role::Autonomy(config) => config.mandates.first().copied(),
         Role::Gateway(config) => config.mandates.first().copied(),
         _ => None,
     };
-    let judges: Vec<_> = cast.members.iter().filter(|member| mandate(member).is_some()).collect();
+    let judges: Vec<_> = topology.members.iter().filter(|member| mandate(member).is_some()).collect();
     assert!(judges.iter().any(|m| m.node() == NodeId::UNIT_A) && judges.iter().any(|m| m.node() == NodeId::GATEWAY));
     for judge in judges {
         let (before, after) = (judge.again(2_000_000), judge.again(4_000_000));

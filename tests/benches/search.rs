@@ -1,7 +1,7 @@
-//! Finding and shrinking beside proptest: the same weaknesses, words of the same alphabets, the same trials.
+//! Finding and shrinking beside proptest: the same weaknesses, sequences of the same attack spaces, the same trials.
 //!
-//! Run with `cargo bench --bench search`. Proptest draws every letter evenly (move, moment and numbers), as uniform drawing does,
-//! and shrinks what failed in its own way; `holdsafe` hunts with guided drawing and shrinks to the canonical word. Seeds
+//! Run with `cargo bench --bench search`. Proptest draws every action evenly (move, moment and numbers), as uniform drawing does,
+//! and shrinks what failed in its own way; `holdsafe` searches with guided drawing and shrinks to the canonical sequence. Seeds
 //! alternate, so that both see the same machine. Shown are medians over the seeds, and how many different answers there were.
 
 #![expect(clippy::disallowed_methods, reason = "a bench measures wall time")]
@@ -14,10 +14,10 @@ use std::time::Instant;
 use parallel::progress::{Progress, Stop, Talk};
 use proptest::collection::vec;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
-use scenario::{Alphabet, Setup, Weakness, Weaknesses};
+use scenario::{AttackSpace, Setup, Weakness, Weaknesses};
 use search::{Action, AttackSequence, Cause, Moments, RunConfig, SearchConfig, Strategy, Test, ends_in};
 
-/// Of the shipped lists: one letter at any time, one at a certain time, two letters.
+/// Of the shipped lists: one action at any time, one at a certain time, two actions.
 const WEAKNESSES: [&str; 3] = ["freshness-path", "late-path", "jump-stations"];
 const SEEDS: u64 = 20;
 /// Most trials until the first failure, and most to shrink it.
@@ -30,19 +30,19 @@ fn main() {
     );
     for name in WEAKNESSES {
         let weakness = listed(&root, name);
-        let ground = ground(&root, &weakness);
+        let config = config(&root, &weakness);
         let (mut ours, mut theirs) = (Vec::new(), Vec::new());
         for seed in 1..=SEEDS {
-            ours.push(timed(|| holdsafe(&ground, &weakness, seed)));
-            theirs.push(timed(|| proptest(&ground, &weakness, seed)));
+            ours.push(timed(|| holdsafe(&config, &weakness, seed)));
+            theirs.push(timed(|| proptest(&config, &weakness, seed)));
         }
-        println!("{name:16} holdsafe {}\n{:16} proptest {}", told(&ground, &ours), "", told(&ground, &theirs));
+        println!("{name:16} holdsafe {}\n{:16} proptest {}", told(&config, &ours), "", told(&config, &theirs));
     }
 }
 
 /// What one seed came to.
 struct Answer {
-    word: AttackSequence,
+    sequence: AttackSequence,
     found: u64,
     shrunk: u64,
 }
@@ -60,53 +60,53 @@ fn listed(root: &Path, name: &str) -> Weakness {
     list.weakness.iter().find(|weakness| weakness.name.as_str() == name).expect("it is listed").clone()
 }
 
-fn ground(root: &Path, weakness: &Weakness) -> SearchConfig {
+fn config(root: &Path, weakness: &Weakness) -> SearchConfig {
     let file = scenario::find(root, weakness.scenario.as_str()).expect("a shipped scenario");
     let scenario = scenario::load(&file).expect("a valid scenario");
     let mut setup = Setup::load(root, &scenario, None, false).expect("its setup");
     weakness.waive.iter().for_each(|check| check.waive(&mut setup.policy));
-    let alphabet = Alphabet::load(&root.join(format!("scenarios/alphabets/{}.toml", weakness.alphabet.as_str())))
-        .expect("a valid alphabet");
-    SearchConfig::new(scenario, setup, 1, alphabet).expect("it runs")
+    let space = AttackSpace::load(&root.join(format!("scenarios/alphabets/{}.toml", weakness.space.as_str())))
+        .expect("a valid attack space");
+    SearchConfig::new(scenario, setup, 1, space).expect("it runs")
 }
 
-fn holdsafe(ground: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
+fn holdsafe(config: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
     let test = ends_in(&weakness.find);
-    let quest = RunConfig { strategy: Strategy::Guided, seed, budget: u64::from(BUDGET), first: true };
-    let hunted = ground.search(quest, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
-    let nominal = ground.try_word(&AttackSequence::default()).expect("it runs");
-    let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
-    let (cause, found) = hunted.found.into_iter().next()?;
-    let shrunk = ground.shrink(&found.tried.word, &test, &cause, &moments).expect("it runs");
-    Some(Answer { word: shrunk.word, found: found.trial, shrunk: shrunk.executions })
+    let run = RunConfig { strategy: Strategy::Guided, seed, budget: u64::from(BUDGET), first: true };
+    let result = config.search(run, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
+    let nominal = config.try_sequence(&AttackSequence::default()).expect("it runs");
+    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
+    let (cause, found) = result.found.into_iter().next()?;
+    let shrunk = config.shrink(&found.tried.sequence, &test, &cause, &moments).expect("it runs");
+    Some(Answer { sequence: shrunk.sequence, found: found.trial, shrunk: shrunk.executions })
 }
 
-fn proptest(ground: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
-    let alphabet = &ground.alphabet;
-    let (first, last) = alphabet.begins();
+fn proptest(config: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
+    let space = &config.space;
+    let (first, last) = space.begins();
     // A number is a share of its range, so that one strategy serves every move and shrinks each number towards its weakest.
-    let letter = (first..=last, 0..alphabet.moves.len(), proptest::array::uniform3(0..=u16::MAX));
-    let words = vec(letter, 1..=alphabet.longest.unsigned() as usize);
-    let word = |drawn: Vec<(u32, usize, [u16; 3])>| {
-        let letter = |(begins, kind, shares): (u32, usize, [u16; 3])| {
-            let ranges = alphabet.moves[kind].ranges().zip(shares);
+    let action = (first..=last, 0..space.moves.len(), proptest::array::uniform3(0..=u16::MAX));
+    let sequences = vec(action, 1..=space.longest.unsigned() as usize);
+    let sequence = |drawn: Vec<(u32, usize, [u16; 3])>| {
+        let action = |(begins, kind, shares): (u32, usize, [u16; 3])| {
+            let ranges = space.moves[kind].ranges().zip(shares);
             let place = |(range, share): (&scenario::Range, u16)| {
                 ((u64::from(share) * u64::from(range.last() + 1)) >> 16) as u32
             };
             Action { begins, kind, places: ranges.map(place).collect() }
         };
-        AttackSequence::new(drawn.into_iter().map(letter).collect())
+        AttackSequence::new(drawn.into_iter().map(action).collect())
     };
     let (tried, failed, test) = (Cell::new(0), Cell::new(0), ends_in(&weakness.find));
     let test: Test<'_> = &test;
     let cause: Cell<Option<Cause>> = Cell::new(None);
-    let config = Config { cases: BUDGET, max_shrink_iters: BUDGET, failure_persistence: None, ..Config::default() };
+    let limits = Config { cases: BUDGET, max_shrink_iters: BUDGET, failure_persistence: None, ..Config::default() };
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
-    let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &bytes));
-    let outcome = runner.run(&words, |drawn| {
+    let mut runner = TestRunner::new_with_rng(limits, TestRng::from_seed(RngAlgorithm::ChaCha, &bytes));
+    let outcome = runner.run(&sequences, |drawn| {
         tried.set(tried.get() + 1);
-        let seen = test(&ground.try_word(&word(drawn)).expect("it runs"));
+        let seen = test(&config.try_sequence(&sequence(drawn)).expect("it runs"));
         let first = cause.take();
         // As ours: what is shrunk keeps the cause that was found.
         let holds = seen.is_some() && (first.is_none() || first == seen);
@@ -118,23 +118,23 @@ fn proptest(ground: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Ans
     });
     match outcome {
         Err(TestError::Fail(_, drawn)) => {
-            Some(Answer { word: word(drawn), found: failed.get(), shrunk: tried.get() - failed.get() })
+            Some(Answer { sequence: sequence(drawn), found: failed.get(), shrunk: tried.get() - failed.get() })
         }
         Ok(()) | Err(TestError::Abort(_)) => None,
     }
 }
 
-fn told(ground: &SearchConfig, all: &[Timed]) -> String {
+fn told(config: &SearchConfig, all: &[Timed]) -> String {
     let answers: Vec<(&Answer, f64)> = all.iter().filter_map(|(answer, ms)| Some((answer.as_ref()?, *ms))).collect();
     let median = |of: &dyn Fn(&(&Answer, f64)) -> f64| {
         let mut values: Vec<f64> = answers.iter().map(of).collect();
         values.sort_by(f64::total_cmp);
         values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
     };
-    let different: BTreeSet<String> = answers.iter().map(|(answer, _)| answer.word.told(&ground.alphabet)).collect();
-    let letters: BTreeSet<usize> = answers.iter().map(|(answer, _)| answer.word.letters().len()).collect();
+    let different: BTreeSet<String> = answers.iter().map(|(answer, _)| answer.sequence.told(&config.space)).collect();
+    let actions: BTreeSet<usize> = answers.iter().map(|(answer, _)| answer.sequence.actions().len()).collect();
     format!(
-        "{:5.0} / {:4.0} / {:6.0} ms; {letters:?} letters; {} different of {}; {} not found",
+        "{:5.0} / {:4.0} / {:6.0} ms; {actions:?} actions; {} different of {}; {} not found",
         median(&|(answer, _)| answer.found as f64),
         median(&|(answer, _)| answer.shrunk as f64),
         median(&|(_, ms)| *ms),

@@ -8,7 +8,7 @@ use evidence::log::hashes;
 use holdsafe_tests::{Ready, root, shipped, variations};
 use results::reproduction::{Again, Reference, References};
 use scenario::Settings;
-use topology::{RunSecret, cast};
+use topology::{RunSecret, lay_out};
 
 #[test]
 fn same_seed_same_log() {
@@ -47,7 +47,7 @@ fn no_scenario_hangs_on_anything_but_its_seed() {
 
 /// Start of the planned attack, under this seed.
 fn planned(ready: &Ready, seed: u64) -> Vec<Plan> {
-    cast(&ready.scenario, &ready.setup, seed, &RunSecret::seeded(seed)).planned
+    lay_out(&ready.scenario, &ready.setup, seed, &RunSecret::seeded(seed)).planned
 }
 
 #[test]
@@ -92,8 +92,8 @@ fn every_model_error_reaches_the_world() {
     let as_shipped = hashes(&ready.run(1).evidence.entries).0;
     for (path, factor) in [("models.noise", 2.0), ("models.load", 1.5), ("models.grip", 0.1)] {
         let scenario = Settings::one(path, factor.into()).applied_to(&ready.scenario).expect("a scenario");
-        let cast = cast(&scenario, &ready.setup, 1, &RunSecret::seeded(1));
-        let world = cast.world().expect("a world").fidelity;
+        let topology = lay_out(&scenario, &ready.setup, 1, &RunSecret::seeded(1));
+        let world = topology.world().expect("a world").fidelity;
         let told = [("models.noise", world.noise), ("models.load", world.load), ("models.grip", world.grip)];
         let off: Vec<_> = told.into_iter().filter(|(_, factor)| *factor != 1.0).collect();
         assert_eq!(off, [(path, factor as f32)]);

@@ -4,7 +4,7 @@ use evidence::Witnessed;
 use explain::{Explanation, Log, Place, Stage, explain, why_not};
 use holdsafe_tests::{Ready, root, shipped};
 use instrument::{Any, Note, Sensor};
-use scenario::Alphabet;
+use scenario::AttackSpace;
 use search::{Action, AttackSequence};
 use twin::trial::Run;
 use wire::event::{Event, Interface};
@@ -31,7 +31,7 @@ const ORIGINS: [(&str, Place); 16] = [
     ("heard_then_forward", Place::Teammate(UnitId::C)),
 ];
 
-/// Alphabets, moves of theirs with when they begin and how long they last (ms), and where the first loss then begins.
+/// Attack spaces, moves of theirs with when they begin and how long they last (ms), and where the first loss then begins.
 type Moved = (&'static str, &'static [(&'static str, u32, u32)], Place);
 
 const MOVES: [Moved; 19] = [
@@ -60,8 +60,8 @@ const MOVES: [Moved; 19] = [
     ("perception", &[("synthetic", 4_660, 3_230), ("echo", 5_600, 3_010)], Place::Perception),
 ];
 
-fn alphabet(name: &str) -> Alphabet {
-    Alphabet::load(&root().join("scenarios/alphabets").join(format!("{name}.toml"))).expect("a shipped alphabet")
+fn space(name: &str) -> AttackSpace {
+    AttackSpace::load(&root().join("scenarios/alphabets").join(format!("{name}.toml"))).expect("a shipped attack space")
 }
 
 /// The first loss of `ready` with these moves in it.
@@ -71,15 +71,15 @@ fn first_loss(ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> Explanation
 
 /// The same with the run that it is of.
 fn lost(mut ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> (Run, Explanation) {
-    let alphabet = alphabet(of);
-    let letters = moves.iter().map(|(name, begins, lasts)| {
-        let kind = alphabet.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
-        // Every length of these alphabets goes from 50 ms on in steps of 10; what else varies is at its first value.
+    let space = space(of);
+    let actions = moves.iter().map(|(name, begins, lasts)| {
+        let kind = space.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
+        // Every length of these attack spaces goes from 50 ms on in steps of 10; what else varies is at its first value.
         let lasts = (lasts - 50) / 10;
-        let places = (0..alphabet.moves[kind].ranges().count()).map(|i| if i == 0 { lasts } else { 0 }).collect();
-        Action { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places }
+        let places = (0..space.moves[kind].ranges().count()).map(|i| if i == 0 { lasts } else { 0 }).collect();
+        Action { begins: begins / space.tick_ms.unsigned() as u32, kind, places }
     });
-    ready.scenario = AttackSequence::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
+    ready.scenario = AttackSequence::new(actions.collect()).in_scenario(&space, &ready.scenario).expect("it fits");
     let run = ready.run(1);
     let told = explain(&run.evidence.entries, &run.evidence.bounds);
     let loss = told.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{moves:?}: no loss"));
@@ -88,8 +88,8 @@ fn lost(mut ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> (Run, Explana
 
 #[test]
 fn what_looks_alike_is_told_apart() {
-    for (alphabet, moves, place) in MOVES {
-        let loss = first_loss(shipped("nominal"), alphabet, moves);
+    for (space, moves, place) in MOVES {
+        let loss = first_loss(shipped("nominal"), space, moves);
         assert_eq!((loss.origin.place, &loss.origin.or[..]), (place, &[][..]), "{moves:?}: {loss:#?}");
         let began = u64::from(moves.iter().map(|(_, begins, _)| *begins).max().unwrap_or_default()) * 1000;
         let since = loss.origin.since_us;
@@ -111,13 +111,12 @@ fn frozen_camera_is_dated_from_its_last_frame() {
 #[test]
 fn holding_link_differs_from_a_stalled_gateway() {
     let of = |name: &str, moves: &[(&str, u32, &[u32])]| {
-        let (mut ready, alphabet) = (shipped("nominal"), alphabet(name));
-        let letters = moves.iter().map(|(name, begins, places)| {
-            let kind = alphabet.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
-            Action { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places: places.to_vec() }
+        let (mut ready, space) = (shipped("nominal"), space(name));
+        let actions = moves.iter().map(|(name, begins, places)| {
+            let kind = space.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
+            Action { begins: begins / space.tick_ms.unsigned() as u32, kind, places: places.to_vec() }
         });
-        ready.scenario =
-            AttackSequence::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
+        ready.scenario = AttackSequence::new(actions.collect()).in_scenario(&space, &ready.scenario).expect("it fits");
         ready
     };
     let place = |ready: &Ready| {
@@ -130,7 +129,7 @@ fn holding_link_differs_from_a_stalled_gateway() {
     assert_eq!(place(&of("path", &[("hold", 3_750, &[392, 207])])), (Place::Telemetry, vec![]));
     let mut cut = of("path", &[("cut", 4_090, &[48])]);
     let dies = AttackSequence::new(vec![Action { begins: 563, kind: 3, places: vec![] }]);
-    let processes = alphabet("processes");
+    let processes = space("processes");
     assert_eq!(processes.moves[3].name.as_str(), "gateway-ends");
     cut.scenario = dies.in_scenario(&processes, &cut.scenario).expect("it fits");
     assert_eq!(place(&cut), (Place::Telemetry, vec![]));
@@ -139,9 +138,9 @@ fn holding_link_differs_from_a_stalled_gateway() {
 /// It is told from a fault of the order path.
 #[test]
 fn late_hold_of_a_hung_console_is_recognised() {
-    // In that alphabet the operator gives a HOLD at 7 s.
+    // In that attack space the operator gives a HOLD at 7 s.
     let mut ready = shipped("nominal");
-    ready.scenario = AttackSequence::default().in_scenario(&alphabet("stations"), &ready.scenario).expect("it fits");
+    ready.scenario = AttackSequence::default().in_scenario(&space("stations"), &ready.scenario).expect("it fits");
     let loss = first_loss(ready, "processes", &[("console-hangs", 4_830, 3_000)]);
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Console, &[][..]), "{loss:#?}");
 }
@@ -153,7 +152,7 @@ fn stalled_gateway_is_told_by_other_units() {
         for (moved, of, place) in [("gateway-hangs", "processes", Place::Gateway), ("cut", "path", Place::Telemetry)] {
             let mut ready = shipped("nominal");
             ready.scenario =
-                AttackSequence::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
+                AttackSequence::default().in_scenario(&space("teammates"), &ready.scenario).expect("it fits");
             let loss = first_loss(ready, of, &[(moved, 4_600, lasts)]);
             assert_eq!((loss.origin.place, &loss.origin.or[..]), (place, &[][..]), "{moved} for {lasts}: {loss:#?}");
         }
@@ -165,8 +164,7 @@ fn stalled_gateway_is_told_by_other_units() {
 fn ambiguous_link_and_gateway_are_both_named() {
     for (moved, of) in [("gateway-hangs", "processes"), ("cut", "path")] {
         let mut ready = shipped("nominal");
-        ready.scenario =
-            AttackSequence::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
+        ready.scenario = AttackSequence::default().in_scenario(&space("teammates"), &ready.scenario).expect("it fits");
         let (run, _) = lost(ready, of, &[(moved, 5_300, 4_000)]);
         let of_a_teammate = |event: &Any| {
             matches!(
@@ -189,7 +187,7 @@ fn swallowed_order_traces_to_the_session_takeover() {
     assert!(loss.origin.since_us.abs_diff(4_500_000) < DATED_BACK, "{loss:#?}");
     // A theft that was over when somebody else swallowed the order is not what it goes back to.
     let mut ready = shipped("nominal");
-    let stations = alphabet("stations");
+    let stations = space("stations");
     let kind = stations.moves.iter().position(|m| m.name.as_str() == "take-session").expect("a move of it");
     let begins = 4_500 / stations.tick_ms.unsigned() as u32;
     // For 1.5 s: to 6.0 s. The operator gives a HOLD at 7 s.

@@ -16,16 +16,16 @@ pub(super) fn finish(mut twin: Twin, end: u64) -> Vec<Logged> {
 }
 
 fn forks_agree(ready: &Ready, seed: u64, ticks: impl Iterator<Item = u64>) {
-    let (cast, twin) = start(&ready.scenario, &ready.setup, seed, false).expect("a shipped scenario starts");
-    let whole = hashes(&read(&finish(twin, cast.duration)).0);
+    let (topology, twin) = start(&ready.scenario, &ready.setup, seed, false).expect("a shipped scenario starts");
+    let whole = hashes(&read(&finish(twin, topology.duration)).0);
     let (_, mut trunk) = start(&ready.scenario, &ready.setup, seed, false).expect("a shipped scenario starts");
     for (i, tick) in ticks.enumerate() {
         trunk.run_until(tick);
         let fork = trunk.fork(WorldId(1 + i as u64));
-        let forked = hashes(&read(&finish(fork, cast.duration)).0);
+        let forked = hashes(&read(&finish(fork, topology.duration)).0);
         assert_eq!(forked, whole, "fork at {tick} µs");
     }
-    let trunk = hashes(&read(&finish(trunk, cast.duration)).0);
+    let trunk = hashes(&read(&finish(trunk, topology.duration)).0);
     assert_eq!(trunk, whole, "the trunk after its forks");
 }
 
@@ -50,11 +50,11 @@ const BRANCHES_AT: u64 = 6_000_000;
 
 /// Logs of a fork and two kinds of branches behind `BRANCHES_AT`.
 fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
-    let (cast, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
+    let (topology, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
     trunk.run_until(BRANCHES_AT);
     let before = trunk.log().len();
-    let branches = seeds.map(|seed| finish(trunk.branch(seed, &ready.scenario.varies), cast.duration));
-    let fork = finish(trunk.fork(WorldId(1)), cast.duration);
+    let branches = seeds.map(|seed| finish(trunk.branch(seed, &ready.scenario.varies), topology.duration));
+    let fork = finish(trunk.fork(WorldId(1)), topology.duration);
     (fork[before..].to_vec(), branches)
 }
 

@@ -6,7 +6,7 @@ mod determinism;
 mod explained;
 mod forks;
 mod fuzzing;
-mod mouths;
+mod journals;
 mod oracle;
 mod parsers;
 mod rare;

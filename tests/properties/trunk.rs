@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use holdsafe_tests::{Ready, shipped};
-use scenario::{Alphabet, Scenario};
+use scenario::{AttackSpace, Scenario};
 use search::{AttackSequence, Moments, SearchConfig};
 use twin::part::Part;
 use twin::part::baseline::Baseline;
@@ -12,14 +12,14 @@ use twin::trial::{baseline, start, start_following};
 use crate::forks::finish;
 
 /// Number of a run's cores that followed its baseline to the end, and of all.
-fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenario, word: &str) -> (usize, usize) {
-    let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
-    let alone = finish(twin, cast.duration);
-    let (cast, mut twin) = start_following(of, &ready.setup, seed, known).expect("it starts");
-    twin.run_until(cast.duration);
+fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Baseline>, of: &Scenario, sequence: &str) -> (usize, usize) {
+    let (topology, twin) = start(of, &ready.setup, seed, false).expect("it starts");
+    let alone = finish(twin, topology.duration);
+    let (topology, mut twin) = start_following(of, &ready.setup, seed, known).expect("it starts");
+    twin.run_until(topology.duration);
     twin.finish(1_500_000);
     // Every byte, signatures too.
-    assert!(twin.log() == alone, "{word}");
+    assert!(twin.log() == alone, "{sequence}");
     let follows = |part: &Part| matches!(part, Part::Following(along) if along.follows());
     (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
 }
@@ -37,20 +37,20 @@ fn run_following_its_own_trunk_computes_nothing() {
 fn run_along_a_trunk_is_unchanged_under_attack() {
     let ready = shipped("nominal");
     for file in std::fs::read_dir(holdsafe_tests::root().join("scenarios/alphabets")).expect("the folder").flatten() {
-        let alphabet = Alphabet::load(&file.path()).expect("a shipped alphabet");
-        let nothing = AttackSequence::default().in_scenario(&alphabet, &ready.scenario).expect("it fits");
+        let space = AttackSpace::load(&file.path()).expect("a shipped attack space");
+        let nothing = AttackSequence::default().in_scenario(&space, &ready.scenario).expect("it fits");
         let known = Arc::new(baseline(&nothing, &ready.setup, 1).expect("it runs"));
-        let ground = SearchConfig::new(ready.scenario.clone(), ready.setup.clone(), 1, alphabet).expect("it runs");
-        let nominal = ground.try_word(&AttackSequence::default()).expect("it runs");
-        let moments = Moments::of(&nominal, &ground.alphabet, &ready.setup.bounds);
-        let words = ground.words(1, &moments, 10_000).expect("few words");
+        let config = SearchConfig::new(ready.scenario.clone(), ready.setup.clone(), 1, space).expect("it runs");
+        let nominal = config.try_sequence(&AttackSequence::default()).expect("it runs");
+        let moments = Moments::of(&nominal, &config.space, &ready.setup.bounds);
+        let sequences = config.sequences(1, &moments, 10_000).expect("few sequences");
         let (mut followed, mut left) = (0, 0);
-        for word in words.iter().step_by(9) {
-            let of = word.in_scenario(&ground.alphabet, &ready.scenario).expect("it fits");
-            let (along, all) = along_to_the_end(&ready, 1, &known, &of, &word.told(&ground.alphabet));
+        for sequence in sequences.iter().step_by(9) {
+            let of = sequence.in_scenario(&config.space, &ready.scenario).expect("it fits");
+            let (along, all) = along_to_the_end(&ready, 1, &known, &of, &sequence.told(&config.space));
             (followed, left) = (followed + along, left + all - along);
         }
-        let name = ground.alphabet.name.as_str();
+        let name = config.space.name.as_str();
         assert!(followed > 0 && left > 0, "{name}: {followed} cores went along to the end, {left} did not");
     }
 }

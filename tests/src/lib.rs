@@ -27,8 +27,8 @@ pub struct Ready {
 impl Ready {
     /// Runs it in the twin.
     pub fn run(&self, seed: u64) -> Run {
-        let (cast, twin) = start(&self.scenario, &self.setup, seed, false).expect("a shipped scenario starts");
-        conclude(cast, twin, &self.setup)
+        let (topology, twin) = start(&self.scenario, &self.setup, seed, false).expect("a shipped scenario starts");
+        conclude(topology, twin, &self.setup)
     }
 
     /// Runs it over `seeds` and demands an expected class each time; gives the runs.

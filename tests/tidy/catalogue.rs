@@ -34,10 +34,10 @@ fn every_row_has_scenario_and_test() {
 #[test]
 fn papers_figures_match_the_code() {
     let ready = holdsafe_tests::shipped("teammate");
-    let cast = topology::cast(&ready.scenario, &ready.setup, 1, &topology::RunSecret::seeded(1));
+    let topology = topology::lay_out(&ready.scenario, &ready.setup, 1, &topology::RunSecret::seeded(1));
     let platforms = scenario::platforms(&root()).expect("platforms/ loads");
     assert!(
-        read("docs/researcher/figures.md") == catalogue().figures(&scenarios(), "teammate", &cast, &platforms),
+        read("docs/researcher/figures.md") == catalogue().figures(&scenarios(), "teammate", &topology, &platforms),
         "docs/researcher/figures.md is not what the code gives: run `target/debug/lab catalogue --figures > docs/researcher/figures.md`"
     );
 }

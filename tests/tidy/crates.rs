@@ -16,8 +16,6 @@ const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 /// Every crate with those of ours that it may depend on, from the bottom up.
 const MAY_KNOW: [(&str, &[&str]); 29] = [
     ("wire", &[]),
-    // A dossier states results as they are given: it does not know how they came about.
-    ("dossier", &[]),
     ("parallel", &[]),
     ("stats", &[]),
     ("instrument", &["wire"]),
@@ -96,19 +94,10 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
     (
         "results",
-        &[
-            "wire",
-            "instrument",
-            "autonomy",
-            "dossier",
-            "stats",
-            "evidence",
-            "explain",
-            "scenario",
-            "topology",
-            "search",
-        ],
+        &["wire", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"],
     ),
+    // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
+    ("dossier", &["stats", "evidence", "scenario", "results"]),
     (
         "runner",
         &[

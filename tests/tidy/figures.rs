@@ -30,17 +30,13 @@ const PAGES: [&str; 15] = [
 /// Programs of this repository that are not verbs of `holdsafe`.
 const PROGRAMS: [&str; 4] = ["cargo", "trainer", "holdsafe", "lab"];
 
-/// The verbs, from the sources of the command line: variants of one enum, one a line, and the names of before, which older figures have.
+/// The verbs, from the sources of the command line: variants of one enum, one a line.
 fn verbs() -> BTreeSet<String> {
-    let read = |file: &str| fs::read_to_string(root().join("crates/holdsafe/src").join(file)).expect("a source");
-    let text = read("command.rs");
+    let text = fs::read_to_string(root().join("crates/holdsafe/src/command.rs")).expect("a source");
     let body = text.split("enum Verb {").nth(1).and_then(|rest| rest.split("\n}").next()).expect("the verbs");
     let variants = body.lines().map(str::trim).filter(|line| line.starts_with(|c: char| c.is_ascii_uppercase()));
     let named = |line: &str| line.chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_lowercase();
-    let renamed = read("command/renamed.rs");
-    let tables = renamed.split("#[cfg(test)]").next().unwrap_or_default();
-    let old = tables.split("(\"").skip(1).filter_map(|rest| rest.split_once("\", &[")).map(|(old, _)| old.to_owned());
-    variants.map(named).chain(old.filter(|old| !old.contains('"'))).collect()
+    variants.map(named).collect()
 }
 
 /// The text between backticks.
@@ -92,7 +88,7 @@ fn sections(text: &str) -> Vec<(String, String)> {
 #[test]
 fn published_figures_can_be_checked() {
     let verbs = verbs();
-    assert!(verbs.contains("run") && verbs.contains("inspect") && verbs.contains("bench"), "{verbs:?}");
+    assert!(verbs.contains("run") && verbs.contains("inspect"), "{verbs:?}");
     for page in PAGES {
         let text = fs::read_to_string(root().join(page)).expect("a page");
         // A generated page names at its head the command that makes all of it.

@@ -6,6 +6,7 @@ mod circles;
 mod crates;
 mod figures;
 mod links;
+mod results;
 mod words;
 
 use std::fs;

@@ -160,7 +160,7 @@ impl CommandGate {
         let judged = self.addressed(&claim).and_then(|()| {
             let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
-            let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, revoked, now)?;
+            let admitted = fresh.by_role(policy, &self.operators)?.admitted(policy, revoked, now)?;
             let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
             let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
             let second = order.confirmation.map(|bytes| &**bytes);

@@ -128,7 +128,7 @@ impl Teammates {
     }
 
     /// The finding that stands, if one does.
-    pub fn standing(&self) -> Option<(UnitId, Inconsistency)> {
+    pub fn finding(&self) -> Option<(UnitId, Inconsistency)> {
         self.found
     }
 

@@ -5,12 +5,12 @@ use wire::command::CommandKind;
 use wire::core::{Output, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::{Account, Event};
-use wire::hop::HopBody;
 use wire::id::TrackId;
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Mode};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
+use wire::session::SessionBody;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
@@ -70,7 +70,7 @@ impl Autonomy {
             .with(Guard::Lease, self.lease.lapsed(now))
             .with(Guard::Teammates, self.teammates.inconsistent())
             .with(Guard::SealedLog, self.seals.missing(now));
-        let evidence = self.picture.waived().union(self.localisation.waived()).union(self.standing.lease_waived);
+        let evidence = self.picture.waived().union(self.localisation.waived()).union(self.status.lease_waived);
         Health::judge(findings, self.identity.waived_guards, evidence)
     }
 
@@ -79,7 +79,7 @@ impl Autonomy {
         let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds).floor() as i32);
         let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
         measured
-            .claimed(self.teammates.standing())
+            .claimed(self.teammates.finding())
             .with(Guard::Geofence, spare)
             // At its full age it has lapsed.
             .aged(Guard::Lease, self.lease.age(Span::ms(self.bounds.lease_ms), now).map(|age| age + Span(1)))
@@ -188,7 +188,7 @@ impl Autonomy {
         for effect in effects {
             match effect {
                 Effect::Transition { from, to, cause, because, failing } => {
-                    self.standing.cause = cause;
+                    self.status.cause = cause;
                     self.write(now, Event::Transition { from, to, cause, because, failing });
                 }
                 Effect::Minted { authority, world, track, command, waived } => {
@@ -210,7 +210,7 @@ impl Autonomy {
     fn configured(&mut self, settings: &Settings) {
         let before = self.bounds.fence_margin_mm;
         self.bounds = settings::under(settings, &self.identity.bounds);
-        self.standing.settings = Some(*settings);
+        self.status.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
             self.mission.replan(plan(&self.fence, &self.map, &self.bounds));
         }
@@ -284,7 +284,7 @@ impl Autonomy {
     /// Says our session nonce until the peer uses it.
     pub(crate) fn introduce(&mut self, now: Instant) {
         if let Some(nonce) = self.session.as_ref().and_then(|session| session.introduction()) {
-            self.send(now, HopBody::Hello(nonce));
+            self.send(now, SessionBody::Hello(nonce));
         }
     }
 
@@ -299,7 +299,7 @@ impl Autonomy {
             machine: &self.machine,
             failing: self.health.failing(),
             measured: self.measured(now),
-            standing: &self.standing,
+            status: &self.status,
             localisation: &self.localisation,
             picture: &self.picture,
             mission: &self.mission,
@@ -310,13 +310,13 @@ impl Autonomy {
         self.send(now, report_body(&signed));
     }
 
-    fn send(&mut self, now: Instant, body: HopBody<'_>) {
+    fn send(&mut self, now: Instant, body: SessionBody<'_>) {
         let boot = self.identity.boot;
         if self.quiet {
             return;
         }
         if let Some(session) = &mut self.session {
-            let bytes = session.hop(now, boot, body);
+            let bytes = session.session_message(now, boot, body);
             self.out.push_back(Output::Record { session: session.id(), bytes });
             self.accounts.count(Account::Sent);
         }

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use wire::audit::Seal;
 use wire::core::{Subject, Topic};
 use wire::event::{Event, Interface};
-use wire::hop::{HopBody, Teammate};
 use wire::id::{PeerId, RecordId, SessionId};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
 use wire::sensor::Navigation;
+use wire::session::{SessionBody, Teammate};
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
 use wire::trust::{Evidence, SessionRecord};
@@ -127,25 +127,25 @@ impl Autonomy {
     }
 
     fn session_record(&mut self, now: Instant, peer: PeerId, record: &SessionRecord<'_>, evidence: Evidence) {
-        match &record.hop.body {
-            HopBody::Grant(length) => {
+        match &record.outer.body {
+            SessionBody::Grant(length) => {
                 let longest = Span::ms(self.identity.bounds.lease_ms);
                 self.lease.grant(*length, longest, evidence.received, evidence.age);
-                self.standing.lease_waived = evidence.waived;
+                self.status.lease_waived = evidence.waived;
             }
-            HopBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
-            HopBody::Watch(challenge) => {
+            SessionBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
+            SessionBody::Watch(challenge) => {
                 if let Some(session) = &mut self.session {
                     session.watch(*challenge, evidence.received);
                 }
             }
-            HopBody::Revoked(revocation) => {
+            SessionBody::Revoked(revocation) => {
                 if let Err(refusal) = self.take_revocation(now, revocation) {
                     return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
                 }
             }
             // A supervisor reports nothing to a unit; if it does, nothing follows from it.
-            HopBody::Hello(_) | HopBody::Report(_) => {}
+            SessionBody::Hello(_) | SessionBody::Report(_) => {}
         }
         self.accept(now, peer, record.id(), &evidence);
     }
@@ -180,7 +180,7 @@ impl Autonomy {
             return self.refuse(now, Interface::Downlink, Some(via), &Refusal::Role { got: report.origin });
         };
         let refused = self.revoked.stands(report.origin, now).err();
-        let refused = refused.filter(|_| identity.policy.check(Check::Standing) == Requirement::Required);
+        let refused = refused.filter(|_| identity.policy.check(Check::Revocation) == Requirement::Required);
         if let Some(refusal) = refused {
             return self.refuse(now, Interface::Downlink, Some(via), &refusal);
         }
@@ -188,7 +188,7 @@ impl Autonomy {
         self.accept(now, via, report.id(), &Evidence { waived, ..inner });
         let age = inner.age.map_or(Span::ZERO, Age::upper);
         let own = self.localisation.motion();
-        let stood = self.teammates.standing();
+        let stood = self.teammates.finding();
         if let Some(finding) = self.teammates.take((unit, via), report, age, now, own, &identity.bounds) {
             if stood != Some((unit, finding)) {
                 self.write(now, Event::Inconsistent { unit, finding, record: report.id() });
@@ -213,7 +213,7 @@ impl Autonomy {
     /// taken. So orders given until now that lead away from safe are void, and the operator reads of it in our reports.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.write(now, Event::SessionLost { peer: self.identity.unit.peer() });
-        self.standing.sessions_lost = self.standing.sessions_lost.saturating_add(1);
+        self.status.sessions_lost = self.status.sessions_lost.saturating_add(1);
         self.commands.void();
         let nonce = self.nonce();
         self.commands.issue(nonce, now);
@@ -244,7 +244,7 @@ impl Autonomy {
         // The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far
         // ahead, which would lead it to where nothing of it is heard, nor an old one, below which nothing is heard.
         if let Some(newest) = order.moved() {
-            self.standing.last_command = Some((newest, refused.as_ref().map(Refusal::reason)));
+            self.status.last_command = Some((newest, refused.as_ref().map(Refusal::reason)));
         }
         self.answer(now, &order.claimed(), refused.as_ref());
     }

@@ -6,10 +6,10 @@
 use minicbor::bytes::ByteSlice;
 use wire::bounds::Bounds;
 use wire::codec;
-use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId};
 use wire::policy::Policy;
 use wire::refusal::Refusal;
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::sign::Keyring;
 use wire::time::{Age, AgeBound, Echo, Instant};
 use wire::trust::{Accepted, Decoded, Exchange, SessionGate, SessionRecord, SignedReport, Window, Windows};
@@ -89,7 +89,7 @@ impl Session {
             self.note(now, &exchange);
         }
         if let Ok(record) = &verdict {
-            self.heard |= record.message().hop.session == self.nonce;
+            self.heard |= record.message().outer.session == self.nonce;
         }
         verdict
     }
@@ -127,10 +127,10 @@ impl Session {
     }
 
     /// The next record to send.
-    pub fn hop(&mut self, now: Instant, boot: Boot, body: HopBody<'_>) -> Vec<u8> {
+    pub fn session_message(&mut self, now: Instant, boot: Boot, body: SessionBody<'_>) -> Vec<u8> {
         self.sent = self.sent.next();
-        codec::encode(&Hop {
-            version: HOP_VERSION,
+        codec::encode(&SessionMessage {
+            version: SESSION_VERSION,
             session: self.theirs.unwrap_or(Nonce::NONE),
             boot,
             sequence: self.sent,
@@ -151,8 +151,8 @@ impl Session {
 }
 
 /// A report as the body of a record.
-pub fn report_body(signed: &[u8]) -> HopBody<'_> {
-    HopBody::Report(<&ByteSlice>::from(signed))
+pub fn report_body(signed: &[u8]) -> SessionBody<'_> {
+    SessionBody::Report(<&ByteSlice>::from(signed))
 }
 
 /// Judges the report in a gateway's envelope: its age is the one at the gateway plus the envelope's own.

@@ -79,7 +79,7 @@ use mission::Mission;
 use picture::Picture;
 use seals::Seals;
 use state::Machine;
-use telemetry::Standing;
+use telemetry::StatusRecord;
 
 /// Clearance that the plan keeps to the fence beyond the margin in force, the platform's or an operator's, and to the rim of
 /// obstacles on the map, millimetres.
@@ -92,7 +92,7 @@ pub struct Autonomy {
     machine: Machine,
     mint: Mint,
     health: Health,
-    standing: Standing,
+    status: StatusRecord,
     picture: Picture,
     localisation: Localisation,
     fence: Arc<Geofence>,
@@ -152,7 +152,7 @@ impl Autonomy {
             machine: Machine::start(),
             mint: Mint::new(&setup),
             health: Health::judge(Findings::default(), waived, Waived::default()),
-            standing: Standing::default(),
+            status: StatusRecord::default(),
             picture: Picture::default(),
             localisation: Localisation::new(waived),
             fence,
@@ -208,7 +208,7 @@ impl Autonomy {
             machine: self.machine.fork(fork),
             mint: self.mint.fork(fork),
             health: self.health.clone(),
-            standing: self.standing,
+            status: self.status,
             picture: self.picture.clone(),
             localisation: self.localisation.clone(),
             fence: Arc::clone(&self.fence),

@@ -28,7 +28,7 @@ const NEVER: Span = Span::s(86_400);
 
 /// The unit's own account of its mode.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Standing {
+pub struct StatusRecord {
     /// Cause of the last transition.
     pub cause: Cause,
     /// The last order that was accepted and, if it was refused, why.
@@ -53,7 +53,7 @@ pub struct Sources<'a> {
     /// Measurements by which they are judged.
     pub measured: Measured,
     /// Cause and last command.
-    pub standing: &'a Standing,
+    pub status: &'a StatusRecord,
     /// Pose and speed.
     pub localisation: &'a Localisation,
     /// Tracks.
@@ -82,20 +82,20 @@ impl Sources<'_> {
             stamp: now.stamp(),
             product: ProductMode::Live,
             mode: self.mode(),
-            cause: self.standing.cause,
+            cause: self.status.cause,
             failing: self.failing,
             pose,
             speed_mm_s: self.localisation.speed() as i32,
             pose_age,
             authority: authority.map(|held| ReportedAuthority { track: held.track(), left: held.left(now) }),
             command_nonce: self.commands.current().map_or(Nonce::NONE, |(nonce, _)| nonce),
-            last_command: self.standing.last_command,
+            last_command: self.status.last_command,
             progress: self.mission.progress(),
             tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),
             watched: self.watched,
-            sessions_lost: self.standing.sessions_lost,
+            sessions_lost: self.status.sessions_lost,
             measured: self.measured,
-            settings: self.standing.settings,
+            settings: self.status.settings,
         }
     }
 

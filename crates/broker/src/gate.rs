@@ -69,7 +69,7 @@ pub enum Denial {
     /// The TLS handshake was refused: no certificate, a foreign one, a wrong version; the fault has its own name.
     #[error("expected {}, got: {}", .0.fault.expected(), .0.got)]
     Handshake(Refused),
-    /// The certificate of a standing session has been revoked or has ended.
+    /// The certificate of an open session has been revoked or has ended.
     #[error("expected {} of {peer} all along, got: {}", refused.fault.expected(), refused.got)]
     Dismissed {
         /// Peer that the handshake authenticated.
@@ -186,28 +186,28 @@ impl Events {
 }
 
 /// Number of connections of each identity that have been admitted and stand.
-pub(crate) type Standing = Arc<ByPeer<AtomicU32>>;
+pub(crate) type OpenSessions = Arc<ByPeer<AtomicU32>>;
 
 /// The gate of one connection.
 pub(crate) struct Gate {
     peer: PeerId,
     rights: Requirement,
     events: Events,
-    standing: Standing,
+    open: OpenSessions,
     admitted: AtomicBool,
     denials: AtomicU32,
 }
 
 impl Gate {
     /// The gate of a connection that the handshake has tied to `peer`.
-    pub(crate) fn new(peer: PeerId, rights: Requirement, events: Events, standing: Standing) -> Self {
-        Self { peer, rights, events, standing, admitted: AtomicBool::new(false), denials: AtomicU32::new(0) }
+    pub(crate) fn new(peer: PeerId, rights: Requirement, events: Events, open: OpenSessions) -> Self {
+        Self { peer, rights, events, open, admitted: AtomicBool::new(false), denials: AtomicU32::new(0) }
     }
 
     /// The session stands; one of the same identity that stood before is taken over.
     fn admit(&self) {
         let first = !self.admitted.swap(true, Ordering::Relaxed);
-        if first && self.standing[self.peer].fetch_add(1, Ordering::Relaxed) > 0 {
+        if first && self.open[self.peer].fetch_add(1, Ordering::Relaxed) > 0 {
             self.events.note(Event::TakenOver { peer: self.peer });
         }
         self.events.note(Event::Admitted { peer: self.peer });
@@ -249,7 +249,7 @@ impl Gate {
 impl Drop for Gate {
     fn drop(&mut self) {
         if self.admitted().is_some() {
-            self.standing[self.peer].fetch_sub(1, Ordering::Relaxed);
+            self.open[self.peer].fetch_sub(1, Ordering::Relaxed);
         }
     }
 }

@@ -37,7 +37,7 @@ use tokio_rustls::TlsAcceptor;
 use wire::id::{ByPeer, PeerId};
 use wire::policy::Requirement;
 
-use crate::gate::{Denial, Event, Events, Gate, Standing};
+use crate::gate::{Denial, Event, Events, Gate, OpenSessions};
 use crate::tls;
 
 /// The largest MQTT packet, in bytes; above the largest payload that `link::mqtt` sends.
@@ -185,7 +185,7 @@ struct Front {
     stop: broadcast::Sender<()>,
     connections: Arc<Semaphore>,
     of_peer: ByPeer<Arc<Semaphore>>,
-    standing: Standing,
+    open: OpenSessions,
     config: Arc<BrokerConfig>,
     storage: Arc<DynamicStorage>,
     router: Arc<MessageRouter>,
@@ -205,7 +205,7 @@ impl Front {
             stop,
             connections: Arc::new(Semaphore::new(limits.connections)),
             of_peer: ByPeer::new(|| Arc::new(Semaphore::new(MAX_CONNECTIONS_OF_PEER))),
-            standing: Arc::new(ByPeer::new(|| AtomicU32::new(0))),
+            open: Arc::new(ByPeer::new(|| AtomicU32::new(0))),
             config: Arc::new(bounds(limits)),
             router: Arc::new(MessageRouter::with_storage(Arc::clone(&storage))),
             storage,
@@ -330,7 +330,7 @@ async fn serve(
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
     let chain: Vec<_> = stream.get_ref().1.peer_certificates().unwrap_or_default().to_vec();
-    let gate = Arc::new(Gate::new(peer, front.limits.rights, front.events.clone(), Arc::clone(&front.standing)));
+    let gate = Arc::new(Gate::new(peer, front.limits.rights, front.events.clone(), Arc::clone(&front.open)));
     let (end, ended) = broadcast::channel(1);
     let session = ClientHandler::new(
         BrokerTransport::tls(TlsStreamWrapper::new(stream)),

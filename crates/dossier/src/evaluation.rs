@@ -8,15 +8,17 @@ mod retrained;
 
 use core::fmt::Write;
 
-use crate::measured::LiveLatency;
-use crate::objects::{MatrixRun, Outcome, Run};
-use crate::results::{Found, Results};
+use evidence::trial::Outcome;
+use results::report::LiveLatency;
+use results::report::{MatrixRun, RunObject};
+
+use crate::reader::{Found, Results};
 use crate::tried::told;
 
 /// The paper's upper limit for the 95th percentile of a degraded transition, milliseconds.
 const PAPER_P95_MS: f64 = 1700.0;
 /// Fewer values give no bound on a 95th percentile.
-const MIN_FOR_P95: u64 = 59;
+const MIN_FOR_P95: usize = 59;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Status {
@@ -132,7 +134,7 @@ fn line(run: &MatrixRun) -> String {
 }
 
 fn all_are(run: &MatrixRun, class: Outcome) -> bool {
-    run.summary.n > 0 && run.summary.outcomes.get(&class).copied() == Some(run.summary.n)
+    run.summary.n > 0 && run.summary.outcomes.get(&class).copied() == Some(run.summary.n as u64)
 }
 
 fn harmless(run: &MatrixRun) -> bool {
@@ -237,12 +239,12 @@ fn starvation(results: &Results) -> Answer {
     answer
 }
 
-fn waived(run: &Run) -> String {
+fn waived(run: &RunObject) -> String {
     let outcomes = told(&run.summary.outcomes);
     let mark = run.watermark.as_deref().unwrap_or_default();
     format!(
         "`track_starvation`, {}, {mark}: {outcomes} (n {}): the paper's gap between display and state",
-        run.mode.name(),
+        run.mode.evidence().name(),
         run.summary.n
     )
 }
@@ -256,25 +258,26 @@ fn domains(_: &Results) -> Answer {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use serde_json::json;
 
-    fn bench(n: u64, mean: f64, bound: &str) -> Results {
-        let text = format!(
-            r#"{{"kind":"bench-live","schema_version":1,"losses":[],"live_latency_ms":[{{"scenario":"thermal_loss",
-            "live":{{"to_degraded":{{"n":{n},"mean":{mean},"p95":{mean},"p95_upper_95":{bound}}}}},
-            "paper":{{"loss":"thermal processing","n":5,"mean_ms":511.0}}}}]}}"#
-        );
+    use super::*;
+    use crate::reader::golden;
+
+    fn bench(n: u64, mean: f64, bound: Option<f64>) -> Results {
+        let mut bench = golden("bench-live");
+        bench["live_latency_ms"][0]["live"]["to_degraded"] =
+            json!({"n": n, "mean": mean, "p95": mean, "p95_upper_95": bound});
         let mut results = Results::default();
-        results.read("x.json", text.as_bytes()).expect("a bench");
+        results.read("x.json", bench.to_string().as_bytes()).expect("a bench");
         results
     }
 
     #[test]
     fn claim_is_exceeded_only_by_a_bound() {
-        assert_eq!(loss(&bench(59, 200.0, "210.0"), "thermal_loss").status, Status::Exceeded);
-        assert_eq!(loss(&bench(9, 200.0, "null"), "thermal_loss").status, Status::Reproduced);
-        assert_eq!(loss(&bench(59, 600.0, "700.0"), "thermal_loss").status, Status::NotReproduced);
-        assert_eq!(loss(&bench(59, 200.0, "210.0"), "rgb_loss").status, Status::NotMeasured);
+        assert_eq!(loss(&bench(59, 200.0, Some(210.0)), "thermal_loss").status, Status::Exceeded);
+        assert_eq!(loss(&bench(9, 200.0, None), "thermal_loss").status, Status::Reproduced);
+        assert_eq!(loss(&bench(59, 600.0, Some(700.0)), "thermal_loss").status, Status::NotReproduced);
+        assert_eq!(loss(&bench(59, 200.0, Some(210.0)), "rgb_loss").status, Status::NotMeasured);
     }
 
     #[test]

@@ -7,11 +7,12 @@
 
 use std::collections::BTreeMap;
 
+use evidence::trial::Outcome;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesText, Event};
+use results::report::{FindingRow, SearchObject};
 
-use crate::objects::{Finding, Outcome, Search};
-use crate::results::{Found, Given, Results};
+use crate::reader::{Found, Given, Results};
 use crate::tried::{Tried, told, tried};
 
 /// A suite's name, and its cases.
@@ -95,14 +96,14 @@ fn lines(one: &Tried) -> String {
     known.into_iter().filter_map(|(key, value)| Some(format!("{key}: {}\n", value?))).collect()
 }
 
-fn searched(search: &Search, mut properties: Vec<(&'static str, String)>) -> Suite {
+fn searched(search: &SearchObject, mut properties: Vec<(&'static str, String)>) -> Suite {
     properties.push(("seed", search.seed.to_string()));
     properties.push(("draws", search.draws.to_string()));
     let hunt = &search.hunt;
-    let how = format!("{} trials, {}, {}", hunt.trials, hunt.strategy.to_lowercase(), search.policy);
+    let how = format!("{} trials, {}, {}", hunt.trials, format!("{:?}", hunt.strategy).to_lowercase(), search.policy);
     let outcomes = told(&hunt.outcomes);
     let whole = Case { name: how, verdict: Verdict::Passed, out: format!("outcomes: {outcomes}\n") };
-    let found = |finding: &Finding| {
+    let found = |finding: &FindingRow| {
         let message = format!("{} {}: {}", finding.outcome.name(), finding.broken, finding.word);
         let detail = finding.finding.clone().unwrap_or_default();
         let out = format!("{}reproduce: {}\n", ablation(search), finding.reproduce);
@@ -113,7 +114,7 @@ fn searched(search: &Search, mut properties: Vec<(&'static str, String)>) -> Sui
     Suite { properties, cases: [whole].into_iter().chain(search.findings.iter().map(found)).collect() }
 }
 
-fn ablation(search: &Search) -> String {
+fn ablation(search: &SearchObject) -> String {
     search.watermark.as_ref().map(|why| format!("ablation: {why}\n")).unwrap_or_default()
 }
 

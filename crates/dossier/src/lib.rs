@@ -4,25 +4,24 @@
 //! depends on no clock, no chance and no other file, so the same results give the same bytes. No code here judges a trial or computes a
 //! bound; a report adds no statement to its results.
 //!
-//! `results` reads, `objects` and `measured` are the inputs; `summary` is the summary of one run, from its recording. `page` makes the HTML
-//! file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from `tried`, one
-//! view of a variation's results. `evaluation` sets the paper's claims against results.
+//! `reader` reads them as the objects that `results` defines, in which the summary of one run from its recording is defined too. `page`
+//! makes the HTML file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from
+//! `tried`, one view of a variation's results. `evaluation` sets the paper's claims against results.
 
 mod evaluation;
 pub mod figure;
 pub mod files;
 mod junit;
-pub mod measured;
 mod navigator;
-pub mod objects;
 pub mod page;
 #[cfg(feature = "pdf")]
 pub mod pdf;
-pub mod results;
+pub mod reader;
 mod sarif;
 mod sbom;
-pub mod summary;
 pub mod tried;
+
+use results::summary::RunSummary;
 
 pub use evaluation::evaluation;
 pub use junit::junit;
@@ -38,9 +37,24 @@ pub struct Dossier {
     /// Version of the program that makes it.
     pub version: String,
     /// Results.
-    pub results: results::Results,
+    pub results: reader::Results,
     /// Runs that are told one by one.
-    pub stories: Vec<summary::RunSummary>,
+    pub stories: Vec<RunSummary>,
     /// Every recording that was read or lies among the results, whether its run is told or not.
-    pub recordings: Vec<summary::Recording>,
+    pub recordings: Vec<Recording>,
+}
+
+/// A recording behind results or runs over time, and its verification.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Its folder.
+    pub name: String,
+    /// SHA-256 of its files, one behind the other.
+    pub sha256: String,
+    /// True if its chains, signatures, seals and heads hold.
+    pub holds: bool,
+    /// The class in which its trial ended, where that is told.
+    pub outcome: Option<String>,
+    /// Reason for which it is INVALID, by its verification or by the class of its trial; `None` if it is valid.
+    pub invalid: Option<String>,
 }

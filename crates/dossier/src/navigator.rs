@@ -9,12 +9,13 @@
 
 use std::collections::BTreeMap;
 
+use evidence::trial::Outcome;
+use results::report::{Kind, MatrixRow, MatrixRun};
 use serde_json::{Map, Value, json};
 
 use crate::figure::colour_of_outcome;
-use crate::objects::{Kind, MatrixRow, MatrixRun, Outcome};
-use crate::results::{Found, Results};
-use crate::tried::told;
+use crate::reader::{Found, Results};
+use crate::tried::{meaning, told};
 
 /// The ATT&CK release that the catalogue's ids were checked against. From version 19 on ICS has ids without a leading zero.
 const ATTACK: &str = "18";
@@ -92,7 +93,7 @@ fn layer(domain: Domain, techniques: &Techniques, sources: &[Value]) -> Value {
     let [_, id, name] = domain.names();
     let of_domain = techniques.iter().filter(|(id, _)| Domain::of(id) == Some(domain));
     let legend = WORST_FIRST.map(|class| {
-        let label = format!("worst: {} ({})", class.name(), class.meaning());
+        let label = format!("worst: {} ({})", class.name(), meaning(class));
         json!({ "label": label, "color": colour_of_outcome(class.name()) })
     });
     let mut versions = json!({ "navigator": "5.1.0", "layer": "4.5" });

@@ -147,15 +147,17 @@ fn slug(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::Results;
-    use crate::summary::{Lasted, Recording, Refusals, RunSummary};
+    use results::summary::{Lasted, Refusals, RunSummary};
+
+    use crate::Recording;
+    use crate::reader::{Results, golden};
 
     fn dossier() -> Dossier {
         let mut results = Results::default();
-        let search = r#"{"kind":"search","schema_version":1,"scenario":"nominal","policy":"default","alphabet":"path","seed":1,"draws":1,
-            "hunt":{"strategy":"guided","trials":9,"outcomes":{"NOMINAL":8,"UNSAFE":1}},"findings":[{"name":"x","outcome":"UNSAFE",
-            "broken":"P1","word":"<img src=//a.b/c onerror=alert(1)>","stopped_by":[],"reproduce":"holdsafe run x"}]}"#;
-        results.read("search.json", search.as_bytes()).expect("a search");
+        let mut search = golden("search");
+        search["watermark"] = serde_json::Value::Null;
+        search["findings"][0]["word"] = "<img src=//a.b/c onerror=alert(1)>".into();
+        results.read("search.json", search.to_string().as_bytes()).expect("a search");
         let lasted = |what: &str| Lasted { what: what.to_owned(), from: 1.0, to: 2.0 };
         let refused =
             Refusals { by: "gateway".to_owned(), reason: "stale".to_owned(), n: 3, at: vec![lasted("stale")] };

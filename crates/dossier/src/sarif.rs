@@ -6,12 +6,13 @@
 
 use std::collections::BTreeMap;
 
+use evidence::trial::Outcome;
+use results::report::{FindingRow, MatrixRow, SearchObject};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use crate::objects::{Finding, MatrixRow, Outcome, Search};
-use crate::results::{Found, Given, Results};
-use crate::tried::{Tried, tried};
+use crate::reader::{Found, Given, Results};
+use crate::tried::{Tried, meaning, tried};
 
 /// Published address of the schema.
 const SCHEMA: &str = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
@@ -71,11 +72,14 @@ fn run(all: &Results, given: &Given) -> Value {
 
 fn threat(row: &MatrixRow) -> Value {
     let tags: Vec<&str> = ["security"].into_iter().chain(row.techniques.iter().map(String::as_str)).collect();
+    // By the name that files have, not in words.
+    let requirement = json!(row.requirement);
+    let requirement = requirement.as_str().unwrap_or_default();
     json!({
         "id": row.id,
         "shortDescription": { "text": row.threat },
         "fullDescription": { "text": format!("Must come of it: {}", row.containment) },
-        "help": { "text": format!("{}, {}. STRIDE {}.", row.interface, row.requirement, row.stride) },
+        "help": { "text": format!("{}, {}. STRIDE {}.", row.interface, requirement, row.stride) },
         "properties": { "tags": tags },
     })
 }
@@ -84,7 +88,7 @@ fn threat(row: &MatrixRow) -> Value {
 fn rule(rules: &mut Rules, finding: Option<&str>, class: Outcome) -> String {
     let named = finding.and_then(|text| text.split(|c: char| !c.is_ascii_alphanumeric()).next());
     let property = PROPERTIES.iter().find(|(id, _)| named == Some(id));
-    let (id, text) = property.copied().unwrap_or((class.name(), class.meaning()));
+    let (id, text) = property.copied().unwrap_or((class.name(), meaning(class)));
     rules.entry(id.to_owned()).or_insert_with(|| json!({ "id": id, "shortDescription": { "text": text } }));
     id.to_owned()
 }
@@ -113,7 +117,7 @@ fn unexpected(rules: &mut Rules, one: &Tried, class: Outcome, n: u64, uri: &str)
     result(&id, level(class), &text, uri, &seen, &properties)
 }
 
-fn found(rules: &mut Rules, search: &Search, finding: &Finding, uri: &str) -> Value {
+fn found(rules: &mut Rules, search: &SearchObject, finding: &FindingRow, uri: &str) -> Value {
     let id = rule(rules, Some(&finding.broken), finding.outcome);
     let level = if search.watermark.is_some() { "note" } else { level(finding.outcome) };
     let parts = [finding.finding.as_deref(), search.watermark.as_deref(), Some(&finding.reproduce)];

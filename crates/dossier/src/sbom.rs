@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
-use crate::results::Manifest;
+use crate::reader::Manifest;
 
 /// The lock that this program was built with.
 const LOCK: &str = include_str!("../../../Cargo.lock");

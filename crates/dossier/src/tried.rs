@@ -3,10 +3,11 @@
 //! Matrix, runs, reference evaluation and campaign report the same values of a variation in different places. Values that a result
 //! lacks are `None` here.
 
-use crate::objects::{
-    CampaignRow, Evidence, MatrixRow, MatrixRun, Outcome, Outcomes, ReferenceRow, Run, Summary, Trial,
-};
-use crate::results::{Found, Given};
+use evidence::trial::{Outcome, Outcomes, Trial};
+use results::report::{CampaignRow, MatrixRow, MatrixRun, ReferenceRow, RunObject, Summary};
+use scenario::Evidence;
+
+use crate::reader::{Found, Given};
 
 /// The most findings of a trial that are passed on: a broken chain has one for each entry behind it.
 pub const MAX_FINDINGS: usize = 5;
@@ -53,7 +54,7 @@ pub struct Tried<'a> {
 impl Tried<'_> {
     /// Classes outside the expected, and how often.
     pub fn unexpected(&self) -> impl Iterator<Item = (Outcome, u64)> + '_ {
-        self.outcomes.iter().filter(|(class, _)| is_unexpected(**class, self.expected)).map(|(class, n)| (*class, *n))
+        self.outcomes.iter().filter(|(class, _)| class.is_unexpected(self.expected)).map(|(class, n)| (*class, *n))
     }
 
     /// Name within its scenario: cell, settings, policy, evidence.
@@ -82,8 +83,19 @@ pub fn told(outcomes: &Outcomes) -> String {
     outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }
 
-fn is_unexpected(class: Outcome, expected: &[Outcome]) -> bool {
-    if expected.is_empty() { matches!(class, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&class) }
+/// Meaning of a class, for readers without the documentation.
+pub fn meaning(class: Outcome) -> &'static str {
+    match class {
+        Outcome::Unsafe => "A safety property was broken",
+        Outcome::Invalid => "The evidence does not hold, so nothing is shown",
+        Outcome::Late => "Only a bound on time was missed",
+        Outcome::FalseTrip => "Authority or freedom was lost without a fault or a true hazard",
+        Outcome::HoldSafe => "Ended in HOLD_SAFE",
+        Outcome::Degraded => "Ended in DEGRADED",
+        Outcome::Rejected => "Refused, or shown as an alarm; no change of mode",
+        Outcome::Undetected => "Accepted, no response, nothing broken",
+        Outcome::Nominal => "Nothing was done and nothing happened",
+    }
 }
 
 /// The variations in a file, in its order. A search has none: its attack sequences are no sample. Nor have comparisons and
@@ -110,7 +122,7 @@ fn of_matrix<'a>(seed: u64, row: &'a MatrixRow, run: &'a MatrixRun) -> Tried<'a>
         watermark: run.watermark.as_deref(),
         counts: Some(run.counts),
         expected: &run.expected,
-        reproduce: command(&run.scenario, cell, run.evidence, run.summary.n, seed),
+        reproduce: command(&run.scenario, cell, run.evidence, run.summary.n as u64, seed),
         ..of_summary(&run.scenario, cell, run.evidence, &run.summary, seed)
     }
 }
@@ -121,7 +133,7 @@ fn of_reference(seed: u64, row: &ReferenceRow) -> Tried<'_> {
         counts: Some(row.counts),
         expected: &row.expected,
         unsafe_upper_95_simultaneous: Some(row.unsafe_upper_95_simultaneous),
-        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n, seed),
+        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n as u64, seed),
         ..of_summary(&row.scenario, cell, row.evidence, &row.summary, seed)
     }
 }
@@ -139,33 +151,33 @@ fn of_campaign(row: &CampaignRow) -> Tried<'_> {
         expected: &row.expected,
         n: row.n,
         outcomes: row.outcomes.clone(),
-        distinct_decisions: Some(row.distinct_decisions),
-        unsafe_upper_95: row.bounds.map(|bounds| bounds.unsafe_upper_95),
-        unsafe_upper_95_simultaneous: row.bounds.map(|bounds| bounds.unsafe_upper_95_simultaneous),
+        distinct_decisions: Some(row.distinct_decisions as u64),
+        unsafe_upper_95: row.bounds.as_ref().map(|bounds| bounds.unsafe_upper_95),
+        unsafe_upper_95_simultaneous: row.bounds.as_ref().map(|bounds| bounds.unsafe_upper_95_simultaneous),
         seed: None,
         findings: Vec::new(),
         reproduce: row.reproduce.clone().unwrap_or_default(),
     }
 }
 
-fn of_run(run: &Run) -> Vec<Tried<'_>> {
+fn of_run(run: &RunObject) -> Vec<Tried<'_>> {
     if run.cells.is_empty() {
         return vec![of_cell(run, None, &run.expected, &run.summary)];
     }
     run.cells.iter().map(|cell| of_cell(run, Some(&cell.cell), &cell.expected, &cell.summary)).collect()
 }
 
-fn of_cell<'a>(run: &'a Run, cell: Option<&'a str>, expected: &'a [Outcome], summary: &'a Summary) -> Tried<'a> {
+fn of_cell<'a>(run: &'a RunObject, cell: Option<&'a str>, expected: &'a [Outcome], summary: &'a Summary) -> Tried<'a> {
     let own = run.trials.iter().filter(|trial| cell.is_none() || trial.cell.as_deref() == cell);
-    let odd: Option<&Trial> = own.into_iter().find(|trial| is_unexpected(trial.outcome, expected));
-    let (n, seed) = odd.map_or((summary.n, run.seed), |trial| (1, trial.seed));
+    let odd: Option<&Trial> = own.into_iter().find(|trial| trial.outcome.is_unexpected(expected));
+    let (n, seed) = odd.map_or((summary.n as u64, run.seed), |trial| (1, trial.seed));
     let findings = odd.into_iter().flat_map(|trial| &trial.findings).map(String::as_str);
     Tried {
         watermark: run.watermark.as_deref(),
         expected,
         findings: findings.take(MAX_FINDINGS).collect(),
-        reproduce: command(&run.scenario, cell, run.mode, n, seed),
-        ..of_summary(&run.scenario, cell, run.mode, summary, run.seed)
+        reproduce: command(&run.scenario, cell, run.mode.evidence(), n, seed),
+        ..of_summary(&run.scenario, cell, run.mode.evidence(), summary, run.seed)
     }
 }
 
@@ -186,9 +198,9 @@ fn of_summary<'a>(
         evidence,
         counts: None,
         expected: &[],
-        n: summary.n,
+        n: summary.n as u64,
         outcomes: summary.outcomes.clone(),
-        distinct_decisions: Some(summary.distinct_decisions),
+        distinct_decisions: Some(summary.distinct_decisions as u64),
         unsafe_upper_95: Some(summary.unsafe_upper_95),
         unsafe_upper_95_simultaneous: None,
         seed: Some(seed),
@@ -206,15 +218,10 @@ fn command(scenario: &str, cell: Option<&str>, evidence: Evidence, n: u64, seed:
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use serde_json::json;
 
-    #[test]
-    fn default_expectation_excludes_unsafe_and_invalid_only() {
-        assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
-        assert!(!is_unexpected(Outcome::Late, &[]));
-        assert!(is_unexpected(Outcome::Late, &[Outcome::HoldSafe]));
-        assert!(!is_unexpected(Outcome::Unsafe, &[Outcome::Unsafe]));
-    }
+    use super::*;
+    use crate::reader::golden;
 
     #[test]
     fn reproduction_line_names_cell_seed_and_mode() {
@@ -225,18 +232,13 @@ mod tests {
 
     #[test]
     fn unexpected_null_attack_is_not_left_out() {
-        let text = r#"{"kind": "bench-live", "schema_version": 1, "losses": [], "live_latency_ms": [],
-            "live_null_attack": {"scenario": "nominal", "mode": "live", "seed": 2, "expected": ["NOMINAL", "FALSE_TRIP"],
-                "trials": [{"seed": 2, "outcome": "INVALID", "decision_hash": "00", "sim_seconds": 600.0}],
-                "summary": {"n": 1, "outcomes": {"INVALID": 1}, "unsafe_upper_95": 1.0,
-                    "unsafe_upper_95_invalid_counted": 1.0, "distinct_decisions": 1, "latency_ms": LATENCIES,
-                    "cpu_seconds": 1.0, "sim_seconds": 600.0}},
-            "twin_null_attack_at_2_percent_loss": null}"#;
-        let none = r#"{"n": 0, "mean": null, "p95": null, "p95_upper_95": null}"#;
-        let latencies = format!(r#"{{"to_degraded": {none}, "to_hold_safe": {none}, "to_authority_revoked": {none}}}"#);
-        let text = text.replace("LATENCIES", &latencies);
-        let mut results = crate::results::Results::default();
-        results.read("live.json", text.as_bytes()).expect("a bench");
+        let mut bench = golden("bench-live");
+        (bench["losses"], bench["twin_null_attack_at_2_percent_loss"]) = (json!([]), json!(null));
+        let run = &mut bench["live_null_attack"];
+        (run["expected"], run["summary"]["outcomes"]) = (json!(["NOMINAL", "FALSE_TRIP"]), json!({"INVALID": 1}));
+        run["trials"][0]["outcome"] = "INVALID".into();
+        let mut results = crate::reader::Results::default();
+        results.read("live.json", bench.to_string().as_bytes()).expect("a bench");
         let all: Vec<_> = results.given().iter().flat_map(tried).collect();
         assert_eq!(all.len(), 1);
         assert_eq!(all[0].unexpected().collect::<Vec<_>>(), [(Outcome::Invalid, 1)]);

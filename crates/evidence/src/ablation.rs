@@ -123,7 +123,7 @@ pub fn gets_through(outcome: Outcome, expected: &[Outcome]) -> Option<bool> {
 }
 
 /// Gain of one attack by the waiver, over pairs of trials of the same seed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Gain {
     /// Pairs of which both trials are valid.
     pub n: u64,

@@ -16,7 +16,7 @@ pub struct Evidence {
     pub broken_log: Option<String>,
     /// Flaws of the recording against its trust anchors outside the recorder (`crate::verification`). Such a log is no
     /// evidence of safety or of its lack.
-    pub custody: Vec<Flaw>,
+    pub log_flaws: Vec<Flaw>,
     /// Differences of a live run's cores when their input journals were replayed, each with its core and input.
     /// Empty in the twin, where no process stands between a core and its log.
     pub differences: Vec<String>,

@@ -2,23 +2,23 @@
 //!
 //! `log` is the log as it is kept, with the two hashes of a trial; `verification` verifies it against keys and heads from elsewhere; `reading` gives the
 //! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`) and of the operator (`mission`); [`Verdict`] is its answer,
-//! in parts (`fate`, `process_fault`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `sights` the delivery of
-//! insiders' messages, `truth` the injected faults and attacks in words, `passed` the messages between services, `diff` two logs side by side,
+//! in parts (`fate`, `process_fault`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `delivery` the receipt of
+//! insiders' messages, `truth` the injected faults and attacks in words, `messages` the messages between services, `diff` two logs side by side,
 //! `ablation` the checks that a policy can waive. Nothing here judges.
 
 pub mod ablation;
 pub mod claims;
 pub mod cue;
+pub mod delivery;
 pub mod diff;
 mod evidence;
 mod fate;
 pub mod log;
+pub mod messages;
 pub mod mission;
-pub mod passed;
 mod plan;
 pub mod process_fault;
 pub mod reading;
-pub mod sights;
 pub mod trial;
 pub mod truth;
 mod verdict;

@@ -1,10 +1,10 @@
 //! Responses of the platform to a process fault: one of its processes was killed, hung, was slow or found its disk full.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
 
 /// Moment from which a bound counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum From {
     /// From the kill.
@@ -14,7 +14,7 @@ pub enum From {
 }
 
 /// Fault of the process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ProcessFault {
     /// It ended.
@@ -28,7 +28,7 @@ pub enum ProcessFault {
 }
 
 /// Response to it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Response {
     /// The process.
     pub process: String,
@@ -57,7 +57,7 @@ pub struct Response {
 }
 
 /// Ground truth of the plant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantResponse {
     /// True speed at the kill, mm/s.
     pub speed_mm_s: i32,

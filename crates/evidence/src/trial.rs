@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use crate::InjectionRow;
 use crate::claims::Claims;
@@ -70,6 +70,17 @@ impl Outcome {
             Outcome::Nominal => "NOMINAL",
         }
     }
+}
+
+/// Count of each class; classes without trials are left out.
+pub type Outcomes = BTreeMap<Outcome, u64>;
+
+/// Writes counts in the alphabetical order of the classes' names; the order of [`Outcome`] is that of severity.
+///
+/// # Errors
+/// Those of the format.
+pub fn by_name<S: Serializer>(outcomes: &Outcomes, to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(outcomes.iter().map(|(class, n)| (class.name(), n)).collect::<BTreeMap<_, _>>())
 }
 
 /// Knowledge of an adversary about the run while it is on. Each level includes the ones before it.
@@ -141,6 +152,7 @@ pub struct Trial {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell: Option<String>,
     /// Knowledge of the adversary.
+    #[serde(default)]
     pub knowledge: Knowledge,
     /// Beginnings of the named steps of the attack, milliseconds of the run, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -193,7 +205,7 @@ pub struct Trial {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held: Option<String>,
     /// Responses to each process that was killed.
-    #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub responses: Vec<Response>,
     /// Simulated (twin) or real (live) seconds.
     pub sim_seconds: f64,

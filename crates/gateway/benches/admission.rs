@@ -21,13 +21,13 @@ use link::pki::{Authority, Role};
 use wire::bounds::Bounds;
 use wire::codec::{self, List};
 use wire::core::Side;
-use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::report::Report;
 use wire::sensor::{Pose, ProductMode};
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 
@@ -88,11 +88,11 @@ fn main() {
     println!("admission with signature: {:.0} ns", ns(median(|r| r.signed.0)));
     println!("  allocations: {:.3} a record", median(|r| r.signed.1 as f64) / RECORDS as f64);
     println!("bare DTLS in memory, sealed to opened, with the tasks between: {:.0} ns", ns(median(|r| r.bare)));
-    strangers();
+    unknown_peers();
 }
 
 /// Cost of an unknown peer's datagram at the cookie exchange, before the listener keeps any state of it.
-fn strangers() {
+fn unknown_peers() {
     let hello = client_hello();
     let broken = [&hello[..hello.len() - 1], &[9]].concat();
     let from = LoopbackAddr::on_port(9).socket();
@@ -117,7 +117,7 @@ fn strangers() {
         let (us, allocations) = rounds[ROUNDS / 2];
         let each = RECORDS as f64;
         println!(
-            "a stranger's datagram, {what}: {:.0} ns, {:.3} allocations",
+            "a datagram of an unknown peer, {what}: {:.0} ns, {:.3} allocations",
             us * 1e3 / each,
             allocations as f64 / each
         );
@@ -193,15 +193,15 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         settings: None,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
-    codec::encode(&Hop {
-        version: HOP_VERSION,
+    codec::encode(&SessionMessage {
+        version: SESSION_VERSION,
         session: Nonce(1),
         boot: Boot(1),
         sequence: Sequence(n),
         stamp,
         challenge: Nonce(9),
         echo: Some(Echo { nonce: Nonce(2), seen: PeerStamp(at(0).0 + OFFSET) }),
-        body: HopBody::Report(signed.as_slice().into()),
+        body: SessionBody::Report(signed.as_slice().into()),
     })
 }
 

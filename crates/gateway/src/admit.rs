@@ -27,10 +27,10 @@
 //! truth; that is left to consistency at the receiving unit.
 
 use wire::bounds::Bounds;
-use wire::hop::HopBody;
 use wire::id::{RecordId, Sequence};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Refusal;
+use wire::session::SessionBody;
 use wire::sign::Keyring;
 use wire::time::Instant;
 use wire::trust::{Accepted, Evidence, SessionGate, SessionRecord, SignedReport, Windows};
@@ -51,7 +51,7 @@ pub struct Boundary {
 #[derive(Debug)]
 pub struct Admitted<'b> {
     /// Facts established about the session record.
-    pub hop: Evidence,
+    pub outer: Evidence,
     /// Its content.
     pub content: Content<'b>,
 }
@@ -81,14 +81,14 @@ impl Admitted<'_> {
     /// Facts established about the content, as far as that goes beyond the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
-            Content::Exchange(_) => self.hop,
+            Content::Exchange(_) => self.outer,
             Content::Report(report) => report.evidence(),
         }
     }
 
     /// All checks that were passed over on the way.
     pub fn waived(&self) -> Waived {
-        self.hop.waived.union(self.evidence().waived)
+        self.outer.waived.union(self.evidence().waived)
     }
 }
 
@@ -102,16 +102,16 @@ impl Boundary {
     /// Judges one record that `session` delivered at `now`.
     pub fn admit<'b>(&mut self, session: &mut Session, now: Instant, bytes: &'b [u8]) -> Result<Admitted<'b>, Refusal> {
         let (record, evidence) = self.session_record(session, now, bytes)?.into_parts();
-        let content = match record.hop.body {
+        let content = match record.outer.body {
             // Reports count from 1, so 0 is never one of theirs.
-            HopBody::Hello(_) => Content::Exchange(RecordId { sequence: Sequence(0), ..record.id() }),
-            HopBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
+            SessionBody::Hello(_) => Content::Exchange(RecordId { sequence: Sequence(0), ..record.id() }),
+            SessionBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
             // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
-            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
+            SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {
                 return Err(Refusal::Peer { got: session.peer() });
             }
         };
-        Ok(Admitted { hop: evidence, content })
+        Ok(Admitted { outer: evidence, content })
     }
 
     /// The session record: length, schema, freshness, session, sequence.
@@ -143,12 +143,12 @@ impl Boundary {
     fn report<'b>(
         &mut self,
         session: &Session,
-        hop: Evidence,
+        outer: Evidence,
         bytes: &'b [u8],
     ) -> Result<Accepted<SignedReport<'b>>, Refusal> {
         let (policy, peer) = (&self.policy, session.peer());
-        let decoded = SignedReport::decode(hop.received, bytes)?;
-        let age = decoded.age(peer, &session.ages, hop)?;
+        let decoded = SignedReport::decode(outer.received, bytes)?;
+        let age = decoded.age(peer, &session.ages, outer)?;
         decoded
             .fresh(policy, age, self.bounds.freshness(), self.bounds.echo_limit())?
             .by_origin(policy, peer, &self.keys)?

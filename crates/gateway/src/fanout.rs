@@ -4,8 +4,8 @@
 //! bounds its age by now. The gateway vouches for no more: the receiving unit judges origin, signature, order
 //! and consistency itself.
 
-use wire::hop::{HopBody, Teammate};
 use wire::id::UnitId;
+use wire::session::{SessionBody, Teammate};
 use wire::time::{Instant, Span};
 use wire::trust::{Accepted, SignedReport};
 
@@ -35,10 +35,10 @@ impl<'b> Envelope<'b> {
 
     /// The record for `session`, if it is to have one: a teammate, not the unit reported on and not the one that
     /// brought the report, and one that already listens.
-    pub fn addressed_to(&self, session: &Session, fanout: &[UnitId]) -> Option<HopBody<'b>> {
+    pub fn addressed_to(&self, session: &Session, fanout: &[UnitId]) -> Option<SessionBody<'b>> {
         let unit = session.unit();
         let other = Some(unit) != self.origin && unit != self.brought_by;
         let wanted = other && session.listens() && fanout.contains(&unit);
-        wanted.then_some(HopBody::Teammate(self.teammate))
+        wanted.then_some(SessionBody::Teammate(self.teammate))
     }
 }

@@ -6,8 +6,8 @@
 
 use wire::bounds::Bounds;
 use wire::command::IntentHash;
-use wire::hop::HopBody;
 use wire::id::UnitId;
+use wire::session::SessionBody;
 use wire::time::{Instant, Span};
 
 use crate::session::Session;
@@ -56,9 +56,9 @@ impl Leases {
     }
 
     /// The grant that the unit of `session` may have now.
-    pub fn grant(&self, session: &Session, now: Instant) -> Option<HopBody<'static>> {
+    pub fn grant(&self, session: &Session, now: Instant) -> Option<SessionBody<'static>> {
         let fresh = session.telemetry_age(now).is_some_and(|age| age <= self.freshness);
         let supervised = session.listens() && fresh && !self.holding(session.unit());
-        supervised.then_some(HopBody::Grant(self.length))
+        supervised.then_some(SessionBody::Grant(self.length))
     }
 }

@@ -8,9 +8,9 @@ use std::collections::VecDeque;
 use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::Output;
-use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId, UnitId};
 use wire::refusal::Refusal;
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::time::{AgeBound, Echo, Instant, Span};
 use wire::trust::{Exchange, Window};
 
@@ -151,11 +151,11 @@ impl Session {
     }
 
     /// The next record of this session.
-    pub(crate) fn seal(&mut self, now: Instant, boot: Boot, body: HopBody<'_>) -> Output {
+    pub(crate) fn seal(&mut self, now: Instant, boot: Boot, body: SessionBody<'_>) -> Output {
         self.sequence = self.sequence.next();
         self.sent = Some(now);
-        let hop = Hop {
-            version: HOP_VERSION,
+        let outer = SessionMessage {
+            version: SESSION_VERSION,
             session: self.theirs.unwrap_or(Nonce::NONE),
             boot,
             sequence: self.sequence,
@@ -164,15 +164,15 @@ impl Session {
             echo: self.echo,
             body,
         };
-        Output::Record { session: self.id, bytes: codec::encode(&hop) }
+        Output::Record { session: self.id, bytes: codec::encode(&outer) }
     }
 }
 
-/// The standing sessions, in order of their handles. At most one for each peer, so the closed set of identities bounds
+/// The open sessions, in order of their handles. At most one for each peer, so the closed set of identities bounds
 /// the table.
 #[derive(Clone, Debug, Default)]
 pub struct Sessions {
-    standing: Vec<Session>,
+    open: Vec<Session>,
     /// Sessions whose records are refused: superseded by a newer one of the same peer, or of a peer that may have none.
     barred: VecDeque<(SessionId, PeerId)>,
 }
@@ -180,13 +180,13 @@ pub struct Sessions {
 impl Sessions {
     /// Adds a session; one that the same peer had before is barred, and given back to be ended.
     pub fn open(&mut self, session: Session) -> Option<SessionId> {
-        let old = self.standing.iter().position(|old| old.peer == session.peer || old.id == session.id);
-        let old = old.map(|at| self.standing.remove(at));
+        let old = self.open.iter().position(|old| old.peer == session.peer || old.id == session.id);
+        let old = old.map(|at| self.open.remove(at));
         if let Some(old) = &old {
             self.bar(old.id, old.peer);
         }
-        let at = self.standing.partition_point(|old| old.id < session.id);
-        self.standing.insert(at, session);
+        let at = self.open.partition_point(|old| old.id < session.id);
+        self.open.insert(at, session);
         old.map(|old| old.id)
     }
 
@@ -201,30 +201,30 @@ impl Sessions {
     /// Removes a session; gives its peer when it still stood.
     pub fn close(&mut self, id: SessionId) -> Option<PeerId> {
         self.barred.retain(|(barred, _)| *barred != id);
-        let at = self.standing.iter().position(|session| session.id == id)?;
-        Some(self.standing.remove(at).peer)
+        let at = self.open.iter().position(|session| session.id == id)?;
+        Some(self.open.remove(at).peer)
     }
 
     /// The session with this handle, if it stands; else its peer, if known, and the reason that it is not heard.
     pub fn get_mut(&mut self, id: SessionId) -> Result<&mut Session, (Option<PeerId>, Refusal)> {
-        let Some(at) = self.standing.iter().position(|session| session.id == id) else { return Err(self.why_not(id)) };
-        Ok(&mut self.standing[at])
+        let Some(at) = self.open.iter().position(|session| session.id == id) else { return Err(self.why_not(id)) };
+        Ok(&mut self.open[at])
     }
 
     /// All sessions.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Session> {
-        self.standing.iter_mut()
+        self.open.iter_mut()
     }
 
     /// True if there is none.
     pub fn is_empty(&self) -> bool {
-        self.standing.is_empty()
+        self.open.is_empty()
     }
 
     fn why_not(&self, id: SessionId) -> (Option<PeerId>, Refusal) {
         let barred = self.barred.iter().find(|(barred, _)| *barred == id);
         let peer = barred.map(|(_, peer)| *peer);
-        let superseded = self.standing.iter().any(|session| Some(session.peer) == peer);
+        let superseded = self.open.iter().any(|session| Some(session.peer) == peer);
         let refusal = match peer.filter(|_| !superseded) {
             Some(got) => Refusal::Peer { got },
             None => Refusal::NoSession,

@@ -1,7 +1,7 @@
 //! The command stage: from an operator's signed intent to the order that goes out to the unit.
 //!
 //! Towards safe an intent goes out at once. Away from safe it waits, at most [`STAGED_FOR`], for the operator's signed
-//! confirmation of the very same bytes. The gateway checks schema, rate, role, standing, signature and reason, and that
+//! confirmation of the very same bytes. The gateway checks schema, rate, role, revocation, signature and reason, and that
 //! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. It
 //! *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
 //! that carried it, on this host. In what order commands follow one another is left to the unit too.
@@ -156,8 +156,8 @@ impl Staging {
         self.rates.charge(station, RateClass::of(claim.kind), now);
         let attributed = within
             .by_role(policy, operators)
-            .and_then(|roled| roled.standing(policy, revoked, now))
-            .and_then(|standing| self.admissible(station, &claim).map(|()| standing))
+            .and_then(|roled| roled.admitted(policy, revoked, now))
+            .and_then(|admitted| self.admissible(station, &claim).map(|()| admitted))
             .and_then(|admissible| admissible.by_operator(policy, keys, &signed))
             .map_err(rejected)?;
         let accepted = attributed

@@ -7,10 +7,10 @@ use rand_core::RngCore;
 use wire::core::Output;
 use wire::event::{Account, Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
-use wire::hop::HopBody;
 use wire::id::{NodeId, Nonce, PeerId, SessionId};
 use wire::policy::{Check, Policy, Requirement, Waived};
 use wire::refusal::Refusal;
+use wire::session::SessionBody;
 use wire::time::{Instant, Span};
 use wire::trust::{Accepted, Bearer, RevocationList, SignedReport, unit_of};
 
@@ -73,7 +73,7 @@ impl Gateway {
                 continue;
             }
             for revocation in &self.revocations {
-                let body = HopBody::Revoked(revocation.as_slice().into());
+                let body = SessionBody::Revoked(revocation.as_slice().into());
                 self.out.push_back(session.seal(now, self.boot, body));
                 self.accounts.count(Account::Sent);
             }
@@ -84,8 +84,8 @@ impl Gateway {
         self.accounts.accepted(Interface::Uplink);
         let age = admitted.evidence().age.map(|age| age.upper());
         let (record, mut waived) = (admitted.record(), admitted.waived());
-        if self.policy.check(Check::Standing) == Requirement::Waived {
-            waived = waived.with(Check::Standing);
+        if self.policy.check(Check::Revocation) == Requirement::Waived {
+            waived = waived.with(Check::Revocation);
         }
         self.note(now, Event::Accepted { at: Interface::Uplink, record, peer, age, waived });
         match &admitted.content {
@@ -140,7 +140,7 @@ impl Gateway {
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
             if let Some(challenge) = session.owed(watch) {
                 session.renew(now, || fresh_nonce(&mut self.nonces));
-                self.out.push_back(session.seal(now, self.boot, HopBody::Watch(challenge)));
+                self.out.push_back(session.seal(now, self.boot, SessionBody::Watch(challenge)));
                 self.accounts.count(Account::Sent);
             }
         }
@@ -155,7 +155,7 @@ impl Gateway {
             |session: &&mut Session| only.is_none_or(|id| id == session.id()) && stands(revoked, policy, session, now);
         for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(due) {
             let idle = session.sent().is_none_or(|at| now.since(at) >= IDLE_HELLO);
-            let hello = || (!session.established() || idle).then_some(HopBody::Hello(session.nonce));
+            let hello = || (!session.established() || idle).then_some(SessionBody::Hello(session.nonce));
             let Some(body) = self.leases.grant(session, now).or_else(hello) else { continue };
             session.renew(now, || fresh_nonce(&mut self.nonces));
             self.out.push_back(session.seal(now, self.boot, body));
@@ -172,7 +172,7 @@ fn stands(revoked: &RevocationList, policy: &Policy, session: &Session, now: Ins
 
 /// Reason that `who` is heard no longer, if that is so. Asked before any of its content is read.
 pub(crate) fn revocation_of(revoked: &RevocationList, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
-    let required = policy.check(Check::Standing) == Requirement::Required;
+    let required = policy.check(Check::Revocation) == Requirement::Required;
     revoked.stands(who, now).err().filter(|_| required)
 }
 

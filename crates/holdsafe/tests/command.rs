@@ -4,20 +4,22 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
-#[path = "command/custody.rs"]
-mod custody;
 #[path = "command/detectors.rs"]
 mod detectors;
 #[path = "command/displays.rs"]
 mod displays;
 #[path = "command/documented.rs"]
 mod documented;
+#[path = "command/documents.rs"]
+mod documents;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/exports.rs"]
 mod exports;
 #[path = "command/frames.rs"]
 mod frames;
+#[path = "command/golden.rs"]
+mod golden;
 #[path = "command/judge.rs"]
 mod judge;
 #[path = "command/live.rs"]
@@ -30,6 +32,8 @@ mod rare;
 mod readers;
 #[path = "command/verbs.rs"]
 mod verbs;
+#[path = "command/verification.rs"]
+mod verification;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -40,11 +44,10 @@ fn root() -> PathBuf {
 }
 
 fn holdsafe(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_holdsafe"))
-        .args(["--root", root().to_str().unwrap()])
-        .args(arguments)
-        .output()
-        .unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    let output = command.args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap();
+    golden::hold(&output.stdout);
+    output
 }
 
 /// A shipped scenario with everything written out that it takes from its base.
@@ -270,7 +273,7 @@ fn a_search_that_cannot_begin_says_why() {
     for (arguments, message) in [
         (
             &["search", "nominal", "--alphabet", "paths"][..],
-            "no alphabet `paths`; there are: broker, display, memory, path",
+            "no attack space `paths`; there are: broker, display, memory, path",
         ),
         (
             &["search", "nominal", "--waive", "boundary.fresh"],
@@ -279,10 +282,10 @@ fn a_search_that_cannot_begin_says_why() {
         (&["search", "teammate"], "`teammate` has several cells; choose one with --cell"),
         (&["search", "certificates"], "runs on the real stacks in memory; a search needs the twin"),
         (&["search", "nominal", "--find", "INVALID"], "no class that can be found"),
-        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer letters"),
+        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer actions"),
         (
             &["search", "localisation_drift", "--alphabet", unfit],
-            "move odd of alphabet odd does not fit `localisation_drift`",
+            "action type odd of attack space odd does not fit `localisation_drift`",
         ),
     ] {
         let output = holdsafe(arguments);

@@ -15,8 +15,8 @@ mod leak;
 mod liveness;
 mod load;
 mod minima;
-mod refeed;
 mod rendering;
+mod replay;
 mod sensing;
 mod stages;
 mod tamper;
@@ -28,13 +28,12 @@ use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
 use results::mode::Mode;
-use results::report::{LiveLatency, PAPER, RunObject, latency_table, run_table};
+use results::report::{BenchLive, LiveLatency, PAPER, RunObject, latency_table, run_table};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan};
 use scenario::Scenario;
-use serde::Serialize;
 
 /// Seconds of simulated time in one twin trial of the long null attack.
 const SOAK_TRIAL_S: f64 = 3600.0;
@@ -73,7 +72,7 @@ pub enum Bench {
     /// Correctness of explanations: the named cause taken away takes the loss away, in the twin.
     Explain(intervene::Args),
     /// Replay of the cores of runs in the twin: equality of every byte, and speed.
-    Replay(refeed::Args),
+    Replay(replay::Args),
     /// Agreement of live runs with the twin, over sequences drawn at random: findings, safe sequences, sequences at an
     /// edge.
     Agreement(agreement::Args),
@@ -105,16 +104,6 @@ pub struct LiveArgs {
     out: Option<PathBuf>,
 }
 
-#[derive(Serialize)]
-struct Measured {
-    schema_version: u32,
-    seed: u64,
-    losses: Vec<RunObject>,
-    live_latency_ms: Vec<LiveLatency>,
-    live_null_attack: Option<RunObject>,
-    twin_null_attack_at_2_percent_loss: Option<RunObject>,
-}
-
 /// Measures it.
 ///
 /// # Errors
@@ -135,7 +124,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Growth(args) => growth::run(context, args),
         Bench::Judges(args) => judges::run(context, args),
         Bench::Explain(args) => intervene::run(context, args),
-        Bench::Replay(args) => refeed::run(context, args),
+        Bench::Replay(args) => replay::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
         Bench::Detector(args) => detector::run(context, args),
         Bench::Rendering(args) => rendering::run(context, args),
@@ -149,7 +138,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let mut bench = Measuring { context, out, jobs: args.jobs, exit: Exit::Fine };
     let mut losses = Vec::new();
     for paper in PAPER.iter().filter(|_| args.runs > 0) {
-        let planned = plan::plan(context, &plan::file_of(context, paper.scenario)?, &wanted)?.1;
+        let planned = plan::plan(context, &plan::file_of(context, &paper.scenario)?, &wanted)?.1;
         losses.push(bench.measure(Mode::Live, &planned, args.runs)?);
     }
     let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
@@ -167,7 +156,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
         soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
     }
     let live_latency_ms = losses.iter().filter_map(LiveLatency::of_run).collect();
-    let measured = Measured {
+    let measured = BenchLive {
         schema_version: SCHEMA_VERSION,
         seed: context.seed,
         losses,
@@ -214,7 +203,7 @@ impl Measuring<'_> {
     }
 }
 
-fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
+fn show(context: &Context, measured: &BenchLive) -> Result<(), Failure> {
     if context.json {
         return out::print_json("bench-live", measured);
     }

@@ -10,7 +10,7 @@ pub mod measure;
 
 use evidence::log::Logged;
 use instrument::{Any, Entry};
-use topology::Cast;
+use topology::Topology;
 use twin::Twin;
 use twin::clock::HostClock;
 use wire::core::{Input, Side};
@@ -93,16 +93,16 @@ struct Piece {
 
 impl Run {
     /// Of a twin that kept its input journals.
-    pub fn of_twin(seed: u64, cast: &Cast, twin: &Twin) -> Self {
+    pub fn of_twin(seed: u64, topology: &Topology, twin: &Twin) -> Self {
         let mut pieces = Vec::new();
-        for (node, mouth) in twin.nodes().iter().zip(twin.mouths().unwrap_or_default()) {
+        for (node, journal) in twin.nodes().iter().zip(twin.journals().unwrap_or_default()) {
             if ![NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND].contains(&node.id) {
                 continue;
             }
-            let clock = HostClock::from(cast.clocks[usize::from(node.host)]);
-            pieces.extend(mouth.iter().filter_map(|fed| piece(clock.when(fed.now), &fed.input)));
+            let clock = HostClock::from(topology.clocks[usize::from(node.host)]);
+            pieces.extend(journal.iter().filter_map(|fed| piece(clock.when(fed.now), &fed.input)));
         }
-        Self { seed, windows: windows(&pieces, &changes(twin.log()), cast.duration) }
+        Self { seed, windows: windows(&pieces, &changes(twin.log()), topology.duration) }
     }
 }
 

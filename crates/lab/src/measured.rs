@@ -12,17 +12,17 @@ use crate::stages::Delays;
 
 /// Adds the stages of one trial in the twin.
 pub fn twin_stages(scenario: &Scenario, setup: &Setup, seed: u64, to: &mut Delays) -> Result<(), EngineError> {
-    let (cast, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(EngineError::failed)?;
-    twin.run_until(cast.duration);
-    to.take_twin(&cast, &twin);
+    let (topology, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(EngineError::failed)?;
+    twin.run_until(topology.duration);
+    to.take_twin(&topology, &twin);
     Ok(())
 }
 
 /// One trial in the twin as an observer of its links sees it, second by second.
 pub fn twin_seconds(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<leak::Run, EngineError> {
-    let (cast, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(EngineError::failed)?;
-    twin.run_until(cast.duration);
-    Ok(leak::Run::of_twin(seed, &cast, &twin))
+    let (topology, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(EngineError::failed)?;
+    twin.run_until(topology.duration);
+    Ok(leak::Run::of_twin(seed, &topology, &twin))
 }
 
 /// Adds the stages of one live run.
@@ -34,7 +34,7 @@ pub fn live_stages(
     to: &mut Delays,
 ) -> Result<(), EngineError> {
     let run = run_live(scenario, setup, seed, stop, View::nobody(&mut |_| {}))?;
-    to.take_live(&run.cast, run.logs.folder()).map_err(EngineError::failed)
+    to.take_live(&run.topology, run.logs.folder()).map_err(EngineError::failed)
 }
 
 /// One live run with these acts of a person, and its recording.

@@ -1,7 +1,6 @@
 //! The objects and tables of `lab`: measurements that only the authors run.
 
 mod agreement;
-mod cost;
 mod growth;
 mod kill;
 mod liveness;
@@ -9,11 +8,10 @@ mod minima;
 mod transitions;
 mod worth;
 
-pub use agreement::{AgreementObject, StratumRow, WordRow, agreement_table};
-pub use cost::{Spread, StageCost, TwinCost, cost_table};
+pub use agreement::{AgreementObject, SequenceRow, StratumRow, agreement_table};
 pub use growth::{Fit, Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};
 pub use minima::{MinimaObject, MinimaRow, minima_table};
 pub use transitions::{TransitionCell, TransitionRow, transition_table};
-pub use worth::{HuntsRow, WeaknessRow, WorthObject, worth_table};
+pub use worth::{StrategyRow, WeaknessRow, WorthObject, worth_table};

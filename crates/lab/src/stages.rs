@@ -11,7 +11,7 @@ use std::path::Path;
 use link::clock::HostClock;
 use link::input_journal::{self, Entry};
 use serde::Serialize;
-use topology::Cast;
+use topology::Topology;
 use twin::{Twin, clock};
 use wire::core::{Input, Output, Topic};
 use wire::event::wire_hash;
@@ -91,11 +91,11 @@ impl Delays {
     ///
     /// # Errors
     /// A journal that cannot be read.
-    pub fn take_live(&mut self, cast: &Cast, run_dir: &Path) -> Result<(), String> {
+    pub fn take_live(&mut self, topology: &Topology, run_dir: &Path) -> Result<(), String> {
         let mut words = Vec::new();
-        for member in &cast.members {
+        for member in &topology.members {
             let node = member.node();
-            let draw = cast.clocks[member.host as usize];
+            let draw = topology.clocks[member.host as usize];
             let clock = HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 };
             let file = run_dir.join("mouth").join(format!("{node}.cbor"));
             let log = link::files::open(&file).map_err(|e| format!("{}: {e}", file.display()))?;
@@ -119,14 +119,14 @@ impl Delays {
     }
 
     /// Takes in the journals of a twin that kept them.
-    pub fn take_twin(&mut self, cast: &Cast, twin: &Twin) {
+    pub fn take_twin(&mut self, topology: &Topology, twin: &Twin) {
         let mut words = Vec::new();
-        for (node, mouthfuls) in twin.nodes().iter().zip(twin.mouths().unwrap_or_default()) {
-            let clock = clock::HostClock::from(cast.clocks[usize::from(node.host)]);
-            for mouthful in mouthfuls {
-                let at = clock.when(mouthful.now);
-                words.extend(heard(at, node.id, &mouthful.input));
-                words.extend(mouthful.outputs.iter().filter_map(|output| said(at, node.id, output)));
+        for (node, entries) in twin.nodes().iter().zip(twin.journals().unwrap_or_default()) {
+            let clock = clock::HostClock::from(topology.clocks[usize::from(node.host)]);
+            for entry in entries {
+                let at = clock.when(entry.now);
+                words.extend(heard(at, node.id, &entry.input));
+                words.extend(entry.outputs.iter().filter_map(|output| said(at, node.id, output)));
             }
         }
         self.take(words);

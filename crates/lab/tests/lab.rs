@@ -2,8 +2,16 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may end here")]
 
+#[path = "lab/documented.rs"]
+mod documented;
+#[path = "../../holdsafe/tests/command/documents.rs"]
+mod documents;
+#[path = "lab/forms.rs"]
+mod forms;
 #[path = "lab/frames.rs"]
 mod frames;
+#[path = "../../holdsafe/tests/command/golden.rs"]
+mod golden;
 #[path = "lab/records.rs"]
 mod records;
 #[path = "lab/searches.rs"]
@@ -17,5 +25,8 @@ fn root() -> PathBuf {
 }
 
 fn lab(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_lab")).args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap()
+    let mut command = Command::new(env!("CARGO_BIN_EXE_lab"));
+    let output = command.args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap();
+    golden::hold(&output.stdout);
+    output
 }

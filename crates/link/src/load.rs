@@ -119,7 +119,7 @@ async fn load(asked: Asked) -> Result<Measured, DtlsError> {
     let in_hand = listener.guard.datagrams
         + listener.overflowed
         + listener.abandoned
-        + listener.strangers
+        + listener.unknown_peers
         + listener.shed
         + listener.unproven
         + listener.proved;
@@ -245,9 +245,9 @@ mod tests {
     #[test]
     fn every_datagram_is_accounted_for_under_flood() {
         let measured = run(Asked { sessions: 20, rate: 20, flood: 2_000, seconds: 1 }).unwrap();
-        assert_eq!(measured.opened, 20, "more at once than a calm door lets in");
+        assert_eq!(measured.opened, 20, "more at once than a calm listener admits");
         assert_eq!(measured.unaccounted, 0, "{measured:?}");
-        assert!(measured.flooded > 0 && measured.listener.strangers > 0);
+        assert!(measured.flooded > 0 && measured.listener.unknown_peers > 0);
         assert!(measured.sent > 0);
         assert!(measured.kernel_dropped > 0 || measured.delivered == measured.sent, "{measured:?}");
     }

@@ -30,7 +30,7 @@ use crate::certificates::tls;
 use crate::clock::trace_us;
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError, dns_name};
-use crate::stream::{Mouth, StreamLog, Witness};
+use crate::stream::{Ingress, StreamLog, Witness};
 
 /// Publications that may wait to be sent.
 pub const OUTBOUND: usize = 256;
@@ -171,9 +171,9 @@ fn options(
             let stream = TcpStream::connect(at.socket()).await?;
             LoopbackAddr::try_from(stream.peer_addr()?).map_err(std::io::Error::other)?;
             stream.set_nodelay(true)?;
-            let mouth = Mouth::new(stream, log);
-            *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(mouth.witness());
-            Ok(mouth)
+            let ingress = Ingress::new(stream, log);
+            *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(ingress.witness());
+            Ok(ingress)
         }
     });
     options

@@ -86,7 +86,7 @@ pub struct DatagramRelay {
     local: LoopbackAddr,
     front: Arc<UdpSocket>,
     path: Arc<Mutex<Option<Leg>>>,
-    stranger: UdpSocket,
+    unknown_peer: UdpSocket,
     counters: Arc<Counters>,
 }
 
@@ -111,12 +111,12 @@ impl DatagramRelay {
     pub fn open(leg: RelayLeg, own: LoopbackAddr, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
         let front = Arc::new(sockets::udp(leg.at)?);
         let local = LoopbackAddr::try_from(front.local_addr()?).map_err(std::io::Error::other)?;
-        let stranger = sockets::udp_to(own, leg.upstream)?;
+        let unknown_peer = sockets::udp_to(own, leg.upstream)?;
         let path = Arc::new(Mutex::new(None));
         let counters = Arc::new(Counters::default());
         let ends = Ends { front: front.clone(), upstream: leg.upstream, own };
         tokio::spawn(front_loop(ends, path.clone(), to, counters.clone()));
-        Ok(Self { local, front, path, stranger, counters })
+        Ok(Self { local, front, path, unknown_peer, counters })
     }
 
     /// Address for clients.
@@ -137,8 +137,8 @@ impl DatagramRelay {
     }
 
     /// Emits a datagram towards the server from an address that no session knows. Replies to it are not read.
-    pub fn emit_stranger(&self, bytes: &[u8]) {
-        let sent = sockets::emit(&self.stranger, None, bytes);
+    pub fn emit_from_unknown_peer(&self, bytes: &[u8]) {
+        let sent = sockets::emit(&self.unknown_peer, None, bytes);
         add(if sent { &self.counters.strange } else { &self.counters.unsent[index(Side::Server)] });
     }
 

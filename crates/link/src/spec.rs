@@ -77,8 +77,8 @@ pub struct ServiceSpec {
     #[serde(default = "any_port")]
     pub own: LoopbackAddr,
     /// Room for the input journal, in bytes; 0 for none.
-    #[serde(default = "default_mouth_bytes")]
-    pub mouth_bytes: u64,
+    #[serde(rename = "mouth_bytes", default = "default_journal_bytes")]
+    pub journal_bytes: u64,
     /// The core's own configuration.
     #[serde(default)]
     pub config: serde_json::Value,
@@ -94,7 +94,7 @@ fn any_port() -> LoopbackAddr {
     LoopbackAddr::ANY_PORT
 }
 
-fn default_mouth_bytes() -> u64 {
+fn default_journal_bytes() -> u64 {
     1 << 30
 }
 
@@ -313,7 +313,7 @@ impl ServiceSpec {
             recorder: None,
             guard: GuardMode::Required,
             own: LoopbackAddr::ANY_PORT,
-            mouth_bytes: default_mouth_bytes(),
+            journal_bytes: default_journal_bytes(),
             config: serde_json::Value::Null,
             start_us: 0,
             started: Instant(0),

@@ -126,13 +126,13 @@ impl Witness {
 
 /// A stream with a delivery witness.
 #[derive(Debug)]
-pub struct Mouth<S> {
+pub struct Ingress<S> {
     inner: S,
     witness: Witness,
     over: bool,
 }
 
-impl<S> Mouth<S> {
+impl<S> Ingress<S> {
     /// Watches arrivals over `inner`.
     pub fn new(inner: S, log: StreamLog) -> Self {
         Self { inner, witness: Witness::new(log), over: false }
@@ -150,7 +150,7 @@ impl<S> Mouth<S> {
     }
 }
 
-impl<S> Drop for Mouth<S> {
+impl<S> Drop for Ingress<S> {
     fn drop(&mut self) {
         if !self.over {
             self.witness.note(Sight::HungUp);
@@ -158,7 +158,7 @@ impl<S> Drop for Mouth<S> {
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Mouth<S> {
+impl<S: AsyncRead + Unpin> AsyncRead for Ingress<S> {
     fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<Result<()>> {
         let (before, room) = (buf.filled().len(), buf.remaining());
         let outcome = ready!(Pin::new(&mut self.inner).poll_read(cx, buf));
@@ -172,7 +172,7 @@ impl<S: AsyncRead + Unpin> AsyncRead for Mouth<S> {
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Mouth<S> {
+impl<S: AsyncWrite + Unpin> AsyncWrite for Ingress<S> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<Result<usize>> {
         Pin::new(&mut self.inner).poll_write(cx, buf)
     }
@@ -197,15 +197,15 @@ pub fn watched(stream: TcpStream, log: StreamLog) -> Result<(TcpStream, Witness)
     near.set_nonblocking(true)?;
     far.set_nonblocking(true)?;
     let near = TcpStream::from_std(std::net::TcpStream::from(OwnedFd::from(near)))?;
-    let mouth = Mouth::new(stream, log);
-    let witness = mouth.witness();
-    tokio::spawn(carry(mouth, UnixStream::from_std(far)?));
+    let ingress = Ingress::new(stream, log);
+    let witness = ingress.witness();
+    tokio::spawn(carry(ingress, UnixStream::from_std(far)?));
     Ok((near, witness))
 }
 
 /// Carries both directions until this process hangs up, or both have ended.
-async fn carry(mouth: Mouth<TcpStream>, end: UnixStream) {
-    let (mut from_network, mut to_network) = tokio::io::split(mouth);
+async fn carry(ingress: Ingress<TcpStream>, end: UnixStream) {
+    let (mut from_network, mut to_network) = tokio::io::split(ingress);
     let (mut from_end, mut to_end) = end.into_split();
     // A failed direction is an ended one; which side ended it, the witness knows.
     let inward = async {
@@ -242,17 +242,17 @@ mod tests {
         for far_ends in [true, false] {
             let (heard, log) = log();
             let (mut far, near) = tokio::io::duplex(64);
-            let mut mouth = Mouth::new(near, log);
+            let mut ingress = Ingress::new(near, log);
             let mut buf = [0; 8];
             far.write_all(&[1; 5]).await.unwrap();
-            assert_eq!(mouth.read(&mut buf).await.unwrap(), 5);
+            assert_eq!(ingress.read(&mut buf).await.unwrap(), 5);
             far.write_all(&[2; 3]).await.unwrap();
-            assert_eq!(mouth.read(&mut buf).await.unwrap(), 3);
+            assert_eq!(ingress.read(&mut buf).await.unwrap(), 3);
             if far_ends {
                 drop(far);
-                assert_eq!(mouth.read(&mut buf).await.unwrap(), 0);
+                assert_eq!(ingress.read(&mut buf).await.unwrap(), 0);
             }
-            drop(mouth);
+            drop(ingress);
             let end = if far_ends { Sight::Closed } else { Sight::HungUp };
             assert_eq!(seen(&heard), [(Sight::Arrived, 0, 5), (Sight::Arrived, 5, 3), (end, 8, 0)]);
         }

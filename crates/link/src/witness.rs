@@ -197,16 +197,16 @@ fn piece(out: &mut impl Write, bytes: &[u8]) -> Result<()> {
 /// The link's counters, as accounts. Application data that the secure layer consumed without delivering counts as
 /// discarded; other records that the guard passed are the handshake's.
 fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account, u64); 10] {
-    let SessionStats { guard, strangers, shed, unproven, proved, .. } = *stats;
-    let unguarded = stats.overflowed + stats.abandoned + strangers + shed + unproven + proved + stats.asked;
-    let strangers = strangers + shed + unproven;
+    let SessionStats { guard, unknown_peers, shed, unproven, proved, .. } = *stats;
+    let unguarded = stats.overflowed + stats.abandoned + unknown_peers + shed + unproven + proved + stats.asked;
+    let unknown_peers = unknown_peers + shed + unproven;
     let handshake = (guard.records + proved).saturating_sub(guard.refused()).saturating_sub(guard.application);
     [
         (Account::Datagrams, guard.datagrams),
         (Account::Unguarded, unguarded),
         (Account::SentDirect, if direct { stats.dialled } else { 0 }),
-        (Account::GuardIn, guard.records + strangers + proved),
-        (Account::GuardRefused, guard.refused() + strangers),
+        (Account::GuardIn, guard.records + unknown_peers + proved),
+        (Account::GuardRefused, guard.refused() + unknown_peers),
         (Account::Delivered, stats.delivered),
         (Account::Discarded, guard.application.saturating_sub(stats.delivered)),
         (Account::Handshake, handshake),

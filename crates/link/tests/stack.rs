@@ -15,7 +15,7 @@ mod stack {
     mod openssl;
     mod recorder;
     mod spec;
-    mod strangers;
+    mod unknown_peers;
     mod vetting;
     mod web;
 }

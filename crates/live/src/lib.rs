@@ -7,15 +7,15 @@
 pub mod child;
 mod disk;
 pub mod janitor;
+pub mod journals;
 pub mod leftovers;
-pub mod mouths;
 mod process;
 pub mod remains;
 pub mod service;
 mod spec;
 pub mod store;
 pub mod trial;
-pub mod vet;
+pub mod try_detector;
 mod witness;
 
 use std::collections::VecDeque;
@@ -34,7 +34,7 @@ use link::loopback::LoopbackAddr;
 use link::spec::Control;
 use parallel::progress;
 use serde_json::Value;
-use topology::{Cast, RunSecret};
+use topology::{Topology, RunSecret};
 use wire::audit::Head;
 use wire::codec;
 use wire::id::{Boot, NodeId};
@@ -108,7 +108,7 @@ pub struct Aftermath {
     /// The recording, on the run's time; behind it the notes of guards and launcher.
     pub log: Vec<Logged>,
     /// Verification of the recording, as it was kept.
-    pub custody: Verification,
+    pub verification: Verification,
     /// Trust anchors held outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
@@ -133,15 +133,20 @@ impl Logs {
     }
 }
 
-/// Runs `cast` live.
-pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options<'_>) -> Result<Aftermath, LiveError> {
+/// Runs `topology` live.
+pub fn run(
+    topology: &Topology,
+    secret: &RunSecret,
+    guard: Requirement,
+    options: Options<'_>,
+) -> Result<Aftermath, LiveError> {
     let run = RUNS.fetch_add(1, Ordering::Relaxed);
     let places = Places::new(options.keep, &run_id(run), own_address(run));
     leftovers::make_room();
     let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
-    store::site(&places.run_dir, cast).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
-    let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
+    store::site(&places.run_dir, topology).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
+    let credentials = spec::credentials(topology).map_err(|e| e.to_string())?;
     let (lines_in, lines) = channel();
     let mut company = Company {
         janitor: None,
@@ -159,31 +164,31 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let start_us = trace_us() + LEAD_US;
     let window = options.window;
     let mut specs =
-        Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default(), window };
-    company.start_all(&options.services, cast, secret, marked.remains(), &mut specs, &lines_in)?;
+        Specs { topology, places: &places, start_us, guard, credentials, addresses: Default::default(), window };
+    company.start_all(&options.services, topology, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
     let mut again = |node: NodeId, boot: Boot| {
-        let member = cast.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
+        let member = topology.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
         let member = member.again(trace_us().saturating_sub(start_us));
         let mut spec = specs.member(&member)?;
         (spec.boot, spec.start_us) = (boot, 0);
         Child::start(&options.services, service(&member.role), node, &lines_in, &spec)
     };
-    let stayed = company.stay(cast, start_us, &mut again)?;
+    let stayed = company.stay(topology, start_us, &mut again)?;
     company.finish()?;
     let broker = secret.of(NodeId::BROKER);
-    let held = cast.held(Some((&broker, OVERSLEPT_US)));
-    let (heads, stops) = (witness::heads(cast, &company.stats), stops(&stayed.events, start_us));
+    let held = topology.held(Some((&broker, OVERSLEPT_US)));
+    let (heads, stops) = (witness::heads(topology, &company.stats), stops(&stayed.events, start_us));
     let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
-    let (log, custody, held) = gathered(cast, &places.run_dir, held, &stayed, &company.stats)?;
+    let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    Ok(Aftermath { log, custody, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
+    Ok(Aftermath { log, verification, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
 fn gathered(
-    cast: &Cast,
+    topology: &Topology,
     run_dir: &Path,
     mut held: Held,
     stayed: &Stayed,
@@ -192,7 +197,7 @@ fn gathered(
     let start_us = held.start_us;
     // A dead recorder wrote nothing more, nor did one with a full disk; then the input journals of the others are the second place where entries are.
     if !held.cut_short
-        && let Some(hands) = cast.hands()
+        && let Some(hands) = topology.hands()
     {
         witness::lay_on(&hands, run_dir)?;
     }
@@ -200,28 +205,28 @@ fn gathered(
         Err(_) if held.cut_short => Vec::new(),
         kept => kept?,
     };
-    let guards = witness::guards(cast, run_dir);
+    let guards = witness::guards(topology, run_dir);
     let mut log = match held.cut_short {
-        true => witness::mouths(cast, run_dir, start_us),
+        true => witness::journals(topology, run_dir, start_us),
         false => witness::on_the_runs_time(kept.clone(), start_us),
     };
     log.extend(witness::on_the_runs_time(guards.clone(), start_us));
     let mut told: Vec<(u64, Any)> = stayed.events.iter().map(|(at, note)| (*at, (*note).into())).collect();
     told.push((stayed.lasted, Note::Stalled { by: Span(stayed.overslept) }.into()));
     told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event.into())));
-    let seen = witness::sights(cast, run_dir, start_us, &log).into_iter();
-    told.extend(seen.chain(witness::running(cast, run_dir, start_us)).map(|(at, note)| (at, note.into())));
+    let seen = witness::deliveries(topology, run_dir, start_us, &log).into_iter();
+    told.extend(seen.chain(witness::running(topology, run_dir, start_us)).map(|(at, note)| (at, note.into())));
     // One chain, whose order has to be that of the times in it.
     told.sort_by_key(|(at, _)| *at);
     let end = told.last().map_or(stayed.lasted, |(at, _)| *at);
-    let key = cast.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
+    let key = topology.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
     let notes = witness::notes(key, &told, end);
     witness::keep_notes(run_dir, &notes)?;
     held.heads.extend(notes.last().and_then(|last| Head::of::<Any>(&last.bytes)).map(HeldHead::from));
     kept.extend(guards);
     kept.extend(notes.iter().cloned());
     log.extend(notes);
-    Ok((log, trial::custody(&kept, &held), held))
+    Ok((log, trial::verification(&kept, &held), held))
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
@@ -307,7 +312,7 @@ impl Company<'_> {
     fn start_all(
         &mut self,
         services: &Services,
-        cast: &Cast,
+        topology: &Topology,
         secret: &RunSecret,
         remains: &Remains,
         specs: &mut Specs<'_>,
@@ -317,13 +322,13 @@ impl Company<'_> {
         let remains = serde_json::to_string(remains).map_err(|e| e.to_string())?;
         janitor.write(format!("{remains}\n").as_bytes());
         self.janitor = Some(janitor);
-        let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);
+        let member = |node: NodeId| topology.members.iter().find(|m| m.node() == node);
         // A rogue is there before anybody whose channels it makes.
         let first = [
             NodeId::INSIDER_PERCEPTION,
             NodeId::IMPOSTOR,
             NodeId::RECORDER,
-            cast.broker(),
+            topology.broker(),
             NodeId::GATEWAY,
             NodeId::INSIDER_B,
             NodeId::RELAY_TELEMETRY,
@@ -342,7 +347,7 @@ impl Company<'_> {
             self.take_in(child);
             self.await_ready(&[node], specs)?;
         }
-        let rest: Vec<_> = cast.members.iter().filter(|m| !first.contains(&m.node()) || later(m.node())).collect();
+        let rest: Vec<_> = topology.members.iter().filter(|m| !first.contains(&m.node()) || later(m.node())).collect();
         for member in &rest {
             let spec = specs.member(member)?;
             let child = Child::start(services, service(&member.role), member.node(), lines, &spec)?;
@@ -388,14 +393,14 @@ impl Company<'_> {
 
     /// Stays until the end of the run, applying the scenario's process faults and calling the steps that wait; `again`
     /// restarts a node. Returns the applied faults, and the most by which the host overslept.
-    fn stay(&mut self, cast: &Cast, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
-        let mut process_faults = ProcessFaults::new(cast);
-        let mut watch = Watch::new(&cast.cues);
+    fn stay(&mut self, topology: &Topology, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
+        let mut process_faults = ProcessFaults::new(topology);
+        let mut watch = Watch::new(&topology.cues);
         let windowed = self.window;
         let (mut overslept, mut watched) = (0, 0);
-        let mut growth = cast.fills().then(|| Growth::of(self.places.recording()));
+        let mut growth = topology.fills().then(|| Growth::of(self.places.recording()));
         let clock = || trace_us().saturating_sub(start_us);
-        let end = start_us + cast.duration;
+        let end = start_us + topology.duration;
         loop {
             let now = trace_us();
             if self.stop.asked() {
@@ -405,7 +410,7 @@ impl Company<'_> {
                 process_faults.note(clock(), grown);
             }
             if now >= end && !self.window {
-                let lasted = if windowed { now.saturating_sub(start_us) } else { cast.duration };
+                let lasted = if windowed { now.saturating_sub(start_us) } else { topology.duration };
                 // Whoever is still stopped has an account to close.
                 for child in &mut self.children {
                     child.go_on();
@@ -421,7 +426,7 @@ impl Company<'_> {
                 let told = process_faults.events().iter().skip(watched);
                 let called = told.flat_map(|(at, note)| watch.take(*at, NodeId::CAMPAIGN, &(*note).into())).collect();
                 watched = process_faults.events().len();
-                self.call(cast, &mut process_faults, called, clock());
+                self.call(topology, &mut process_faults, called, clock());
                 continue;
             }
             self.act(now.saturating_sub(start_us));
@@ -440,7 +445,12 @@ impl Company<'_> {
                 Ok((_, Line::Closed(None))) => self.window = false,
                 Ok((_, Line::Entry(bytes))) => {
                     if let Ok(entry) = Entry::decode(&bytes) {
-                        self.call(cast, &mut process_faults, watch.take(clock(), entry.node, &entry.event), clock());
+                        self.call(
+                            topology,
+                            &mut process_faults,
+                            watch.take(clock(), entry.node, &entry.event),
+                            clock(),
+                        );
                     }
                 }
                 Ok((node, Line::Ended)) if !process_faults.ended(node) => {
@@ -463,8 +473,8 @@ impl Company<'_> {
     }
 
     /// Calls steps: processes with steps are told, and process faults begin here.
-    fn call(&mut self, cast: &Cast, process_faults: &mut ProcessFaults, steps: Vec<StepName>, now: u64) {
-        let takes = |node: NodeId| cast.members.iter().any(|m| m.node() == node && m.role.takes_cues());
+    fn call(&mut self, topology: &Topology, process_faults: &mut ProcessFaults, steps: Vec<StepName>, now: u64) {
+        let takes = |node: NodeId| topology.members.iter().any(|m| m.node() == node && m.role.takes_cues());
         for step in steps {
             self.children.iter_mut().filter(|c| takes(c.node)).for_each(|c| c.tell(&Control::Cue(step)));
             process_faults.call(now, step);

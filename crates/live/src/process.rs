@@ -5,7 +5,7 @@
 //! table, a limit by the kernel's answer.
 
 use instrument::{Note, StepName, Suspension};
-use topology::{Cast, ProcessFault, ProcessFaultKind, Turn, next_turn};
+use topology::{Topology, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::id::NodeId;
 
 use super::child::Child;
@@ -23,12 +23,12 @@ pub(super) struct ProcessFaults {
 }
 
 impl ProcessFaults {
-    pub(super) fn new(cast: &Cast) -> Self {
+    pub(super) fn new(topology: &Topology) -> Self {
         let by_time = |(i, fault): (usize, &ProcessFault)| fault.waits.is_none().then_some((fault.at, i, Turn::Begin));
         Self {
-            begun: vec![None; cast.process_faults.len()],
-            turns: cast.process_faults.iter().enumerate().filter_map(by_time).collect(),
-            list: cast.process_faults.clone(),
+            begun: vec![None; topology.process_faults.len()],
+            turns: topology.process_faults.iter().enumerate().filter_map(by_time).collect(),
+            list: topology.process_faults.clone(),
             events: Vec::new(),
         }
     }

@@ -13,7 +13,7 @@ pub fn main(name: &str) -> Option<ExitCode> {
         "broker" => broker::process::main(),
         "adversary" => adversary::process::main(),
         "recorder" => link::process::main(),
-        "vet" => perception::process::vet::main(),
+        "try-detector" => perception::process::try_detector::main(),
         "janitor" => super::janitor::main(),
         _ => return None,
     })

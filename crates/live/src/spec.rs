@@ -1,4 +1,4 @@
-//! From a cast to the specifications of its processes.
+//! From a topology to the specifications of its processes.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,7 @@ use link::spec::{
 use serde_json::{Value, json};
 use sim::scene::Scene;
 use sim::terrain::Terrain;
-use topology::{Cast, Host, Link, Member, Role, sim_keys};
+use topology::{Host, Link, Member, Role, Topology, sim_keys};
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
@@ -89,21 +89,21 @@ fn scope(host: Host) -> &'static str {
 }
 
 /// The clock of a host of this run.
-pub(super) fn clock(cast: &Cast, host: Host) -> HostClock {
-    let draw = cast.clocks[host as usize];
+pub(super) fn clock(topology: &Topology, host: Host) -> HostClock {
+    let draw = topology.clocks[host as usize];
     HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 }
 }
 
 /// Every certificate of a run. The authority's key is gone before the first service starts.
-pub(super) fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, PkiError> {
+pub(super) fn credentials(topology: &Topology) -> Result<BTreeMap<NodeId, Credential>, PkiError> {
     let authority = Authority::new()?;
     let mut issued = BTreeMap::new();
-    for member in &cast.members {
+    for member in &topology.members {
         if let Some(peer) = member.peer {
             issued.insert(member.node(), authority.issue(peer, link::pki::Role::Both)?);
         }
     }
-    if cast.broker() == NodeId::BROKER {
+    if topology.broker() == NodeId::BROKER {
         issued.insert(NodeId::BROKER, authority.issue(PeerId::BROKER, link::pki::Role::Listens)?);
     }
     Ok(issued)
@@ -112,7 +112,7 @@ pub(super) fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, P
 /// Writes specifications as addresses become known.
 pub(super) struct Specs<'a> {
     /// The participants.
-    pub cast: &'a Cast,
+    pub topology: &'a Topology,
     /// Paths.
     pub places: &'a Places,
     /// Start of the run, microseconds of trace time.
@@ -147,7 +147,7 @@ impl Specs<'_> {
     }
 
     fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
-        let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.cast, host), self.places.run_dir.clone());
+        let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.topology, host), self.places.run_dir.clone());
         spec.start_us = self.start_us;
         spec.own = self.places.own;
         spec.instrument = Some(self.places.socket());
@@ -161,17 +161,17 @@ impl Specs<'_> {
 
     /// Settings of the node's delivery witness.
     fn witness(&self, node: NodeId) -> Option<WitnessSpec> {
-        let guard = self.cast.mouth_of(node)?;
-        let secret = self.cast.witnesses.get(&guard)?.clone();
+        let guard = self.topology.ingress_of(node)?;
+        let secret = self.topology.witnesses.get(&guard)?.clone();
         let direct = |link: &Link| link.client == node && link.server == NodeId::GATEWAY && !link.relayed;
-        Some(WitnessSpec { node: guard, secret, direct: self.cast.links.iter().any(direct) })
+        Some(WitnessSpec { node: guard, secret, direct: self.topology.links.iter().any(direct) })
     }
 
     /// The broker's.
     pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
         spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
-        spec.config = json!({ "secret": secret, "rights": self.cast.rights() });
+        spec.config = json!({ "secret": secret, "rights": self.topology.rights() });
         Ok(spec)
     }
 
@@ -180,14 +180,14 @@ impl Specs<'_> {
         let node = member.node();
         let mut spec = self.plain(node, member.host, member.setup.seed);
         spec.bus = self.bus(member);
-        spec.config = config(member, self.window.then(|| site(self.cast)));
+        spec.config = config(member, self.window.then(|| site(self.topology)));
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
             let directory = self.places.recording();
-            let tell = !self.cast.cues.is_empty();
+            let tell = !self.topology.cues.is_empty();
             spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
         }
-        for link in &self.cast.links {
+        for link in &self.topology.links {
             if link.server == node {
                 let credential = self.credential(node)?;
                 spec.listen = Some(DtlsListen { at: LoopbackAddr::on_port(0), credential });
@@ -198,7 +198,7 @@ impl Specs<'_> {
                 } else {
                     self.address(link.server, "dtls")?
                 };
-                let server = self.cast.members.iter().find(|m| m.node() == link.server);
+                let server = self.topology.members.iter().find(|m| m.node() == link.server);
                 let expect = server.and_then(|m| m.peer).ok_or("the listening member has no certificate")?;
                 spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)? });
             }
@@ -229,7 +229,7 @@ impl Specs<'_> {
         let publish = member.publishes.iter().map(|t| channel(own, endpoint.writes_inside(*t), *t)).collect();
         let mut subscribe: Vec<_> =
             member.subscribes.iter().map(|t| channel(host, endpoint.reads_inside(*t), *t)).collect();
-        if matches!(member.role, Role::Gateway(_)) && self.cast.members.iter().any(second) {
+        if matches!(member.role, Role::Gateway(_)) && self.topology.members.iter().any(second) {
             subscribe.push(channel(SECOND_STATION, false, Topic::Intents));
         }
         let (prefix, root) = self.places.domain(member.host);
@@ -245,7 +245,7 @@ impl Specs<'_> {
             return Ok(Some(RelaySpec { datagram: Some(leg(upstream)), stream: None }));
         }
         if matches!(member.role, Role::Adversary(AdversaryConfig::StreamRelay(_))) {
-            let upstream = self.address(self.cast.broker(), "mqtt")?;
+            let upstream = self.address(self.topology.broker(), "mqtt")?;
             return Ok(Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) }));
         }
         Ok(None)
@@ -258,7 +258,7 @@ impl Specs<'_> {
         let remote = if node == NodeId::UNIT_A {
             self.address(NodeId::RELAY_COMMAND, "relay_stream")?
         } else {
-            self.address(self.cast.broker(), "mqtt")?
+            self.address(self.topology.broker(), "mqtt")?
         };
         let subscribe = match wire::trust::unit_of(own) {
             Some(unit) => vec![Subject::Command(unit)],
@@ -288,16 +288,16 @@ fn config(member: &Member, window: Option<Site>) -> Value {
 }
 
 /// Configuration of the run's console, its window included.
-pub(crate) fn console(cast: &Cast) -> Option<ProcessConfig> {
-    cast.members.iter().find_map(|member| {
+pub(crate) fn console(topology: &Topology) -> Option<ProcessConfig> {
+    topology.members.iter().find_map(|member| {
         let Role::Console(config) = &member.role else { return None };
-        Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(cast)) })
+        Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(topology)) })
     })
 }
 
 /// The site as the mission of the unit under test was planned on it.
-pub(crate) fn site(cast: &Cast) -> Site {
-    let mission = cast.members.iter().find_map(|member| {
+pub(crate) fn site(topology: &Topology) -> Site {
+    let mission = topology.members.iter().find_map(|member| {
         let Role::Autonomy(mission) = &member.role else { return None };
         (mission.unit == UnitId::A).then_some(mission)
     });
@@ -311,7 +311,7 @@ pub(crate) fn site(cast: &Cast) -> Site {
         route: mission.route.iter().map(place).collect(),
         looped: mission.looped,
         blocks: mission.obstacles.iter().map(block).collect(),
-        relief: cast.world().map(|world| survey(&world.scene)),
+        relief: topology.world().map(|world| survey(&world.scene)),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Files that a trial leaves in its run directory: the log as MCAP and as JSON lines, and the trust anchors of all of
 //! it.
 
+pub mod verdict;
 pub mod whole;
 
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
@@ -10,7 +11,6 @@ use console::moment::{Happened, MAX_MOMENTS};
 use console::process::player::{READING, TRUTH};
 use console::site::Site;
 use evidence::log::{Logged, by_recorder, hex};
-use evidence::trial::Trial;
 use evidence::verification::Held;
 use evidence::{Evidence, Micros, SCHEMA_VERSION, Witnessed, truth};
 use instrument::{Entry, Note, Suspension};
@@ -21,12 +21,12 @@ use link::recorder::Recording;
 use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
-use topology::Cast;
+use topology::Topology;
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId};
 use wire::time::{Instant, Span};
 
-use crate::mouths::CoreReplay;
+use crate::journals::CoreReplay;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
 pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
@@ -79,22 +79,10 @@ const SITE: &str = "site.json";
 /// The longest that is read.
 const MAX_SITE_BYTES: u64 = 1 << 20;
 
-/// The file with the class in which the trial ended.
-pub const VERDICT: &str = "verdict.json";
-
-/// Writes how the trial ended: class, receipt and findings, as the command prints them.
-pub fn verdict(directory: &Path, trial: &Trial) -> std::io::Result<()> {
-    let Trial { seed, outcome, receipt, findings, .. } = trial;
-    let told = json!({
-        "kind": "verdict", "schema_version": SCHEMA_VERSION, "seed": seed, "outcome": outcome, "receipt": receipt, "findings": findings,
-    });
-    files::create(&directory.join(VERDICT))?.write_all(&serde_json::to_vec_pretty(&told)?)
-}
-
 /// Writes the site.
-pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {
+pub fn site(directory: &Path, topology: &Topology) -> std::io::Result<()> {
     // What another run left there stays.
-    std::fs::File::create_new(directory.join(SITE))?.write_all(&serde_json::to_vec(&crate::site(cast))?)
+    std::fs::File::create_new(directory.join(SITE))?.write_all(&serde_json::to_vec(&crate::site(topology))?)
 }
 
 /// Reads it back.
@@ -104,8 +92,8 @@ pub fn read_site(directory: &Path) -> std::io::Result<Site> {
 
 /// Writes the file needed to replay the console's input journal: no secret but the key of its feed, which is void by then.
 /// Beside it the true events.
-pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io::Result<()> {
-    let Some(console) = crate::console(cast) else { return Ok(()) };
+pub fn console(directory: &Path, topology: &Topology, entries: &[Witnessed]) -> std::io::Result<()> {
+    let Some(console) = crate::console(topology) else { return Ok(()) };
     std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)?;
     let done = truth::of(entries).into_iter().take(MAX_MOMENTS);
     let done: Vec<Happened> = done.map(|one| Happened { at_us: one.at_us, what: one.what }).collect();
@@ -254,7 +242,7 @@ pub fn told(directory: &Path) -> Option<Told> {
 /// Evidence for a judge, as JSON lines (`docs/reviewer/evidence.md`): first the facts of the whole run, then the events in
 /// (time, node, counter) order. This program's conclusions are not in it.
 pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
-    let custody: Vec<String> = evidence.custody.iter().map(ToString::to_string).collect();
+    let flaws: Vec<String> = evidence.log_flaws.iter().map(ToString::to_string).collect();
     let head = json!({
         "schema_version": SCHEMA_VERSION,
         "bounds": evidence.bounds,
@@ -265,7 +253,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "script": evidence.script,
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,
-        "custody": custody,
+        "custody": flaws,
         "differences": evidence.differences,
     });
     writeln!(out, "{head}")?;

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::mouths::{self, CoreReplay};
+use super::journals::{self, CoreReplay};
 use super::{Aftermath, LiveError, Logs, Options, run};
 use evidence::log::Logged;
 use evidence::reading::read;
@@ -11,12 +11,12 @@ use evidence::verification::{Held, LogVerifier, Verification};
 use evidence::{Evidence, Micros, Verdict};
 use oracle::{judge, stalled};
 use scenario::{Scenario, Setup};
-use topology::{Cast, RunSecret, cast};
+use topology::{RunSecret, Topology, lay_out};
 
 /// A finished live run.
 pub struct Run {
     /// The participants.
-    pub cast: Cast,
+    pub topology: Topology,
     /// Trust anchors held outside the recorder.
     pub held: Held,
     /// The oracle's input.
@@ -37,11 +37,11 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let random = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut secret));
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
-    let cast = cast(scenario, setup, seed, &secret).seating(options.role);
-    let after = run(&cast, &secret, setup.policy.record_guard, options)?;
-    let Judged { evidence, verdict, spoilt, replays } = conclude(&cast, setup, &after);
+    let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
+    let after = run(&topology, &secret, setup.policy.record_guard, options)?;
+    let Judged { evidence, verdict, spoilt, replays } = conclude(&topology, setup, &after);
     let Aftermath { held, logs, .. } = after;
-    Ok(Run { cast, held, evidence, verdict, spoilt, replays, logs })
+    Ok(Run { topology, held, evidence, verdict, spoilt, replays, logs })
 }
 
 /// Judgement of a finished run.
@@ -58,25 +58,25 @@ pub struct Judged {
 
 /// Feeds every core of a finished run its own input journal again, and judges the run's records. The replay is part of the
 /// judgement: a live trial with cores that do not replay is no evidence.
-pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
-    let replays = mouths::replay(cast, after.logs.folder());
+pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged {
+    let replays = journals::replay(topology, after.logs.folder());
     let (entries, broken_log) = read(&after.log);
     let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
         entries,
         broken_log: broken_log.or(lost),
-        custody: after.custody.flaws.clone(),
+        log_flaws: after.verification.flaws.clone(),
         differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
-        planned: cast.planned.clone(),
+        planned: topology.planned.clone(),
         duration: after.lasted,
         stall_limit: super::OVERSLEPT_US,
-        operators: cast.operators(),
-        script: cast.script.clone(),
-        killed: cast.killed(),
+        operators: topology.operators(),
+        script: topology.script.clone(),
+        killed: topology.killed(),
     };
     let verdict = judge(&evidence);
-    let spoilt = spoilt(&evidence, &verdict, after.custody.late);
+    let spoilt = spoilt(&evidence, &verdict, after.verification.late);
     Judged { evidence, verdict, spoilt, replays }
 }
 
@@ -84,16 +84,16 @@ pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
 /// recording counts as the host's where the launcher overslept as much; another reason to be INVALID does not.
 fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>) -> Option<Micros> {
     let by = stalled(evidence)?;
-    let explained = evidence.custody.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
+    let explained = evidence.log_flaws.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
     if verdict.outcome != Outcome::Invalid || !explained {
         return None;
     }
-    let calm = Evidence { custody: Vec::new(), stall_limit: Micros::MAX, ..evidence.clone() };
+    let calm = Evidence { log_flaws: Vec::new(), stall_limit: Micros::MAX, ..evidence.clone() };
     (!matches!(judge(&calm).outcome, Outcome::Invalid | Outcome::Unsafe)).then_some(by)
 }
 
 /// Verification of a recording, in the order in which it was kept. An empty one of a living recorder holds no entries.
-pub(super) fn custody(recorded: &[Logged], held: &Held) -> Verification {
+pub(super) fn verification(recorded: &[Logged], held: &Held) -> Verification {
     let mut log_verifier = LogVerifier::new(held);
     for logged in recorded {
         // What does not continue its chain is in the verifier's own list.
@@ -118,8 +118,8 @@ mod tests {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let scenario = scenario::load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
-        let (cast, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
-        let mut evidence = twin::trial::conclude(cast, twin, &setup).evidence;
+        let (topology, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
+        let mut evidence = twin::trial::conclude(topology, twin, &setup).evidence;
         evidence.stall_limit = crate::OVERSLEPT_US;
         let (at, event) = (evidence.duration, Any::Instrument(Note::Stalled { by: Span(by) }));
         let entry =
@@ -147,8 +147,8 @@ mod tests {
         }
         assert_eq!(found(&unbalanced, None), (Outcome::Invalid, None), "the accounts do not balance either");
         let flawed = |evidence: &Evidence| {
-            let custody = vec![Flaw { at: 1, what: "something does not hold".to_owned() }];
-            Evidence { custody, ..evidence.clone() }
+            let verification = vec![Flaw { at: 1, what: "something does not hold".to_owned() }];
+            Evidence { log_flaws: verification, ..evidence.clone() }
         };
         assert_eq!(found(&flawed(&stalled), None), (Outcome::Invalid, None), "not of lateness alone");
         assert_eq!(found(&flawed(&stalled), Some(312_000)), (Outcome::Invalid, Some(312_000)));
@@ -158,6 +158,6 @@ mod tests {
 
     #[test]
     fn empty_recording_of_a_living_recorder_is_flawed() {
-        assert!(!custody(&[], &Held::default()).flaws.is_empty());
+        assert!(!verification(&[], &Held::default()).flaws.is_empty());
     }
 }

@@ -6,8 +6,8 @@ use std::io::BufReader;
 use std::path::Path;
 
 use adversary::insider::{InsiderRecorder, Kept};
+use evidence::delivery::{Claims, Running};
 use evidence::log::Logged;
-use evidence::sights::{Claims, Running};
 use evidence::verification::HeldHead;
 use instrument::{Any, Entry, Note};
 use link::input_journal;
@@ -15,7 +15,7 @@ use link::instrument::Frame;
 use link::recorded;
 use link::recorder::Recording;
 use serde_json::Value;
-use topology::{Cast, Member};
+use topology::{Topology, Member};
 use wire::audit::Journal;
 use wire::core::{Output, Side};
 use wire::event::{Account, Event};
@@ -57,13 +57,13 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
 
 /// Heads of each service's chain, and of its guard's, by its own closing statement; the recorder's is no evidence
 /// against it.
-pub(super) fn heads(cast: &Cast, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
+pub(super) fn heads(topology: &Topology, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
     let of = |node: NodeId, head: &Value| {
         let boot = Boot(u32::try_from(head["boot"].as_u64()?).ok()?);
         Some(HeldHead { node, boot, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
     };
     let both = |(node, stats): &(NodeId, Value)| {
-        let guard = cast.mouth_of(*node).and_then(|guard| of(guard, &stats["links"]["witness"]));
+        let guard = topology.ingress_of(*node).and_then(|guard| of(guard, &stats["links"]["witness"]));
         [of(*node, &stats["links"]["head"]), guard]
     };
     stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).flat_map(both).flatten().collect()
@@ -71,11 +71,11 @@ pub(super) fn heads(cast: &Cast, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
 
 /// The same entries out of every participant's input journal, for a run with a dead recorder; each counts as written
 /// when its core was fed. The broker has no core and so no journal: its entries are missing.
-pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> {
+pub(super) fn journals(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<Logged> {
     let mut log = Vec::new();
-    for member in &cast.members {
+    for member in &topology.members {
         let node = member.node();
-        passed(cast, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run_dir, start_us, |at, entry| {
             if let input_journal::Entry::Output(Output::Audit { bytes }) = entry {
                 log.push(Logged { at, node, bytes });
             }
@@ -86,14 +86,14 @@ pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> 
 
 /// Inputs of the cores among the messages that insiders in `log` claim to have sent. These are the launcher's statements,
 /// read from each reader's own records.
-pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Note)> {
+pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Note)> {
     let mut claims = Claims::default();
     log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
     let mut seen = Vec::new();
-    for member in cast.members.iter().filter(|_| !claims.is_empty()) {
-        passed(cast, member, run_dir, start_us, |at, entry| {
+    for member in topology.members.iter().filter(|_| !claims.is_empty()) {
+        each_entry(topology, member, run_dir, start_us, |at, entry| {
             if let input_journal::Entry::Input { input, .. } = &entry {
-                seen.extend(claims.sight(member.node(), input).map(|event| (at, event)));
+                seen.extend(claims.delivered(member.node(), input).map(|event| (at, event)));
             }
         });
     }
@@ -101,13 +101,13 @@ pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged])
 }
 
 /// Input times of cores in processes that were to be stopped, by their journals.
-pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, Note)> {
-    let watched = cast.watched();
+pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<(u64, Note)> {
+    let watched = topology.watched();
     let mut running = Running::new(&watched);
     let mut seen = Vec::new();
-    for member in cast.members.iter().filter(|m| watched.contains(&m.node())) {
+    for member in topology.members.iter().filter(|m| watched.contains(&m.node())) {
         let node = member.node();
-        passed(cast, member, run_dir, start_us, |at, entry| {
+        each_entry(topology, member, run_dir, start_us, |at, entry| {
             if matches!(entry, input_journal::Entry::Input { .. }) && running.told(node, at) {
                 seen.push((at, Note::Ran { node }));
             }
@@ -117,23 +117,23 @@ pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, N
 }
 
 /// Every input and output of `member`'s core, each with the time of the run at which its core was fed.
-fn passed(
-    cast: &Cast,
+fn each_entry(
+    topology: &Topology,
     member: &Member,
     run_dir: &Path,
     start_us: u64,
     mut each: impl FnMut(u64, input_journal::Entry),
 ) {
-    let clock = super::spec::clock(cast, member.host);
+    let clock = super::spec::clock(topology, member.host);
     // One log for each start; the second is there when it was started again.
     for boot in ["", "-2"] {
         let file = link::files::open(&run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
-        let Some(mouth) = file.ok().and_then(|file| input_journal::Reader::new(BufReader::new(file)).ok()) else {
+        let Some(journal) = file.ok().and_then(|file| input_journal::Reader::new(BufReader::new(file)).ok()) else {
             continue;
         };
-        let mut now = mouth.header().started;
+        let mut now = journal.header().started;
         // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
-        for entry in mouth.map_while(Result::ok) {
+        for entry in journal.map_while(Result::ok) {
             if let input_journal::Entry::Input { now: fed, .. } = &entry {
                 now = *fed;
             }
@@ -157,11 +157,11 @@ pub(super) fn relayed(stats: &[(NodeId, Value)]) -> Vec<Event> {
 }
 
 /// The guards' logs, each life in the order in which it was written, under the recording's own time.
-pub(super) fn guards(cast: &Cast, run_dir: &Path) -> Vec<Logged> {
+pub(super) fn guards(topology: &Topology, run_dir: &Path) -> Vec<Logged> {
     let mut log = Vec::new();
-    let broker = Some(cast.broker()).filter(|broker| cast.members.iter().all(|m| m.node() != *broker));
-    for node in cast.members.iter().map(Member::node).chain(broker) {
-        let Some(guard) = cast.mouth_of(node) else { continue };
+    let broker = Some(topology.broker()).filter(|broker| topology.members.iter().all(|m| m.node() != *broker));
+    for node in topology.members.iter().map(Member::node).chain(broker) {
+        let Some(guard) = topology.ingress_of(node) else { continue };
         // One log for each start; the second is there when it was started again.
         for boot in ["", "-2"] {
             let file = link::witness::path(run_dir, &format!("{node}{boot}.cbor"));

@@ -1,7 +1,7 @@
 //! Receipts of the messages of an insider, or of a sensor under a fault: the actor's own entry against the inputs of
 //! the core that they were for.
 //!
-//! The two share the hash of the very bytes (`evidence::sights`). That some record of the insider's arrived is none: an honest
+//! The two share the hash of the very bytes (`evidence::delivery`). That some record of the insider's arrived is none: an honest
 //! one of its own would do for that.
 
 use evidence::{Evidence, Micros};
@@ -22,7 +22,7 @@ pub(super) fn receipt(evidence: &Evidence, wanted: Action, window: Window, who: 
 }
 
 /// Times at which a core took in bytes that one of `who` says it sent as its `action`.
-pub(super) fn sights(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> Vec<Micros> {
+pub(super) fn times(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> Vec<Micros> {
     let claims = claims(evidence, wanted, who);
     claims.flat_map(|(at, hash)| seen(evidence).filter(move |s| s.hash == hash && s.at >= at)).map(|s| s.at).collect()
 }
@@ -81,7 +81,7 @@ fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
     counted > written && s.at >= last
 }
 
-/// A sight at a core's input.
+/// Delivery at a core's input.
 struct Seen {
     at: Micros,
     reader: NodeId,

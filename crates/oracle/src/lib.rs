@@ -25,10 +25,11 @@
 //! | `process_fault` | the responses owed when a process is killed |
 //! | `outcome` | the one class |
 //! | `mission` | the mission that the scenario presumes |
-//! | `nearness` | the margin to each limit; no verdict |
+//! | `approach` | the approach to each limit; no verdict |
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+mod approach;
 mod arrived;
 mod conservation;
 mod content;
@@ -43,7 +44,6 @@ mod life;
 mod link;
 mod masked;
 mod mission;
-mod nearness;
 mod orders;
 mod outcome;
 pub mod peers;
@@ -62,7 +62,7 @@ mod window;
 
 use evidence::{Evidence, Finding, Micros, Property, Verdict};
 
-pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
+pub use approach::{AT_LIMIT, Approaches, Limit, approaches};
 pub use outcome::stalled;
 pub use timeline::Timeline;
 

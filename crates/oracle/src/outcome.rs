@@ -44,7 +44,7 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     let broken = |wanted: &[Property]| findings.iter().any(|f| wanted.contains(&f.property));
     use Property::{P1, P2, P3, P4, P5, P6, P7, P8, P9, P10, P11};
     // What a tampered log seems to show is still listed; it says nothing.
-    if !evidence.custody.is_empty() {
+    if !evidence.log_flaws.is_empty() {
         return Outcome::Invalid;
     }
     if broken(&[P1, P4, P5, P7, P8, P9, P11]) {

@@ -34,7 +34,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
     found.extend(recovery(evidence, line));
-    found.extend(evidence.custody.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
+    found.extend(evidence.log_flaws.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
     found.extend(evidence.differences.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
     found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
     found

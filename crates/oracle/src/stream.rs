@@ -51,18 +51,18 @@ pub(super) fn receipt(evidence: &Evidence, wanted: StreamEffect, window: Window)
 }
 
 fn confirmed(evidence: &Evidence, deed: StreamEffect, told: Told) -> bool {
-    let mut sights = seen(evidence, told);
+    let mut seen = seen(evidence, told);
     match deed {
-        StreamEffect::Held => sights
+        StreamEffect::Held => seen
             .find(|s| s.sight == Sight::Arrived && s.offset + u64::from(s.length) > told.offset)
             .is_some_and(|first| first.at + told.delay / DRIFT >= told.at + told.delay),
-        StreamEffect::Damaged => sights.any(|s| {
+        StreamEffect::Damaged => seen.any(|s| {
             let same = (s.offset, s.length, s.hash) == (told.offset, told.length, told.hash);
             s.sight == Sight::Arrived && same && s.at >= told.at
         }),
         // What was still held is lost with the connection, so the end may come before the place.
         StreamEffect::HalfClosed | StreamEffect::Reset => {
-            let last = sights.find(|s| matches!(s.sight, Sight::Closed | Sight::HungUp));
+            let last = seen.find(|s| matches!(s.sight, Sight::Closed | Sight::HungUp));
             let in_place = |s: &Seen| match deed {
                 StreamEffect::HalfClosed => s.offset == told.offset,
                 StreamEffect::Reset | StreamEffect::Held | StreamEffect::Damaged => s.offset <= told.offset,

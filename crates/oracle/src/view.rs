@@ -50,7 +50,7 @@ fn withheld(evidence: &Evidence, window: Window) -> Option<Micros> {
 /// The first report that was kept for so long and then passed on: not shown before it was due, and the display was without
 /// it until then; the insider's message when it was due came in at the console.
 pub(super) fn late(evidence: &Evidence, by: Micros, window: Window) -> Option<Micros> {
-    let sent = delivery::sights(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
+    let sent = delivery::times(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
     let confirmed = |at: Micros, record: RecordId| {
         let due = at + by - by / DRIFT;
         let early = shown(evidence).any(|(when, shown)| shown == record && when < due);

@@ -3,7 +3,7 @@
 //!
 //! A detector from a file is [`load`]ed here alone, by the running process: read, held to its pin, inspected, tried.
 
-pub mod vet;
+pub mod try_detector;
 
 use std::io::Read;
 use std::path::Path;

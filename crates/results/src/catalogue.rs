@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use scenario::{Evidence, Platform, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
 use serde::{Deserialize, Serialize};
-use topology::Cast;
+use topology::Topology;
 
 /// The file, as it was when this program was built.
 const TEXT: &str = include_str!("../../../docs/reference/catalogue.toml");
@@ -96,8 +96,8 @@ impl Catalogue {
     }
 
     /// docs/researcher/figures.md; the architecture is that of a run of `shown` with this topology.
-    pub fn figures(&self, scenarios: &[Scenario], shown: &str, cast: &Cast, platforms: &[Platform]) -> String {
-        figures::page(self, scenarios, shown, cast, platforms)
+    pub fn figures(&self, scenarios: &[Scenario], shown: &str, topology: &Topology, platforms: &[Platform]) -> String {
+        figures::page(self, scenarios, shown, topology, platforms)
     }
 
     fn doubles(&self) -> Vec<String> {

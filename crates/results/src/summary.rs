@@ -7,7 +7,6 @@
 
 use std::collections::BTreeMap;
 
-use dossier::summary::{Lasted, Link, Refusals, RunSummary, Why};
 use evidence::{Micros, Witnessed, truth};
 use explain::{Explanation, explain};
 use instrument::{Any, Note};
@@ -22,6 +21,77 @@ use crate::report::stage_name;
 const TOGETHER: Micros = 100_000;
 /// Largest number of stretches of one kind that are listed.
 const MAX_STRETCHES: usize = 512;
+
+/// A run.
+#[derive(Clone, Debug)]
+pub struct RunSummary {
+    /// Its name: a scenario or a folder.
+    pub name: String,
+    /// Length, seconds.
+    pub seconds: f64,
+    /// Reason for which it is INVALID, or the fault of its log; `None` if it is sound.
+    pub flaw: Option<String>,
+    /// Modes of the unit under test, one after the other.
+    pub modes: Vec<Lasted>,
+    /// Periods of authority.
+    pub authority: Vec<Lasted>,
+    /// Injections, as reported by their actors: ground truth, unknown to the services.
+    pub done: Vec<Lasted>,
+    /// Refusals at boundaries, by reason.
+    pub refused: Vec<Refusals>,
+    /// Reason for each loss of the mode.
+    pub why: Vec<Why>,
+}
+
+/// Something that lasted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lasted {
+    /// Description.
+    pub what: String,
+    /// From, seconds.
+    pub from: f64,
+    /// To, seconds.
+    pub to: f64,
+}
+
+/// Refusals of one boundary for one reason.
+#[derive(Clone, Debug)]
+pub struct Refusals {
+    /// The refusing service.
+    pub by: String,
+    /// Reason, by its name.
+    pub reason: String,
+    /// Count.
+    pub n: u64,
+    /// Times, seconds; those within a tenth of a second are one.
+    pub at: Vec<Lasted>,
+}
+
+/// Reason for the loss of a mode.
+#[derive(Clone, Debug)]
+pub struct Why {
+    /// Time, seconds.
+    pub at: f64,
+    /// From and to.
+    pub change: String,
+    /// The cause by its name.
+    pub cause: String,
+    /// From the cause to the display.
+    pub chain: Vec<Link>,
+}
+
+/// A link of the chain.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Which kind of link.
+    pub stage: String,
+    /// Time, seconds.
+    pub at: f64,
+    /// Source of the log entry.
+    pub by: String,
+    /// Description.
+    pub what: String,
+}
 
 /// The run with this name. `flaw` is the fault of its log.
 pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> RunSummary {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use live::child::Services;
-use live::vet::{Limits, vet};
+use live::try_detector::{Limits, try_detector};
 use perception::detector::{Brought, Detector};
 use perception::process;
 use perception::stages::Stages;
@@ -46,7 +46,7 @@ impl Bring {
         }
         let mut brought = Brought { model, head: labels.head, loaded: None };
         let program = std::env::current_exe()?;
-        vet(&Services::Own(program), &brought, Limits::USUAL).map_err(refused)?;
+        try_detector(&Services::Own(program), &brought, Limits::USUAL).map_err(refused)?;
         brought.loaded = Some(Arc::new(process::load(&brought).map_err(|e| refused(e.to_string()))?));
         Ok(Some(Loaded { brought, options }))
     }

@@ -12,8 +12,8 @@ use evidence::log::hex;
 use evidence::trial::Outcome;
 use link::files;
 use live::store;
-use live::store::VERDICT;
-use serde::{Deserialize, Serialize};
+use live::store::verdict::{self, Ended};
+use serde::Serialize;
 use sha2::{Digest, Sha256};
 
 use super::failure::{Exit, Failure};
@@ -49,7 +49,7 @@ impl Unverified {
 
 /// Verification result of a recording.
 #[derive(Clone, Debug, Serialize)]
-pub struct Custody {
+pub struct RunVerification {
     /// The folder of its trial.
     pub run: String,
     /// SHA-256 of the recording's files, one behind the other.
@@ -72,7 +72,7 @@ pub struct Custody {
 #[derive(Clone, Debug)]
 pub struct Checked {
     path: PathBuf,
-    custody: Custody,
+    verification: RunVerification,
 }
 
 impl Checked {
@@ -82,13 +82,13 @@ impl Checked {
     }
 
     /// The result.
-    pub fn custody(&self) -> &Custody {
-        &self.custody
+    pub fn verification(&self) -> &RunVerification {
+        &self.verification
     }
 
     /// Reason for which it is INVALID, if it is.
     pub fn invalid(&self) -> Option<&str> {
-        self.custody.reason.as_deref()
+        self.verification.reason.as_deref()
     }
 
     /// The line that says so, if it is.
@@ -126,8 +126,8 @@ fn trial(path: PathBuf) -> Result<Checked, Failure> {
     let reason = unsound(sealed, &findings, &path).or(ended).map(|reason| tame(&reason));
     let (run, sha256) = (path.display().to_string(), digest(&path.join("recording"))?);
     let holds = sealed && findings.is_empty();
-    let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
-    Ok(Checked { path, custody })
+    let verification = RunVerification { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
+    Ok(Checked { path, verification })
 }
 
 /// Faults of a recording.
@@ -141,26 +141,19 @@ fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
     Some(format!("the recording does not verify: {first}{more}"))
 }
 
-/// Parts of a verdict that are read.
-#[derive(Deserialize)]
-struct Ended {
-    outcome: Outcome,
-    findings: Vec<String>,
-}
-
 /// The class in which the trial ended, and the reason for which that is no evidence; `None` where it is not recorded.
 pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
-    let file = path.join(VERDICT);
+    let file = path.join(verdict::FILE);
     if !file.exists() {
         return (None, None);
     }
     let read = || -> std::io::Result<Ended> { Ok(serde_json::from_slice(&files::read(&file, MAX_VERDICT_BYTES)?)?) };
     match read() {
-        Ok(Ended { outcome: Outcome::Invalid, findings }) => {
+        Ok(Ended { outcome: Outcome::Invalid, findings, .. }) => {
             (Some(Outcome::Invalid), Some(ended_invalid(findings.first())))
         }
         Ok(Ended { outcome, .. }) => (Some(outcome), None),
-        Err(why) => (None, Some(format!("{VERDICT}: {why}: the class of the trial is not known"))),
+        Err(why) => (None, Some(format!("{}: {why}: the class of the trial is not known", verdict::FILE))),
     }
 }
 
@@ -212,7 +205,7 @@ struct Of<'a, T> {
     #[serde(flatten)]
     of: &'a T,
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    recordings: &'a [&'a Custody],
+    recordings: &'a [&'a RunVerification],
 }
 
 /// Prints a result that was made of these as one JSON object on stdout.
@@ -220,7 +213,7 @@ struct Of<'a, T> {
 /// # Errors
 /// When a number in it cannot be written as JSON.
 pub fn print_json(kind: &'static str, of: &impl Serialize, read: &[&Checked]) -> Result<(), Failure> {
-    let recordings: Vec<&Custody> = read.iter().map(|checked| checked.custody()).collect();
+    let recordings: Vec<&RunVerification> = read.iter().map(|checked| checked.verification()).collect();
     out::print_json(kind, &Of { of, recordings: &recordings })
 }
 
@@ -230,8 +223,9 @@ mod tests {
 
     fn checked(reason: Option<&str>) -> Checked {
         let (run, sha256, reason) = ("x".to_owned(), String::new(), reason.map(str::to_owned));
-        let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds: true, outcome: None, events: 0 };
-        Checked { path: "x".into(), custody }
+        let verification =
+            RunVerification { run, sha256, valid: reason.is_none(), reason, holds: true, outcome: None, events: 0 };
+        Checked { path: "x".into(), verification }
     }
 
     /// Exit codes without and with `--unverified`.

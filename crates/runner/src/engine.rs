@@ -7,15 +7,16 @@ use evidence::trial::Trial;
 use evidence::verification::Held;
 use evidence::{Evidence, Verdict, Witnessed};
 use live::child::Services;
-use live::mouths::CoreReplay;
+use live::journals::CoreReplay;
+use live::store::verdict::Ended;
 use live::{LiveError, store};
 use oracle::judged;
 use parallel::progress::Stop;
 use results::mode::Mode;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
-use topology::{RunSecret, cast};
-use twin::refeed::{Fed, Refed, Same, fed};
+use topology::{RunSecret, lay_out};
+use twin::replay::{Journalled, ReplayedCore, Same};
 use twin::sabotage::sabotage;
 use wire::person::{Act, Role};
 
@@ -29,7 +30,7 @@ const MAX_REPLAY_BYTES: u64 = 1 << 20;
 
 /// Replay of one core's input journal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MouthReplay {
+pub struct ReplayRow {
     /// Core.
     pub core: String,
     /// Inputs replayed.
@@ -40,15 +41,15 @@ pub struct MouthReplay {
     pub difference: Option<String>,
 }
 
-impl From<&Refed> for MouthReplay {
+impl From<&ReplayedCore> for ReplayRow {
     /// One core of a run in the twin in the words of a live run's.
-    fn from(refed: &Refed) -> Self {
-        let difference = refed.parted.as_ref().map(|p| {
+    fn from(replayed: &ReplayedCore) -> Self {
+        let difference = replayed.parted.as_ref().map(|p| {
             let what =
                 format!("at {:.3} s, input {}: {:?} in the run, {:?} now", p.at as f64 / 1e6, p.input, p.then, p.now);
             what.chars().take(400).collect()
         });
-        MouthReplay { core: refed.node.to_string(), inputs: refed.inputs, outputs: refed.outputs, difference }
+        ReplayRow { core: replayed.node.to_string(), inputs: replayed.inputs, outputs: replayed.outputs, difference }
     }
 }
 
@@ -57,8 +58,8 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
     tracing::debug!(scenario = scenario.name.as_str(), policy = setup.policy_name, seed, "trial");
     match mode {
         Mode::Twin => {
-            let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
-            let run = twin::trial::conclude(cast, twin, setup);
+            let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+            let run = twin::trial::conclude(topology, twin, setup);
             let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
             let Some(directory) = &setup.run_dir else { return Ok(trial) };
             store::recording(directory, &run.log).map_err(EngineError::failed)?;
@@ -72,7 +73,7 @@ pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &S
 
 /// Writes how a trial ended, and last of all `held.json`, which covers every file in `directory`.
 fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineError> {
-    store::verdict(directory, &trial).map_err(EngineError::failed)?;
+    Ended::of(&trial).write(directory).map_err(EngineError::failed)?;
     let held = store::held(directory, held).map_err(EngineError::failed)?;
     Ok(Trial { held: Some(held), ..trial })
 }
@@ -143,7 +144,7 @@ fn live_trial(
     if let Some(directory) = &setup.run_dir {
         store::events(directory, &run.evidence)
             .and_then(|()| store::replays(directory, &run.replays))
-            .and_then(|()| store::console(directory, &run.cast, &run.evidence.entries))
+            .and_then(|()| store::console(directory, &run.topology, &run.evidence.entries))
             .map_err(EngineError::failed)?;
         // A journal that cannot be thinned stays whole: that costs room only.
         if let Err(why) = store::thinned(directory, &run.replays, setup.frames) {
@@ -178,7 +179,7 @@ pub fn run_live(
 
 /// Results of replaying every input journal of `run` in its core. That was done right after the run: the keys that the
 /// cores sign with are gone since, so no later replay could give the same bytes.
-pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
+pub fn replay(run: &Checked) -> Result<Vec<ReplayRow>, EngineError> {
     let file = run.path().join("replay.json");
     let unreadable = |message: String| EngineError::Unreadable {
         file: file.clone(),
@@ -188,7 +189,7 @@ pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
     };
     let text = link::files::read(&file, MAX_REPLAY_BYTES).map_err(|e| unreadable(e.to_string()))?;
     let cores: Vec<CoreReplay> = serde_json::from_slice(&text).map_err(|e| unreadable(e.to_string()))?;
-    let told = |r: CoreReplay| MouthReplay {
+    let told = |r: CoreReplay| ReplayRow {
         core: r.node.to_string(),
         inputs: r.inputs,
         outputs: r.outputs,
@@ -198,19 +199,19 @@ pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
 }
 
 /// Replays its inputs in cores with another setup, and compares their decisions.
-pub fn otherwise(eaten: &Fed, other: &Planned, seed: u64) -> Result<Vec<Refed>, EngineError> {
-    let cast = cast(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
-    eaten.again(&cast, Same::Decisions).map_err(EngineError::failed)
+pub fn otherwise(journalled: &Journalled, other: &Planned, seed: u64) -> Result<Vec<ReplayedCore>, EngineError> {
+    let topology = lay_out(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
+    journalled.again(&topology, Same::Decisions).map_err(EngineError::failed)
 }
 
 /// A run in the twin with the inputs of its cores.
-pub fn eaten(planned: &Planned, seed: u64) -> Result<Fed, EngineError> {
-    fed(&planned.variation.scenario, &planned.setup, seed).map_err(EngineError::failed)
+pub fn journalled(planned: &Planned, seed: u64) -> Result<Journalled, EngineError> {
+    twin::replay::journalled(&planned.variation.scenario, &planned.setup, seed).map_err(EngineError::failed)
 }
 
 /// Replays its inputs in its own cores.
-pub fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
-    eaten.again(eaten.cast(), Same::Bytes).map_err(EngineError::failed)
+pub fn again(journalled: &Journalled) -> Result<Vec<ReplayedCore>, EngineError> {
+    journalled.again(journalled.topology(), Same::Bytes).map_err(EngineError::failed)
 }
 
 /// One run in the twin: the oracle's input, and its verdict.
@@ -221,8 +222,8 @@ pub fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Ev
 
 /// One run in the twin to its end.
 pub fn concluded(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::trial::Run, EngineError> {
-    let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
-    Ok(twin::trial::conclude(cast, twin, setup))
+    let (topology, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+    Ok(twin::trial::conclude(topology, twin, setup))
 }
 
 /// The same with its receipts denied.

@@ -6,11 +6,11 @@ use super::Context;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use evidence::ablation::Switch;
-use scenario::{Alphabet, Misset, Weakness, Weaknesses};
+use scenario::{AttackSpace, Misset, Weakness, Weaknesses};
 use search::SearchConfig;
 
-/// Most words of one length that are tried exhaustively.
-pub const MOST_WORDS: usize = 1_000_000;
+/// Most sequences of one length that are tried exhaustively.
+pub const MOST_SEQUENCES: usize = 1_000_000;
 
 /// A search configuration by its names.
 #[derive(Debug)]
@@ -18,7 +18,7 @@ pub struct Asked<'a> {
     /// A scenario of the twin, by name or by file.
     pub scenario: &'a str,
     /// An attack space, by name or by file.
-    pub alphabet: &'a str,
+    pub space: &'a str,
     /// Policy and cell of the scenario.
     pub wanted: Wanted,
     /// Additional waivers.
@@ -29,7 +29,7 @@ pub struct Asked<'a> {
 
 impl Asked<'_> {
     /// The search configuration; every action type of the attack space was tried on.
-    pub fn ground(&self, context: &Context) -> Result<SearchConfig, Failure> {
+    pub fn config(&self, context: &Context) -> Result<SearchConfig, Failure> {
         let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.wanted)?;
         if scenario.is_of_stacks() {
             let message =
@@ -43,7 +43,7 @@ impl Asked<'_> {
                 format!("`{}` has several cells; choose one with --cell: {}", self.scenario, cells.join(", ")),
             )
         })?;
-        let alphabet = alphabet(context, self.alphabet)?;
+        let space = space(context, self.space)?;
         let Planned { variation, mut setup, .. } = planned;
         for switch in self.waive {
             switch.waive(&mut setup.policy);
@@ -53,30 +53,30 @@ impl Asked<'_> {
             "searched".clone_into(&mut setup.policy.name);
         }
         setup.misset = self.misset.map(|misset| misset.of(&setup.bounds));
-        let ground = SearchConfig::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
-        ground.fits().map_err(unfit)?;
-        Ok(ground)
+        let config = SearchConfig::new(variation.scenario, setup, context.seed, space).map_err(unfit)?;
+        config.fits().map_err(unfit)?;
+        Ok(config)
     }
 }
 
 /// An attack space by name or by path.
-pub fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
+pub fn space(context: &Context, name: &str) -> Result<AttackSpace, Failure> {
     if name.ends_with(".toml") || name.contains('/') {
-        return Ok(Alphabet::load(Path::new(name))?);
+        return Ok(AttackSpace::load(Path::new(name))?);
     }
     let path = context.root()?.join("scenarios").join("alphabets").join(format!("{name}.toml"));
     if path.is_file() {
-        return Ok(Alphabet::load(&path)?);
+        return Ok(AttackSpace::load(&path)?);
     }
     let known = shipped(context, "alphabets")?.join(", ");
-    Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {known}")))
+    Err(Failure::new(Exit::Usage, format!("no attack space `{name}`; there are: {known}")))
 }
 
 /// The search configuration of a weakness.
 pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<SearchConfig, Failure> {
-    let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
+    let (scenario, space) = (weakness.scenario.as_str(), weakness.space.as_str());
     let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
-    Asked { scenario, alphabet, wanted, waive, misset }.ground(context)
+    Asked { scenario, space, wanted, waive, misset }.config(context)
 }
 
 /// Every weakness of every list that is shipped, list by list.

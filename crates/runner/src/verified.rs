@@ -62,16 +62,16 @@ pub fn verify(run: &Path) -> Result<Verified, EngineError> {
         // The verifier lists every entry that does not continue its chain.
         let _noted = log_verifier.take(*at, *node, bytes);
     }
-    let custody = log_verifier.close();
-    findings.extend(custody.flaws.iter().map(ToString::to_string));
+    let verification = log_verifier.close();
+    findings.extend(verification.flaws.iter().map(ToString::to_string));
     Ok(Verified {
         held: digest,
         files: held.files.as_ref().map_or(0, |files| files.len() as u64),
         uncovered: uncovered(&held),
-        events: custody.events as u64,
-        head: custody.head,
+        events: verification.events as u64,
+        head: verification.head,
         heads: held.heads.len() as u64,
-        sealed: custody.sealed || held.cut_short,
+        sealed: verification.sealed || held.cut_short,
         findings,
     })
 }

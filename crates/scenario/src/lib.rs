@@ -7,8 +7,8 @@
 //! These are plain data. Carrying them out belongs to the twin, the live launcher and the services; `read` takes a file in,
 //! `check` holds its parts against each other, `problem` shows an error in its file.
 
-mod alphabet;
 mod attack;
+mod attack_space;
 mod cell;
 mod check;
 mod check_steps;
@@ -49,7 +49,6 @@ use evidence::trial::{Knowledge, Outcome};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use alphabet::{Alphabet, Move, Number, Range};
 pub use attack::broker_forge::AckForgery;
 pub use attack::broker_invent::OrderForgery;
 pub use attack::corrupt::Damage;
@@ -62,6 +61,7 @@ pub use attack::mode_confusion::Product;
 pub use attack::rogue::{OrderId, OrderTrack, Way};
 pub use attack::teammate::{Forwarding, ThirdUnit};
 pub use attack::{Act, Attack, Deceit, Injection};
+pub use attack_space::{AttackSpace, Move, Number, Range};
 pub use cell::{Cell, Under, Variation};
 pub use curve::Curve;
 pub use direction::Direction;

@@ -105,7 +105,7 @@ pub struct Downgrade {
     pub expected: Located<List<Outcome, 9>>,
 }
 
-/// Action on the records of a standing association.
+/// Action on the records of an open association.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Deed {
@@ -133,7 +133,7 @@ pub enum Deed {
     Data,
 }
 
-/// An adversary without a key handles the datagrams of a standing association.
+/// An adversary without a key handles the datagrams of an open association.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Handle {

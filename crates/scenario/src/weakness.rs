@@ -31,7 +31,8 @@ pub struct Weakness {
     /// The scenario that runs meanwhile, of one cell.
     pub scenario: Name,
     /// The attack space.
-    pub alphabet: Name,
+    #[serde(rename = "alphabet")]
+    pub space: Name,
     /// The one check that is waived, instead of a `misset`.
     pub waive: Option<Switch>,
     /// The one bound that the services are made with a wrong value of, instead of a `waive`. The oracle judges by the right one.

@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 
 use evidence::{Evidence, Witnessed};
 use instrument::{Any, Note};
-use oracle::{AT_LIMIT, Nearness};
+use oracle::{AT_LIMIT, Approaches};
 use sha2::{Digest, Sha256};
 use wire::event::Event;
 use wire::id::{NodeId, UnitId};
@@ -32,9 +32,9 @@ struct Situation {
 }
 
 /// Everything that a trial covered, which came so near to each limit.
-pub(super) fn of(evidence: &Evidence, nearness: &Nearness) -> Coverage {
+pub(super) fn of(evidence: &Evidence, approaches: &Approaches) -> Coverage {
     let mut covered = Coverage::new();
-    for (limit, way) in nearness {
+    for (limit, way) in approaches {
         // Who came near came by what is less near.
         let steps = (way * STEPS / AT_LIMIT).min(STEPS);
         covered.extend((0..=steps).map(|step| point(&format!("{limit:?} {step}"))));
@@ -61,7 +61,7 @@ fn follow(now: &mut Situation, w: &Witnessed) {
     }
 }
 
-/// The decision, in few words: numbers in buckets, no names of records.
+/// The decision, in few sequences: numbers in buckets, no names of records.
 fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
     let node = w.entry.node;
     match w.entry.event {

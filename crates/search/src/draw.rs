@@ -1,4 +1,4 @@
-//! Sources of attack sequences (words): three strategies, each with one fixed way to draw.
+//! Sources of attack sequences : three strategies, each with one fixed way to draw.
 //!
 //! *Uniform* draws length, action types, moments and numbers evenly from the attack space: the baseline of a search. *Transitions*
 //! begins every action where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS: In-Situ Model
@@ -9,18 +9,18 @@
 
 use std::collections::VecDeque;
 
-use oracle::Nearness;
+use oracle::Approaches;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use scenario::{Alphabet, Range};
-use serde::Serialize;
+use scenario::{AttackSpace, Range};
+use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 
 use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
 use super::sequence::{Action, AttackSequence, move_of};
 
-/// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
+/// Out of ten guided sequences, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
 /// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
 const FROM_NEAREST: u32 = 5;
@@ -32,7 +32,7 @@ const AT_EDGES: u32 = 3;
 const AFTER_CHANGE: u32 = 30;
 
 /// Strategy for drawing sequences.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Strategy {
     /// Evenly.
@@ -47,7 +47,7 @@ impl Strategy {
     /// Every strategy, that which others are measured against first.
     pub const ALL: [Strategy; 3] = [Strategy::Uniform, Strategy::Transitions, Strategy::Guided];
 
-    /// True if it draws from the moments of the run without a word.
+    /// True if it draws from the moments of the run without a sequence.
     pub(super) fn reads_moments(self) -> bool {
         match self {
             Strategy::Uniform => false,
@@ -56,10 +56,10 @@ impl Strategy {
     }
 }
 
-/// Draws words.
+/// Draws sequences.
 #[derive(Debug)]
 pub(super) struct Drawer<'a> {
-    alphabet: &'a Alphabet,
+    space: &'a AttackSpace,
     bounds: &'a Bounds,
     strategy: Strategy,
     rng: ChaCha8Rng,
@@ -74,31 +74,31 @@ pub(super) struct Drawer<'a> {
 }
 
 impl<'a> Drawer<'a> {
-    /// Of the words over `alphabet`; `nominal` are the moments of the run without any, and `learned` knows how near it came.
+    /// Of the sequences over `space`; `nominal` are the moments of the run without any, and `learned` knows how near it came.
     pub(super) fn new(
-        alphabet: &'a Alphabet,
+        space: &'a AttackSpace,
         bounds: &'a Bounds,
         strategy: Strategy,
         seed: u64,
         nominal: Moments,
-        nearness: &Nearness,
+        approaches: &Approaches,
     ) -> Self {
         Self {
-            alphabet,
+            space,
             bounds,
             strategy,
             rng: ChaCha8Rng::seed_from_u64(seed),
             nominal,
-            learned: Learned::new(alphabet.moves.len(), nearness),
+            learned: Learned::new(space.moves.len(), approaches),
             drawn: VecDeque::new(),
-            deck: (0..alphabet.moves.len()).collect(),
+            deck: (0..space.moves.len()).collect(),
             all_dealt: false,
         }
     }
 
-    /// The alphabet of its words.
-    pub(super) fn alphabet(&self) -> &'a Alphabet {
-        self.alphabet
+    /// The attack space of its sequences.
+    pub(super) fn space(&self) -> &'a AttackSpace {
+        self.space
     }
 
     /// The platform's bounds.
@@ -112,8 +112,8 @@ impl<'a> Drawer<'a> {
         self.learned.take(lesson, fresh);
     }
 
-    /// The next word.
-    pub(super) fn word(&mut self) -> AttackSequence {
+    /// The next sequence.
+    pub(super) fn sequence(&mut self) -> AttackSequence {
         let fresh = self.strategy != Strategy::Guided || self.learned.known().is_empty() || !self.fresh_is_stale();
         self.drawn.push_back(fresh);
         if !fresh {
@@ -129,10 +129,10 @@ impl<'a> Drawer<'a> {
         let longest = self.longest();
         let length = 1 + self.below(longest);
         let nominal = self.nominal.clone();
-        AttackSequence::new((0..length).map(|_| self.letter(&nominal)).collect())
+        AttackSequence::new((0..length).map(|_| self.action(&nominal)).collect())
     }
 
-    /// More often so the fewer of the newest fresh words showed something new: while they do, they see more than changed ones.
+    /// More often so the fewer of the newest fresh sequences showed something new: while they do, they see more than changed ones.
     fn fresh_is_stale(&mut self) -> bool {
         self.below(10 * NEWEST as u32) < FROM_KNOWN * self.learned.stale()
     }
@@ -145,16 +145,16 @@ impl<'a> Drawer<'a> {
         self.learned.known()[i as usize].clone()
     }
 
-    /// A word that came nearest to a limit, by its worth.
+    /// A sequence that came nearest to a limit, by its worth.
     fn nearest(&mut self) -> Option<Near> {
         let weights: Vec<u64> = self.learned.nearest().collect();
         let n = self.by_weight(&weights);
         self.learned.take_nearest(n)
     }
 
-    pub(super) fn letter(&mut self, moments: &Moments) -> Action {
+    pub(super) fn action(&mut self, moments: &Moments) -> Action {
         let kind = match self.strategy {
-            Strategy::Uniform | Strategy::Transitions => self.below(self.alphabet.moves.len() as u32) as usize,
+            Strategy::Uniform | Strategy::Transitions => self.below(self.space.moves.len() as u32) as usize,
             Strategy::Guided => self.dealt(),
         };
         let begins = self.moment(moments);
@@ -168,7 +168,7 @@ impl<'a> Drawer<'a> {
             let dealt = self.deck.swap_remove(i);
             if self.deck.is_empty() {
                 self.all_dealt = true;
-                self.deck.extend(0..self.alphabet.moves.len());
+                self.deck.extend(0..self.space.moves.len());
             }
             return dealt;
         }
@@ -190,7 +190,7 @@ impl<'a> Drawer<'a> {
     }
 
     pub(super) fn moment(&mut self, moments: &Moments) -> u32 {
-        let (first, last) = self.alphabet.begins();
+        let (first, last) = self.space.begins();
         let even = |drawer: &mut Self| first + drawer.below(last - first + 1);
         match self.strategy {
             Strategy::Uniform => even(self),
@@ -211,8 +211,8 @@ impl<'a> Drawer<'a> {
     }
 
     pub(super) fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
-        let letter = Action { begins: 0, kind: of, places: Vec::new() };
-        let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
+        let action = Action { begins: 0, kind: of, places: Vec::new() };
+        let ranges: Vec<Range> = move_of(self.space, &action).ranges().copied().collect();
         ranges.iter().map(|range| self.place(range, moments)).collect()
     }
 
@@ -229,7 +229,7 @@ impl<'a> Drawer<'a> {
     }
 
     pub(super) fn longest(&self) -> u32 {
-        self.alphabet.longest.unsigned() as u32
+        self.space.longest.unsigned() as u32
     }
 
     fn one_of(&mut self, of: &[u32]) -> Option<u32> {
@@ -251,65 +251,65 @@ mod tests {
     use oracle::Limit;
     use scenario::find_root;
 
-    fn alphabet() -> Alphabet {
+    fn space() -> AttackSpace {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        Alphabet::load(&root.join("scenarios/alphabets/sensors.toml")).unwrap()
+        AttackSpace::load(&root.join("scenarios/alphabets/sensors.toml")).unwrap()
     }
 
-    fn guided(alphabet: &Alphabet) -> Drawer<'_> {
-        Drawer::new(alphabet, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Nearness::new())
+    fn guided(space: &AttackSpace) -> Drawer<'_> {
+        Drawer::new(space, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Approaches::new())
     }
 
-    fn lesson(word: &AttackSequence, new: bool, nearness: Nearness) -> Lesson {
-        Lesson { known: Known { word: word.clone(), moments: Moments::default() }, new, nearness }
+    fn lesson(sequence: &AttackSequence, new: bool, approaches: Approaches) -> Lesson {
+        Lesson { known: Known { sequence: sequence.clone(), moments: Moments::default() }, new, approaches }
     }
 
-    fn kinds(drawer: &mut Drawer<'_>, letters: usize) -> Vec<usize> {
-        let words = std::iter::repeat_with(|| drawer.word());
-        words
-            .flat_map(|word| word.letters().iter().map(|letter| letter.kind).collect::<Vec<_>>())
-            .take(letters)
+    fn kinds(drawer: &mut Drawer<'_>, actions: usize) -> Vec<usize> {
+        let sequences = std::iter::repeat_with(|| drawer.sequence());
+        sequences
+            .flat_map(|sequence| sequence.actions().iter().map(|action| action.kind).collect::<Vec<_>>())
+            .take(actions)
             .collect()
     }
 
     #[test]
     fn guided_drawing_deals_every_move_before_repeating() {
-        let alphabet = alphabet();
-        let mut first = kinds(&mut guided(&alphabet), alphabet.moves.len());
+        let space = space();
+        let mut first = kinds(&mut guided(&space), space.moves.len());
         first.sort_unstable();
-        // The last word may be cut short by letters of the next round; those that were dealt are all different.
+        // The last sequence may be cut short by actions of the next round; those that were dealt are all different.
         first.dedup();
-        assert!(first.len() >= alphabet.moves.len() - alphabet.longest.unsigned() as usize, "{first:?}");
+        assert!(first.len() >= space.moves.len() - space.longest.unsigned() as usize, "{first:?}");
     }
 
     /// Every move goes on being dealt.
     #[test]
     fn gaining_moves_are_dealt_more_often() {
-        let alphabet = alphabet();
-        let mut drawer = guided(&alphabet);
+        let space = space();
+        let mut drawer = guided(&space);
         for _ in 0..200 {
-            let word = drawer.word();
-            let new = word.letters().iter().any(|letter| letter.kind == 0);
-            drawer.learned.take(lesson(&word, new, Nearness::new()), false);
+            let sequence = drawer.sequence();
+            let new = sequence.actions().iter().any(|action| action.kind == 0);
+            drawer.learned.take(lesson(&sequence, new, Approaches::new()), false);
         }
-        let mut counts = vec![0; alphabet.moves.len()];
+        let mut counts = vec![0; space.moves.len()];
         (0..4_000).for_each(|_| counts[drawer.dealt()] += 1);
         let others = &counts[1..];
         assert!(counts[0] > 2 * *others.iter().max().unwrap() && *others.iter().min().unwrap() > 0, "{counts:?}");
     }
 
     #[test]
-    fn known_words_change_once_fresh_ones_are_stale() {
-        let alphabet = alphabet();
+    fn known_sequences_change_once_fresh_ones_are_stale() {
+        let space = space();
         let changed = |new: bool| {
-            let mut drawer = guided(&alphabet);
+            let mut drawer = guided(&space);
             for i in 0..200 {
-                let word = drawer.word();
-                drawer.learn(lesson(&word, new || i == 0, Nearness::new()));
+                let sequence = drawer.sequence();
+                drawer.learn(lesson(&sequence, new || i == 0, Approaches::new()));
             }
             (0..100)
                 .filter(|_| {
-                    drawer.word();
+                    drawer.sequence();
                     !drawer.drawn.back().unwrap()
                 })
                 .count()
@@ -322,28 +322,28 @@ mod tests {
     /// A limit without new situations on the way to it: only staying with the nearest sequence gets there.
     #[test]
     fn the_way_to_a_limit_is_climbed() {
-        let alphabet = alphabet();
-        let (first, last) = alphabet.begins();
+        let space = space();
+        let (first, last) = space.begins();
         let wanted = first + (last - first) / 3;
-        let near = |word: &AttackSequence| {
-            let off = word.letters().iter().map(|letter| letter.begins.abs_diff(wanted)).min().unwrap_or(last);
+        let near = |sequence: &AttackSequence| {
+            let off = sequence.actions().iter().map(|action| action.begins.abs_diff(wanted)).min().unwrap_or(last);
             1_000_u32.saturating_sub(off)
         };
         let found = |seed: u64, climbs: bool| {
             let mut drawer =
-                Drawer::new(&alphabet, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Nearness::new());
+                Drawer::new(&space, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Approaches::new());
             let mut new = true;
             let at = (1..=2_000_u32).find(|_| {
-                let word = drawer.word();
-                let way = near(&word);
-                let nearness = Nearness::from([(Limit::Uplink, if climbs { way } else { 0 })]);
-                drawer.learn(lesson(&word, std::mem::take(&mut new), nearness));
+                let sequence = drawer.sequence();
+                let way = near(&sequence);
+                let approaches = Approaches::from([(Limit::Uplink, if climbs { way } else { 0 })]);
+                drawer.learn(lesson(&sequence, std::mem::take(&mut new), approaches));
                 way == 1_000
             });
             at.unwrap_or(2_000)
         };
-        let words = |climbs: bool| (1..=10).map(|seed| found(seed, climbs)).sum::<u32>();
-        let (climbing, blind) = (words(true), words(false));
-        assert!(3 * climbing < 2 * blind, "{climbing} words against {blind}");
+        let sequences = |climbs: bool| (1..=10).map(|seed| found(seed, climbs)).sum::<u32>();
+        let (climbing, blind) = (sequences(true), sequences(false));
+        assert!(3 * climbing < 2 * blind, "{climbing} sequences against {blind}");
     }
 }

@@ -1,47 +1,48 @@
-//! Every word over a small part of an alphabet: each move at its weakest and at its strongest, at the first moment and at
-//! each change of mode, in words of up to k letters. So there is "none up to k" in place of "none found".
+//! Every sequence over a small part of an attack space: each move at its weakest and at its strongest, at the first moment and at
+//! each change of mode, in sequences of up to k actions. So there is "none up to k" in place of "none found".
 
 use super::moments::Moments;
 use super::sequence::{Action, AttackSequence};
 use super::tried::SearchConfig;
 
 impl SearchConfig {
-    /// The words of exactly `k` letters; none where there are more than `most` of them.
-    pub fn words(&self, k: usize, moments: &Moments, most: usize) -> Option<Vec<AttackSequence>> {
-        let letters = self.letters(moments);
-        if choices(letters.len(), k).is_none_or(|n| n > most) {
+    /// The sequences of exactly `k` actions; none where there are more than `most` of them.
+    pub fn sequences(&self, k: usize, moments: &Moments, most: usize) -> Option<Vec<AttackSequence>> {
+        let actions = self.actions(moments);
+        if choices(actions.len(), k).is_none_or(|n| n > most) {
             return None;
         }
-        let mut words = vec![Vec::new()];
+        let mut sequences = vec![Vec::new()];
         for _ in 0..k {
-            // Letters in rising order: each set of them once.
-            let longer = words.iter().flat_map(|word: &Vec<usize>| {
-                let from = word.last().map_or(0, |last| last + 1);
-                (from..letters.len()).map(move |next| word.iter().copied().chain([next]).collect::<Vec<usize>>())
+            // Actions in rising order: each set of them once.
+            let longer = sequences.iter().flat_map(|sequence: &Vec<usize>| {
+                let from = sequence.last().map_or(0, |last| last + 1);
+                (from..actions.len()).map(move |next| sequence.iter().copied().chain([next]).collect::<Vec<usize>>())
             });
-            words = longer.collect();
+            sequences = longer.collect();
         }
-        let word = |chosen: Vec<usize>| AttackSequence::new(chosen.into_iter().map(|i| letters[i].clone()).collect());
-        Some(words.into_iter().map(word).collect())
+        let sequence =
+            |chosen: Vec<usize>| AttackSequence::new(chosen.into_iter().map(|i| actions[i].clone()).collect());
+        Some(sequences.into_iter().map(sequence).collect())
     }
 
-    fn letters(&self, moments: &Moments) -> Vec<Action> {
-        let (first, _) = self.alphabet.begins();
+    fn actions(&self, moments: &Moments) -> Vec<Action> {
+        let (first, _) = self.space.begins();
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
-        let mut letters = Vec::new();
-        for (kind, table) in self.alphabet.moves.iter().enumerate() {
+        let mut actions = Vec::new();
+        for (kind, table) in self.space.moves.iter().enumerate() {
             let (weakest, strongest) = (vec![0; table.ranges().count()], table.strongest());
             for begins in &begins {
-                letters.extend([&weakest, &strongest].map(|places| Action {
+                actions.extend([&weakest, &strongest].map(|places| Action {
                     begins: *begins,
                     kind,
                     places: places.clone(),
                 }));
             }
         }
-        letters.sort();
-        letters.dedup();
-        letters
+        actions.sort();
+        actions.dedup();
+        actions
     }
 }
 

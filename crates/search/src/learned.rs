@@ -6,33 +6,33 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::moments::Moments;
 use super::sequence::AttackSequence;
-use oracle::{AT_LIMIT, Limit, Nearness};
+use oracle::{AT_LIMIT, Approaches, Limit};
 
-/// So many of the newest fresh words say how often a fresh word still shows something new.
+/// So many of the newest fresh sequences say how often a fresh sequence still shows something new.
 pub(super) const NEWEST: usize = 16;
-/// Most words that are kept because they were new; the oldest goes.
+/// Most sequences that are kept because they were new; the oldest goes.
 const MOST_KNOWN: usize = 4_096;
-/// Most words that are kept because they came nearest; no others are kept beside them then.
+/// Most sequences that are kept because they came nearest; no others are kept beside them then.
 const MOST_NEAREST: usize = 1_024;
 /// Bound beyond a limit at which approach no longer counts: the oracle has seen the value and accepted it.
 const FARTHEST: u32 = 2 * AT_LIMIT;
 
-/// A word worth changing.
+/// A sequence worth changing.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
-    pub(super) word: AttackSequence,
+    pub(super) sequence: AttackSequence,
     /// The moments of its run.
     pub(super) moments: Moments,
 }
 
-/// The word that came nearest to a limit.
+/// The sequence that came nearest to a limit.
 #[derive(Clone, Debug)]
 pub(super) struct Near {
     pub(super) limit: Limit,
     /// Its approach, in thousandths of the way.
     pub(super) way: u32,
     pub(super) known: Known,
-    /// Words that were made from it.
+    /// Sequences that were made from it.
     pub(super) tried: u32,
 }
 
@@ -43,10 +43,10 @@ pub(super) struct Lesson {
     /// True if it showed something new.
     pub(super) new: bool,
     /// Its approach to each limit; empty where the attack did not arrive.
-    pub(super) nearness: Nearness,
+    pub(super) approaches: Approaches,
 }
 
-/// Words in which a move was, and those of them that showed something new or came nearer than any before.
+/// Sequences in which a move was, and those of them that showed something new or came nearer than any before.
 #[derive(Clone, Copy, Debug, Default)]
 struct Worth {
     tried: u32,
@@ -58,19 +58,19 @@ struct Worth {
 pub(super) struct Learned {
     known: VecDeque<Known>,
     /// Approach of the run without an attack to each limit, and the furthest of any.
-    nominal: Nearness,
-    furthest: Nearness,
+    nominal: Approaches,
+    furthest: Approaches,
     /// The sequence nearest to each limit, for each set of action types: a set that cannot come any nearer does not displace
     /// one that can.
     nearest: BTreeMap<(Limit, Vec<usize>), Near>,
-    /// Of each of the newest fresh words: whether it showed something new.
+    /// Of each of the newest fresh sequences: whether it showed something new.
     fresh: VecDeque<bool>,
     moves: Vec<Worth>,
 }
 
 impl Learned {
     /// The initial state, for so many action types; `nominal` is the approach of the run without an attack.
-    pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
+    pub(super) fn new(moves: usize, nominal: &Approaches) -> Self {
         Self {
             known: VecDeque::new(),
             nominal: nominal.clone(),
@@ -81,7 +81,7 @@ impl Learned {
         }
     }
 
-    /// Learns from a trial; `fresh` where its word was made from no other.
+    /// Learns from a trial; `fresh` where its sequence was made from no other.
     pub(super) fn take(&mut self, lesson: Lesson, fresh: bool) {
         if fresh {
             self.fresh.push_back(lesson.new);
@@ -90,8 +90,8 @@ impl Learned {
             }
         }
         let nearer = self.nearer(&lesson);
-        for letter in lesson.known.word.letters() {
-            let worth = &mut self.moves[letter.kind];
+        for action in lesson.known.sequence.actions() {
+            let worth = &mut self.moves[action.kind];
             worth.tried = worth.tried.saturating_add(1);
             worth.gained = worth.gained.saturating_add(u32::from(lesson.new || nearer));
         }
@@ -103,13 +103,13 @@ impl Learned {
         }
     }
 
-    /// Keeps the word for each limit to which it came nearer than the run without a word, and than any of the same moves;
+    /// Keeps the sequence for each limit to which it came nearer than the run without a sequence, and than any of the same moves;
     /// whether it came nearer than anything.
     fn nearer(&mut self, lesson: &Lesson) -> bool {
-        let mut moves: Vec<usize> = lesson.known.word.letters().iter().map(|letter| letter.kind).collect();
+        let mut moves: Vec<usize> = lesson.known.sequence.actions().iter().map(|action| action.kind).collect();
         moves.sort_unstable();
         let mut any = false;
-        for (limit, way) in &lesson.nearness {
+        for (limit, way) in &lesson.approaches {
             let (limit, way) = (*limit, (*way).min(FARTHEST));
             if self.nominal.get(&limit).is_some_and(|nominal| way <= *nominal) {
                 continue;
@@ -131,7 +131,7 @@ impl Learned {
         self.fresh.iter().filter(|new| !**new).count() as u32
     }
 
-    /// The words that showed something new, oldest first.
+    /// The sequences that showed something new, oldest first.
     pub(super) fn known(&self) -> &VecDeque<Known> {
         &self.known
     }

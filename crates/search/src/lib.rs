@@ -1,8 +1,8 @@
 //! A search for attacks beyond the written scenarios: sequences from a space of attacks, tried on a scenario until a property
 //! breaks; and each finding as the smallest sequence that shows it.
 //!
-//! Terms: a *move* is an action type of an `Alphabet`, the attack space; a *letter* is one action, with its moment and its
-//! numbers; a *word* is an attack sequence, all actions of one trial. A *cause* is the class of a trial with the first property it
+//! Terms: a *move* is an action type of an [`scenario::AttackSpace`]; an *action* is one of these, with its moment and its
+//! numbers; a *sequence* is an attack sequence, all actions of one trial. A *cause* is the class of a trial with the first property it
 //! broke. `sequence` is the sequence and the scenario that it makes, `tried` one trial of it, `coverage` the situations it showed,
 //! `moments` the times that may matter, `learned` the state of a search run, `draw` the strategies, `vary` variations of
 //! sequences, `run` the loop, `exhaust` every sequence up to a length, `shrink` the smallest, `robust` one away from its edge,
@@ -26,7 +26,7 @@ mod vary;
 pub use coverage::Coverage;
 pub use draw::Strategy;
 pub use moments::Moments;
-pub use run::{Found, HuntRow, NearestRow, RunConfig, RunResult};
+pub use run::{Found, NearestRow, RunConfig, RunResult, SearchRow};
 pub use sample::{Drawn, Stratum};
 pub use sequence::{Action, AttackSequence};
 pub use shrink::{Margin, Shrunk};

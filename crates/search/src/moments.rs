@@ -1,12 +1,12 @@
 //! Moments that may matter: the times of a run at which its state changes, and the edges of the bounds that begin
 //! there.
 
-use scenario::Alphabet;
+use scenario::AttackSpace;
 use wire::bounds::Bounds;
 
 use super::tried::Tried;
 
-/// The moments of one run, in ticks, in order, within the times at which the alphabet begins anything.
+/// The moments of one run, in ticks, in order, within the times at which the attack space begins anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Moments {
     /// The unit changes mode.
@@ -19,9 +19,9 @@ pub struct Moments {
 
 impl Moments {
     /// Those of a run.
-    pub fn of(run: &Tried, alphabet: &Alphabet, bounds: &Bounds) -> Self {
-        let tick = alphabet.tick_ms.unsigned() as u32;
-        let (first, last) = alphabet.begins();
+    pub fn of(run: &Tried, space: &AttackSpace, bounds: &Bounds) -> Self {
+        let tick = space.tick_ms.unsigned() as u32;
+        let (first, last) = space.begins();
         let within = |mut ticks: Vec<u32>| {
             ticks.retain(|t| (first..=last).contains(t));
             ticks.sort_unstable();

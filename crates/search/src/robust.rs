@@ -23,11 +23,11 @@ impl SearchConfig {
     /// Reason for which a sequence cannot be run.
     pub fn inside(
         &self,
-        word: &AttackSequence,
+        sequence: &AttackSequence,
         test: Test<'_>,
         cause: &Cause,
     ) -> Result<Option<AttackSequence>, String> {
-        let Some(stronger) = self.stronger(word) else { return Ok(None) };
+        let Some(stronger) = self.stronger(sequence) else { return Ok(None) };
         let away = self.ticks();
         for shift in [0, away, 2 * away, -away] {
             let around = [shift, shift - away, shift + away].map(|shift| self.shifted(&stronger, shift));
@@ -41,9 +41,9 @@ impl SearchConfig {
         Ok(None)
     }
 
-    fn all_hold(&self, words: &[&AttackSequence], test: Test<'_>, cause: &Cause) -> Result<bool, String> {
-        for word in words {
-            if test(&self.try_word(word)?).as_ref() != Some(cause) {
+    fn all_hold(&self, sequences: &[&AttackSequence], test: Test<'_>, cause: &Cause) -> Result<bool, String> {
+        for sequence in sequences {
+            if test(&self.try_sequence(sequence)?).as_ref() != Some(cause) {
                 return Ok(false);
             }
         }
@@ -51,37 +51,38 @@ impl SearchConfig {
     }
 
     /// None where a number that has an edge below it cannot be moved that far from it.
-    fn stronger(&self, word: &AttackSequence) -> Option<AttackSequence> {
-        word.letters()
+    fn stronger(&self, sequence: &AttackSequence) -> Option<AttackSequence> {
+        sequence
+            .actions()
             .iter()
-            .map(|letter| self.stronger_letter(letter))
+            .map(|action| self.stronger_action(action))
             .collect::<Option<Vec<_>>>()
             .map(AttackSequence::new)
     }
 
-    fn stronger_letter(&self, letter: &Action) -> Option<Action> {
-        let of = move_of(&self.alphabet, letter);
-        let places = of.ranges().zip(&letter.places).enumerate().map(|(n, (range, place))| {
+    fn stronger_action(&self, action: &Action) -> Option<Action> {
+        let of = move_of(&self.space, action);
+        let places = of.ranges().zip(&action.places).enumerate().map(|(n, (range, place))| {
             let steps = if of.counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
             // The weakest of its range has no edge below.
             let reached = (place + steps).min(range.last());
             (*place == 0 || reached == place + steps).then_some(reached)
         });
-        Some(Action { places: places.collect::<Option<_>>()?, ..letter.clone() })
+        Some(Action { places: places.collect::<Option<_>>()?, ..action.clone() })
     }
 
-    /// The distance to the edge, in ticks of the alphabet.
+    /// The distance to the edge, in ticks of the attack space.
     fn ticks(&self) -> i64 {
-        (AWAY * LIVE_JITTER_MS / self.alphabet.tick_ms.unsigned() as f64).ceil() as i64
+        (AWAY * LIVE_JITTER_MS / self.space.tick_ms.unsigned() as f64).ceil() as i64
     }
 
-    /// Everything so many ticks later; none where that is not within the alphabet's times.
-    fn shifted(&self, word: &AttackSequence, ticks: i64) -> Option<AttackSequence> {
-        let (first, last) = self.alphabet.begins();
-        let shifted = |letter: &Action| {
-            let begins = u32::try_from(i64::from(letter.begins) + ticks).ok()?;
-            (first..=last).contains(&begins).then(|| Action { begins, ..letter.clone() })
+    /// Everything so many ticks later; none where that is not within the attack space's times.
+    fn shifted(&self, sequence: &AttackSequence, ticks: i64) -> Option<AttackSequence> {
+        let (first, last) = self.space.begins();
+        let shifted = |action: &Action| {
+            let begins = u32::try_from(i64::from(action.begins) + ticks).ok()?;
+            (first..=last).contains(&begins).then(|| Action { begins, ..action.clone() })
         };
-        word.letters().iter().map(shifted).collect::<Option<Vec<_>>>().map(AttackSequence::new)
+        sequence.actions().iter().map(shifted).collect::<Option<Vec<_>>>().map(AttackSequence::new)
     }
 }

@@ -3,11 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use evidence::trial::Outcome;
+use evidence::trial::Outcomes;
 use oracle::Limit;
 use parallel::progress::{Progress, Stop};
-use scenario::Alphabet;
-use serde::Serialize;
+use scenario::AttackSpace;
+use serde::{Deserialize, Serialize};
 
 use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
@@ -16,7 +16,7 @@ use super::moments::Moments;
 use super::sequence::AttackSequence;
 use super::tried::{Cause, SearchConfig, Test, Tried};
 
-/// Words drawn at a time.
+/// Sequences drawn at a time.
 const ROUND: u64 = 16;
 
 /// Parameters of a search run, and its length.
@@ -48,21 +48,21 @@ pub struct Found {
 pub struct RunResult {
     /// Trials made.
     pub trials: u64,
-    /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
+    /// CPU time of all of them, seconds; with that of the run without a sequence where the strategy reads its moments.
     pub cpu_seconds: f64,
     /// Count of each class.
-    pub outcomes: BTreeMap<Outcome, u64>,
+    pub outcomes: Outcomes,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
-    /// Of each limit with a way to it, how far words that arrived came, in thousandths, and the first that did.
+    /// Of each limit with a way to it, how far sequences that arrived came, in thousandths, and the first that did.
     pub nearest: BTreeMap<Limit, (u32, AttackSequence)>,
     /// Of each cause the first finding.
     pub found: BTreeMap<Cause, Found>,
 }
 
 /// A search run as a row of a report.
-#[derive(Clone, Debug, Serialize)]
-pub struct HuntRow {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SearchRow {
     /// Strategy for drawing sequences.
     pub strategy: Strategy,
     /// Trials made.
@@ -70,106 +70,108 @@ pub struct HuntRow {
     /// CPU time of all of them, seconds.
     pub cpu_seconds: f64,
     /// Count of each class.
-    pub outcomes: BTreeMap<&'static str, u64>,
+    #[serde(serialize_with = "evidence::trial::by_name")]
+    pub outcomes: Outcomes,
     /// Points and steps of coverage seen.
     pub covered: usize,
     /// Nearest approach to each limit with a graded way to it.
     pub nearest: Vec<NearestRow>,
 }
 
-/// The nearest that any word came to a limit.
-#[derive(Clone, Debug, Serialize)]
+/// The nearest that any sequence came to a limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NearestRow {
     /// Which.
     pub limit: Limit,
     /// In thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little more.
     pub thousandths: u32,
-    /// The word.
-    pub word: String,
+    /// The sequence.
+    #[serde(rename = "word")]
+    pub sequence: String,
 }
 
 impl SearchConfig {
-    /// Hunts for findings.
+    /// Searches for findings.
     ///
     /// # Errors
-    /// Which word does not fit the scenario, or that the user wants it to stop.
+    /// Which sequence does not fit the scenario, or that the user wants it to stop.
     pub fn search(
         &self,
-        quest: RunConfig,
+        run: RunConfig,
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
     ) -> Result<RunResult, String> {
-        let nominal = self.try_word(&AttackSequence::default())?;
-        let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
+        let nominal = self.try_sequence(&AttackSequence::default())?;
+        let moments = |run: &Tried| Moments::of(run, &self.space, &self.setup.bounds);
         let mut drawer = Drawer::new(
-            &self.alphabet,
+            &self.space,
             &self.setup.bounds,
-            quest.strategy,
-            quest.seed,
+            run.strategy,
+            run.seed,
             moments(&nominal),
-            &nominal.nearness,
+            &nominal.approaches,
         );
-        let mut hunted = RunResult { covered: nominal.coverage.clone(), ..RunResult::default() };
-        if quest.strategy.reads_moments() {
-            hunted.cpu_seconds = nominal.trial.cpu_seconds;
+        let mut result = RunResult { covered: nominal.coverage.clone(), ..RunResult::default() };
+        if run.strategy.reads_moments() {
+            result.cpu_seconds = nominal.trial.cpu_seconds;
         }
-        while hunted.trials < quest.budget {
+        while result.trials < run.budget {
             let round: Vec<AttackSequence> =
-                (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
+                (0..ROUND.min(run.budget - result.trials)).map(|_| drawer.sequence()).collect();
             // A search run that ends with the first finding tries as little as possible behind it.
-            let at_once = if quest.first { threads.max(1) } else { round.len() };
-            for words in round.chunks(at_once) {
-                for one in self.round(words, threads, progress, stop)? {
-                    let known = Known { word: one.word.clone(), moments: moments(&one) };
-                    let nearness = one.brought_near();
-                    let new = hunted.take(one, test);
-                    drawer.learn(Lesson { known, new, nearness });
-                    if quest.first && !hunted.found.is_empty() {
-                        return Ok(hunted);
+            let at_once = if run.first { threads.max(1) } else { round.len() };
+            for sequences in round.chunks(at_once) {
+                for one in self.round(sequences, threads, progress, stop)? {
+                    let known = Known { sequence: one.sequence.clone(), moments: moments(&one) };
+                    let approaches = one.brought_near();
+                    let new = result.take(one, test);
+                    drawer.learn(Lesson { known, new, approaches });
+                    if run.first && !result.found.is_empty() {
+                        return Ok(result);
                     }
                 }
             }
         }
-        Ok(hunted)
+        Ok(result)
     }
 }
 
 impl SearchConfig {
-    /// Tries every one of `words`.
+    /// Tries every one of `sequences`.
     ///
     /// # Errors
     /// As [`SearchConfig::search`].
     pub fn try_all(
         &self,
-        words: &[AttackSequence],
+        sequences: &[AttackSequence],
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
     ) -> Result<RunResult, String> {
-        let mut hunted = RunResult::default();
-        for round in words.chunks(ROUND as usize) {
+        let mut result = RunResult::default();
+        for round in sequences.chunks(ROUND as usize) {
             for one in self.round(round, threads, progress, stop)? {
-                hunted.take(one, test);
+                result.take(one, test);
             }
         }
-        Ok(hunted)
+        Ok(result)
     }
 
     fn round(
         &self,
-        words: &[AttackSequence],
+        sequences: &[AttackSequence],
         threads: usize,
         progress: &Progress,
         stop: &Stop,
     ) -> Result<Vec<Tried>, String> {
-        parallel::map(threads, words, |word| {
+        parallel::map(threads, sequences, |sequence| {
             if stop.asked() {
                 return Err("stopped".to_owned());
             }
-            let tried = self.try_word(word);
+            let tried = self.try_sequence(sequence);
             progress.step();
             tried
         })
@@ -187,7 +189,7 @@ impl RunResult {
         let new = self.covered.len() > before;
         for (limit, way) in tried.brought_near() {
             if self.nearest.get(&limit).is_none_or(|(before, _)| way > *before) {
-                self.nearest.insert(limit, (way, tried.word.clone()));
+                self.nearest.insert(limit, (way, tried.sequence.clone()));
             }
         }
         if let Some(cause) = test(&tried) {
@@ -198,17 +200,17 @@ impl RunResult {
     }
 
     /// As a row of a report.
-    pub fn row(&self, alphabet: &Alphabet, strategy: Strategy) -> HuntRow {
-        let nearest = self.nearest.iter().map(|(limit, (thousandths, word))| NearestRow {
+    pub fn row(&self, space: &AttackSpace, strategy: Strategy) -> SearchRow {
+        let nearest = self.nearest.iter().map(|(limit, (thousandths, sequence))| NearestRow {
             limit: *limit,
             thousandths: *thousandths,
-            word: word.told(alphabet),
+            sequence: sequence.told(space),
         });
-        HuntRow {
+        SearchRow {
             strategy,
             trials: self.trials,
             cpu_seconds: self.cpu_seconds,
-            outcomes: self.outcomes.iter().map(|(outcome, n)| (outcome.name(), *n)).collect(),
+            outcomes: self.outcomes.clone(),
             covered: self.covered.len(),
             nearest: nearest.collect(),
         }

@@ -20,8 +20,8 @@ use super::tried::{Cause, SearchConfig, Test, Tried};
 /// Distance from an edge that still is next to it, milliseconds.
 const NEXT_MS: i64 = 20;
 /// Number of searches for a sequence, and bound of the tries in each.
-const HUNTS: u32 = 4;
-const WORDS: u64 = 500;
+const RUNS: u32 = 4;
+const SEQUENCES: u64 = 500;
 
 /// Kind of sequences to draw from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -49,13 +49,13 @@ impl Stratum {
     }
 }
 
-/// A word that was drawn, as the scenario that it makes.
+/// A sequence that was drawn, as the scenario that it makes.
 #[derive(Clone, Debug)]
 pub struct Drawn {
     /// The scenario; it expects the class that the twin gave.
     pub scenario: Scenario,
-    /// The word, for people.
-    pub word: String,
+    /// The sequence, for people.
+    pub sequence: String,
     /// The class that the twin gave.
     pub outcome: Outcome,
 }
@@ -69,17 +69,19 @@ impl SearchConfig {
     pub fn sample(&self, of: Stratum, found: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<Drawn>, String> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let safe = |tried: &Tried| safe(tried, found);
-        for _ in 0..HUNTS {
+        for _ in 0..RUNS {
             let drawn = match of {
-                Stratum::Safe => self.first(&safe, rng.next_u64(), stop)?.map(|(_, word)| (self.clone(), word)),
+                Stratum::Safe => self.first(&safe, rng.next_u64(), stop)?.map(|(_, sequence)| (self.clone(), sequence)),
                 Stratum::Finding => match self.first(found, rng.next_u64(), stop)? {
-                    Some((cause, word)) => self.inside(&word, found, &cause)?.map(|word| (self.clone(), word)),
+                    Some((cause, sequence)) => {
+                        self.inside(&sequence, found, &cause)?.map(|sequence| (self.clone(), sequence))
+                    }
                     None => None,
                 },
                 Stratum::Edge => self.next_to_edge(found, &mut rng, stop)?,
             };
-            let Some((ground, word)) = drawn else { continue };
-            let drawn = ground.drawn(&word)?;
+            let Some((config, sequence)) = drawn else { continue };
+            let drawn = config.drawn(&sequence)?;
             // What did not arrive in the twin says nothing that a live run could agree with.
             if drawn.outcome != Outcome::Invalid {
                 return Ok(Some(drawn));
@@ -88,24 +90,24 @@ impl SearchConfig {
         Ok(None)
     }
 
-    /// The first of the words drawn with this seed that `test` finds.
+    /// The first of the sequences drawn with this seed that `test` finds.
     fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, AttackSequence)>, String> {
-        let quest = RunConfig { strategy: Strategy::Uniform, seed, budget: WORDS, first: true };
-        let hunted = self.search(quest, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
-        Ok(hunted.found.into_iter().next().map(|(cause, found)| (cause, found.tried.word)))
+        let run = RunConfig { strategy: Strategy::Uniform, seed, budget: SEQUENCES, first: true };
+        let result = self.search(run, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
+        Ok(result.found.into_iter().next().map(|(cause, found)| (cause, found.tried.sequence)))
     }
 
-    fn drawn(&self, word: &AttackSequence) -> Result<Drawn, String> {
-        let outcome = self.try_word(word)?.trial.outcome;
-        let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
-        let word = word.told(&self.alphabet);
+    fn drawn(&self, sequence: &AttackSequence) -> Result<Drawn, String> {
+        let outcome = self.try_sequence(sequence)?.trial.outcome;
+        let mut scenario = sequence.in_scenario(&self.space, &self.scenario)?;
+        let sequence = sequence.told(&self.space);
         scenario.expect([outcome]);
-        let alphabet = self.alphabet.name.as_str();
+        let space = self.space.name.as_str();
         scenario.describe(
-            &format!("Drawn: {word}"),
-            &format!("Drawn over alphabet {alphabet} to hold a live run against the twin: {word}."),
+            &format!("Drawn: {sequence}"),
+            &format!("Drawn over attack space {space} to hold a live run against the twin: {sequence}."),
         );
-        Ok(Drawn { scenario, word, outcome })
+        Ok(Drawn { scenario, sequence, outcome })
     }
 
     /// A shrunk finding with one of its lengths of time moved from its edge, over the same attack space in milliseconds. It is
@@ -117,29 +119,29 @@ impl SearchConfig {
         stop: &Stop,
     ) -> Result<Option<(SearchConfig, AttackSequence)>, String> {
         let plain = Setup { rendered: false, ..self.setup.clone() };
-        let plain = SearchConfig::new(self.scenario.clone(), plain, self.seed, self.alphabet.in_milliseconds())?;
-        let Some((cause, word)) = plain.first(found, rng.next_u64(), stop)? else { return Ok(None) };
-        let nominal = plain.try_word(&AttackSequence::default())?;
-        let moments = Moments::of(&nominal, &plain.alphabet, &plain.setup.bounds);
-        let shrunk = plain.shrink(&word, found, &cause, &moments)?.word;
+        let plain = SearchConfig::new(self.scenario.clone(), plain, self.seed, self.space.in_milliseconds())?;
+        let Some((cause, sequence)) = plain.first(found, rng.next_u64(), stop)? else { return Ok(None) };
+        let nominal = plain.try_sequence(&AttackSequence::default())?;
+        let moments = Moments::of(&nominal, &plain.space, &plain.setup.bounds);
+        let shrunk = plain.shrink(&sequence, found, &cause, &moments)?.sequence;
         let (Some(length), steps) = (pick(&plain.lengths(&shrunk), rng).cloned(), offset(rng)) else { return Ok(None) };
         let mut finer = self.clone();
-        finer.alphabet = plain.alphabet;
-        let holds = |place: u32| Ok(found(&finer.try_word(&length.at(place))?).as_ref() == Some(&cause));
+        finer.space = plain.space;
+        let holds = |place: u32| Ok(found(&finer.try_sequence(&length.at(place))?).as_ref() == Some(&cause));
         let edge = length.edge(holds)?;
         let moved = edge.and_then(|edge| u32::try_from(i64::from(edge) + steps).ok());
         Ok(moved.filter(|place| *place <= length.last).map(|place| (finer, length.at(place))))
     }
 
-    /// The lengths of time of a shrunk word that have an edge, which the weakest of its range has not.
-    fn lengths(&self, word: &AttackSequence) -> Vec<Length> {
+    /// The lengths of time of a shrunk sequence that have an edge, which the weakest of its range has not.
+    fn lengths(&self, sequence: &AttackSequence) -> Vec<Length> {
         let mut lengths = Vec::new();
-        for (letter, of) in word.letters().iter().enumerate() {
-            let of = move_of(&self.alphabet, of);
+        for (action, of) in sequence.actions().iter().enumerate() {
+            let of = move_of(&self.space, of);
             let times = of.ranges().enumerate().filter(|(number, _)| of.counts_time(*number));
             lengths.extend(times.map(|(number, range)| Length {
-                letters: word.letters().to_vec(),
-                letter,
+                actions: sequence.actions().to_vec(),
+                action,
                 number,
                 last: range.last(),
             }));
@@ -149,25 +151,25 @@ impl SearchConfig {
     }
 }
 
-/// One number of a word, which counts time in milliseconds.
+/// One number of a sequence, which counts time in milliseconds.
 #[derive(Clone, Debug)]
 struct Length {
-    letters: Vec<Action>,
-    letter: usize,
+    actions: Vec<Action>,
+    action: usize,
     number: usize,
     last: u32,
 }
 
 impl Length {
     fn place(&self) -> u32 {
-        self.letters[self.letter].places[self.number]
+        self.actions[self.action].places[self.number]
     }
 
-    /// The word with the number there.
+    /// The sequence with the number there.
     fn at(&self, place: u32) -> AttackSequence {
-        let mut letters = self.letters.clone();
-        letters[self.letter].places[self.number] = place;
-        AttackSequence::new(letters)
+        let mut actions = self.actions.clone();
+        actions[self.action].places[self.number] = place;
+        AttackSequence::new(actions)
     }
 
     /// The least place at which it holds, below one next to where it stands. None where it holds at 0, or not at that one.
@@ -211,39 +213,39 @@ mod tests {
 
     use super::*;
     use crate::ends_in;
-    use scenario::{Alphabet, find_root, load};
+    use scenario::{AttackSpace, find_root, load};
 
-    fn ground() -> SearchConfig {
+    fn config() -> SearchConfig {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
-        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
-        SearchConfig::new(scenario, setup, 1, alphabet).unwrap()
+        let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        SearchConfig::new(scenario, setup, 1, space).unwrap()
     }
 
     #[test]
-    fn seed_gives_one_word_of_its_stratum() {
-        let (ground, found) = (ground(), [Outcome::HoldSafe]);
-        let sample = |of: Stratum, seed| ground.sample(of, &ends_in(&found), seed, &Stop::default()).unwrap();
+    fn seed_gives_one_sequence_of_its_stratum() {
+        let (config, found) = (config(), [Outcome::HoldSafe]);
+        let sample = |of: Stratum, seed| config.sample(of, &ends_in(&found), seed, &Stop::default()).unwrap();
         let safe = sample(Stratum::Safe, 1).unwrap();
         assert!(!found.contains(&safe.outcome) && safe.outcome != Outcome::Invalid, "{safe:?}");
         assert_eq!(sample(Stratum::Finding, 1).unwrap().outcome, Outcome::HoldSafe);
         let [once, again] = [0; 2].map(|_| sample(Stratum::Edge, 1).unwrap());
-        assert_eq!((&once.word, &once.scenario), (&again.word, &again.scenario));
-        assert_ne!(once.word, sample(Stratum::Edge, 2).unwrap().word);
+        assert_eq!((&once.sequence, &once.scenario), (&again.sequence, &again.scenario));
+        assert_ne!(once.sequence, sample(Stratum::Edge, 2).unwrap().sequence);
     }
 
     #[test]
     fn edge_of_a_length_is_its_first_millisecond() {
-        let mut ground = ground();
-        ground.alphabet = ground.alphabet.in_milliseconds();
-        let kind = ground.alphabet.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();
-        let word = AttackSequence::new(vec![Action { begins: 100, kind, places: vec![300, 0] }]);
-        let lengths = ground.lengths(&word);
+        let mut config = config();
+        config.space = config.space.in_milliseconds();
+        let kind = config.space.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();
+        let sequence = AttackSequence::new(vec![Action { begins: 100, kind, places: vec![300, 0] }]);
+        let lengths = config.lengths(&sequence);
         assert_eq!(lengths.len(), 1, "the weakest of a range has no edge");
         let edge = |least: u32| lengths[0].edge(|place| Ok(place >= least)).unwrap();
         assert_eq!([1, 287, 320, 321, 0].map(edge), [Some(1), Some(287), Some(320), None, None]);
-        assert_eq!(lengths[0].at(283).told(&ground.alphabet), "shake at 1.00 s for 0.333 s (up_to_ms = 10)");
+        assert_eq!(lengths[0].at(283).told(&config.space), "shake at 1.00 s for 0.333 s (up_to_ms = 10)");
     }
 
     #[test]

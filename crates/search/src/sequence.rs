@@ -1,8 +1,8 @@
-//! A word: moves of an alphabet, each with its beginning and its numbers; and the scenario that it makes of another.
+//! A sequence: moves of an attack space, each with its beginning and its numbers; and the scenario that it makes of another.
 
 use std::fmt::Write;
 
-use scenario::{Alphabet, Move, Scenario};
+use scenario::{AttackSpace, Move, Scenario};
 use serde::Serialize;
 
 /// One move at one moment.
@@ -10,7 +10,7 @@ use serde::Serialize;
 pub struct Action {
     /// Start, in ticks of the attack space.
     pub begins: u32,
-    /// Which move, by its place in the alphabet.
+    /// Which move, by its place in the attack space.
     pub kind: usize,
     /// The places of its numbers in their ranges, the length first where it lasts.
     pub places: Vec<u32>,
@@ -21,25 +21,25 @@ pub struct Action {
 pub struct AttackSequence(Vec<Action>);
 
 impl AttackSequence {
-    /// Of these letters, in whatever order they come.
-    pub fn new(mut letters: Vec<Action>) -> Self {
-        letters.sort();
-        Self(letters)
+    /// Of these actions, in whatever order they come.
+    pub fn new(mut actions: Vec<Action>) -> Self {
+        actions.sort();
+        Self(actions)
     }
 
-    /// Its letters, by time.
-    pub fn letters(&self) -> &[Action] {
+    /// Its actions, by time.
+    pub fn actions(&self) -> &[Action] {
         &self.0
     }
 
-    /// The words of `n` of its letters.
-    pub fn subwords(&self, n: usize) -> Vec<AttackSequence> {
+    /// The sequences of `n` of its actions.
+    pub fn subsequences(&self, n: usize) -> Vec<AttackSequence> {
         let all = 0..1_u32 << self.0.len().min(16);
         let chosen = all.filter(|set| set.count_ones() as usize == n);
         chosen
             .map(|set| {
                 let kept = self.0.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
-                AttackSequence(kept.map(|(_, letter)| letter.clone()).collect())
+                AttackSequence(kept.map(|(_, action)| action.clone()).collect())
             })
             .collect()
     }
@@ -49,23 +49,23 @@ impl AttackSequence {
     /// # Errors
     ///
     /// The action that does not fit `base`, in words.
-    pub fn in_scenario(&self, alphabet: &Alphabet, base: &Scenario) -> Result<Scenario, String> {
-        let tick = alphabet.tick_ms.unsigned();
-        let entry = |letter: &Action| {
-            let of = move_of(alphabet, letter);
-            (of.table.as_str().to_owned(), of.entry(u64::from(letter.begins) * tick, &letter.places))
+    pub fn in_scenario(&self, space: &AttackSpace, base: &Scenario) -> Result<Scenario, String> {
+        let tick = space.tick_ms.unsigned();
+        let entry = |action: &Action| {
+            let of = move_of(space, action);
+            (of.table.as_str().to_owned(), of.entry(u64::from(action.begins) * tick, &action.places))
         };
-        base.with_entries(&alphabet.with, self.0.iter().map(entry))
+        base.with_entries(&space.with, self.0.iter().map(entry))
     }
 
     /// Its actions, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.
-    pub fn told(&self, alphabet: &Alphabet) -> String {
-        let tick = alphabet.tick_ms.unsigned();
-        let tell = |letter: &Action| {
-            let of = move_of(alphabet, letter);
-            let begins = u64::from(letter.begins) * tick;
+    pub fn told(&self, space: &AttackSpace) -> String {
+        let tick = space.tick_ms.unsigned();
+        let tell = |action: &Action| {
+            let of = move_of(space, action);
+            let begins = u64::from(action.begins) * tick;
             let mut text = format!("{} at {:.2} s", of.name.as_str(), begins as f64 / 1000.0);
-            let mut values = of.ranges().zip(&letter.places).map(|(range, place)| range.at(*place));
+            let mut values = of.ranges().zip(&action.places).map(|(range, place)| range.at(*place));
             if of.lasts_ms.is_some() {
                 // Writing to a string does not fail.
                 let _ = write!(text, " for {} s", seconds(values.next().unwrap_or_default()));
@@ -85,32 +85,32 @@ fn seconds(ms: f64) -> String {
     format!("{:.places$}", ms / 1000.0)
 }
 
-/// The move of a letter.
-pub(super) fn move_of<'a>(alphabet: &'a Alphabet, letter: &Action) -> &'a Move {
-    &alphabet.moves[letter.kind]
+/// The move of an action.
+pub(super) fn move_of<'a>(space: &'a AttackSpace, action: &Action) -> &'a Move {
+    &space.moves[action.kind]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn letter(begins: u32, kind: usize) -> Action {
+    fn action(begins: u32, kind: usize) -> Action {
         Action { begins, kind, places: Vec::new() }
     }
 
     #[test]
-    fn word_is_independent_of_letter_order() {
+    fn sequence_is_independent_of_action_order() {
         assert_eq!(
-            AttackSequence::new(vec![letter(5, 0), letter(2, 1)]),
-            AttackSequence::new(vec![letter(2, 1), letter(5, 0)])
+            AttackSequence::new(vec![action(5, 0), action(2, 1)]),
+            AttackSequence::new(vec![action(2, 1), action(5, 0)])
         );
     }
 
     #[test]
-    fn subwords_are_every_choice_of_letters_once() {
-        let word = AttackSequence::new((0..4).map(|i| letter(i, 0)).collect());
-        let counts: Vec<usize> = (0..=4).map(|n| word.subwords(n).len()).collect();
+    fn subsequences_are_every_choice_of_actions_once() {
+        let sequence = AttackSequence::new((0..4).map(|i| action(i, 0)).collect());
+        let counts: Vec<usize> = (0..=4).map(|n| sequence.subsequences(n).len()).collect();
         assert_eq!(counts, [1, 4, 6, 4, 1]);
-        assert_eq!(word.subwords(4), [word]);
+        assert_eq!(sequence.subsequences(4), [sequence]);
     }
 }

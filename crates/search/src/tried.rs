@@ -6,26 +6,26 @@ use super::coverage::{self, Coverage};
 use super::sequence::{Action, AttackSequence};
 use evidence::Property;
 use evidence::trial::{Outcome, Trial};
-use oracle::{Nearness, judged};
-use scenario::{Alphabet, Scenario, Setup};
+use oracle::{Approaches, judged};
+use scenario::{AttackSpace, Scenario, Setup};
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, conclude, start, start_following};
 
 /// The longest run that is kept as a baseline, seconds: all its messages are in memory, of a rendered one a few
 /// megabytes a second.
-const LONGEST_TRUNK_S: f64 = 60.0;
+const LONGEST_BASELINE_S: f64 = 60.0;
 
 /// Configuration of a search: a scenario and its setup, one seed, and the attack space.
 #[derive(Clone)]
 pub struct SearchConfig {
-    /// The scenario without any word.
+    /// The scenario without any sequence.
     pub scenario: Scenario,
     /// Its setup.
     pub setup: Setup,
     /// The seed of every trial: trials differ by their sequence alone.
     pub seed: u64,
     /// The attack space.
-    pub alphabet: Alphabet,
+    pub space: AttackSpace,
     /// The baseline run without an attack: parts that a sequence does not reach are not computed again. `None` for a run
     /// that is too long to keep.
     baseline: Option<Arc<Baseline>>,
@@ -55,8 +55,8 @@ pub fn ends_in(classes: &[Outcome]) -> impl Fn(&Tried) -> Option<Cause> + Sync +
 /// A sequence and its outcome.
 #[derive(Clone, Debug)]
 pub struct Tried {
-    /// The word.
-    pub word: AttackSequence,
+    /// The sequence.
+    pub sequence: AttackSequence,
     /// The judged trial.
     pub trial: Trial,
     /// The first property that was found broken, where one was.
@@ -64,7 +64,7 @@ pub struct Tried {
     /// Its coverage.
     pub coverage: Coverage,
     /// Its approach to each limit.
-    pub nearness: Nearness,
+    pub approaches: Approaches,
     /// Times at which the unit under test changed mode, milliseconds.
     pub changes_ms: Vec<u32>,
 }
@@ -72,36 +72,36 @@ pub struct Tried {
 impl Tried {
     /// Approach to each limit caused by the sequence: empty where its attack did not arrive, whatever the trial itself
     /// approached.
-    pub(super) fn brought_near(&self) -> Nearness {
-        if self.trial.outcome == Outcome::Invalid { Nearness::new() } else { self.nearness.clone() }
+    pub(super) fn brought_near(&self) -> Approaches {
+        if self.trial.outcome == Outcome::Invalid { Approaches::new() } else { self.approaches.clone() }
     }
 }
 
 impl SearchConfig {
-    /// Of `scenario`, which is run once without any word.
+    /// Of `scenario`, which is run once without any sequence.
     ///
     /// # Errors
     /// Why it cannot be run.
-    pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
-        let nothing = AttackSequence::default().in_scenario(&alphabet, &scenario)?;
-        let kept = nothing.duration_s.get() <= LONGEST_TRUNK_S;
+    pub fn new(scenario: Scenario, setup: Setup, seed: u64, space: AttackSpace) -> Result<Self, String> {
+        let nothing = AttackSequence::default().in_scenario(&space, &scenario)?;
+        let kept = nothing.duration_s.get() <= LONGEST_BASELINE_S;
         let baseline =
             kept.then(|| baseline(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
-        Ok(Self { scenario, setup, seed, alphabet, baseline })
+        Ok(Self { scenario, setup, seed, space, baseline })
     }
 
-    /// That each move of the alphabet fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
+    /// That each move of the attack space fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
     ///
     /// # Errors
     /// Which does not, and why.
     pub fn fits(&self) -> Result<(), String> {
-        let (begins, _) = self.alphabet.begins();
-        for (kind, of) in self.alphabet.moves.iter().enumerate() {
+        let (begins, _) = self.space.begins();
+        for (kind, of) in self.space.moves.iter().enumerate() {
             for places in [vec![0; of.ranges().count()], of.strongest()] {
-                let word = AttackSequence::new(vec![Action { begins, kind, places }]);
-                word.in_scenario(&self.alphabet, &self.scenario).map_err(|why| {
-                    let (alphabet, scenario) = (self.alphabet.name.as_str(), self.scenario.name.as_str());
-                    format!("move {} of alphabet {alphabet} does not fit `{scenario}`: {why}", of.name.as_str())
+                let sequence = AttackSequence::new(vec![Action { begins, kind, places }]);
+                sequence.in_scenario(&self.space, &self.scenario).map_err(|why| {
+                    let (space, scenario) = (self.space.name.as_str(), self.scenario.name.as_str());
+                    format!("action type {} of attack space {space} does not fit `{scenario}`: {why}", of.name.as_str())
                 })?;
             }
         }
@@ -114,38 +114,45 @@ impl SearchConfig {
     /// # Errors
     ///
     /// The action that does not fit.
-    pub fn as_regression(&self, word: &AttackSequence, found: &[Outcome], why: &str) -> Result<Scenario, String> {
-        let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+    pub fn as_regression(&self, sequence: &AttackSequence, found: &[Outcome], why: &str) -> Result<Scenario, String> {
+        let mut scenario = sequence.in_scenario(&self.space, &self.scenario)?;
         let never =
             |outcome: &Outcome| found.contains(outcome) || matches!(outcome, Outcome::Invalid | Outcome::Unsafe);
         scenario.expect(Outcome::ALL.into_iter().filter(|outcome| !never(outcome)));
-        let word = word.told(&self.alphabet);
+        let sequence = sequence.told(&self.space);
         scenario.describe(
-            &format!("Found: {word}"),
-            &format!("Found by a search over alphabet {}: {word}. {why}", self.alphabet.name.as_str()),
+            &format!("Found: {sequence}"),
+            &format!("Found by a search over attack space {}: {sequence}. {why}", self.space.name.as_str()),
         );
         Ok(scenario)
     }
 
-    /// Tries a word.
+    /// Tries a sequence.
     ///
     /// # Errors
-    /// Which letter does not fit the scenario, or why it cannot be run.
-    pub fn try_word(&self, word: &AttackSequence) -> Result<Tried, String> {
-        let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+    /// Which action does not fit the scenario, or why it cannot be run.
+    pub fn try_sequence(&self, sequence: &AttackSequence) -> Result<Tried, String> {
+        let scenario = sequence.in_scenario(&self.space, &self.scenario)?;
         let before = link::clock::thread_cpu_us();
         let started = match &self.baseline {
             Some(baseline) => start_following(&scenario, &self.setup, self.seed, baseline),
             None => start(&scenario, &self.setup, self.seed, false),
         };
-        let (cast, twin) = started.map_err(|e| e.to_string())?;
-        let run = conclude(cast, twin, &self.setup);
+        let (topology, twin) = started.map_err(|e| e.to_string())?;
+        let run = conclude(topology, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
-        let nearness = oracle::nearness(&run.evidence);
-        let coverage = coverage::of(&run.evidence, &nearness);
+        let approaches = oracle::approaches(&run.evidence);
+        let coverage = coverage::of(&run.evidence, &approaches);
         trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
         let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();
-        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, nearness, changes_ms })
+        Ok(Tried {
+            sequence: sequence.clone(),
+            trial,
+            broken: first_broken(&run.verdict),
+            coverage,
+            approaches,
+            changes_ms,
+        })
     }
 }
 
@@ -167,11 +174,11 @@ mod tests {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let scenario = load(&root.join("scenarios/control/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
-        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let kept =
-            |seconds: f64| SearchConfig::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
-        let (short, long) = (kept(LONGEST_TRUNK_S), kept(LONGEST_TRUNK_S + 1.0));
+            |seconds: f64| SearchConfig::new(scenario.soak(seconds, 0.0), setup.clone(), 1, space.clone()).unwrap();
+        let (short, long) = (kept(LONGEST_BASELINE_S), kept(LONGEST_BASELINE_S + 1.0));
         assert!(short.baseline.is_some() && long.baseline.is_none());
-        assert_eq!(long.try_word(&AttackSequence::default()).unwrap().trial.outcome, Outcome::Nominal);
+        assert_eq!(long.try_sequence(&AttackSequence::default()).unwrap().trial.outcome, Outcome::Nominal);
     }
 }

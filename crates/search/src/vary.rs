@@ -5,7 +5,7 @@ use super::learned::{Known, Near};
 use super::sequence::{Action, AttackSequence, move_of};
 use oracle::AT_LIMIT;
 
-/// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
+/// The farthest that a nudge moves an action, ticks; a number it moves by at most this part of its range.
 const NUDGE: u32 = 32;
 /// Additions to the distance by which a sequence is moved, ticks: they cover a property's tolerance beyond its limit, and
 /// the platform's rounding to its periods.
@@ -25,13 +25,13 @@ impl Drawer<'_> {
     fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
         let limit = near.limit.ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
-        let tick = self.alphabet().tick_ms.unsigned();
+        let tick = self.space().tick_ms.unsigned();
         let beyond = BEYOND[self.below(BEYOND.len() as u32) as usize];
         let by_ms = (missing as f64).max(1.0) + f64::from(beyond) * tick as f64;
-        let mut letters = near.known.word.letters().to_vec();
-        let some = self.below(letters.len() as u32) as usize;
-        let of = move_of(self.alphabet(), &letters[some]);
-        let numbers: Vec<usize> = (0..letters[some].places.len()).filter(|n| of.counts_time(*n)).collect();
+        let mut actions = near.known.sequence.actions().to_vec();
+        let some = self.below(actions.len() as u32) as usize;
+        let of = move_of(self.space(), &actions[some]);
+        let numbers: Vec<usize> = (0..actions[some].places.len()).filter(|n| of.counts_time(*n)).collect();
         let ranges: Vec<_> = of.ranges().copied().collect();
         let later = self.below(2) == 0;
         let moved = |from: u32, step: f64| {
@@ -40,30 +40,30 @@ impl Drawer<'_> {
         };
         match (self.below(1 + numbers.len() as u32) as usize).checked_sub(1).map(|i| numbers[i]) {
             None => {
-                let (first, last) = self.alphabet().begins();
-                letters[some].begins = moved(letters[some].begins, tick as f64).clamp(first, last);
+                let (first, last) = self.space().begins();
+                actions[some].begins = moved(actions[some].begins, tick as f64).clamp(first, last);
             }
-            Some(n) => letters[some].places[n] = moved(letters[some].places[n], ranges[n].step).min(ranges[n].last()),
+            Some(n) => actions[some].places[n] = moved(actions[some].places[n], ranges[n].step).min(ranges[n].last()),
         }
-        Some(AttackSequence::new(letters))
+        Some(AttackSequence::new(actions))
     }
 
-    /// The same word with one number or moment moved a little, at every scale alike.
+    /// The same sequence with one number or moment moved a little, at every scale alike.
     fn nudged(&mut self, known: &Known) -> AttackSequence {
-        let mut letters = known.word.letters().to_vec();
-        let some = self.below(letters.len() as u32) as usize;
-        let ranges: Vec<_> = move_of(self.alphabet(), &letters[some]).ranges().copied().collect();
+        let mut actions = known.sequence.actions().to_vec();
+        let some = self.below(actions.len() as u32) as usize;
+        let ranges: Vec<_> = move_of(self.space(), &actions[some]).ranges().copied().collect();
         match (self.below(1 + ranges.len() as u32) as usize).checked_sub(1) {
             None => {
-                let (first, last) = self.alphabet().begins();
-                letters[some].begins = self.moved(letters[some].begins, NUDGE).clamp(first, last);
+                let (first, last) = self.space().begins();
+                actions[some].begins = self.moved(actions[some].begins, NUDGE).clamp(first, last);
             }
             Some(n) => {
                 let last = ranges[n].last();
-                letters[some].places[n] = self.moved(letters[some].places[n], (last / NUDGE).max(1)).min(last);
+                actions[some].places[n] = self.moved(actions[some].places[n], (last / NUDGE).max(1)).min(last);
             }
         }
-        AttackSequence::new(letters)
+        AttackSequence::new(actions)
     }
 
     /// Up or down by 1, 2, 4 and so on, at most by `most`.
@@ -73,22 +73,22 @@ impl Drawer<'_> {
         if self.below(2) == 0 { from.saturating_add(by) } else { from.saturating_sub(by) }
     }
 
-    /// The same word with one thing changed.
+    /// The same sequence with one thing changed.
     pub(super) fn changed(&mut self, known: &Known) -> AttackSequence {
-        let mut letters = known.word.letters().to_vec();
-        let some = self.below(letters.len() as u32) as usize;
-        match (self.below(5), letters.get(some).cloned()) {
-            (0, _) if (letters.len() as u32) < self.longest() => letters.push(self.letter(&known.moments)),
-            (1, Some(_)) if letters.len() > 1 => drop(letters.remove(some)),
-            (2 | 0, Some(letter)) => letters[some] = Action { begins: self.moment(&known.moments), ..letter },
-            (3 | 1, Some(letter)) => {
-                let places = self.places(letter.kind, &known.moments);
-                letters[some] = Action { places, ..letter };
+        let mut actions = known.sequence.actions().to_vec();
+        let some = self.below(actions.len() as u32) as usize;
+        match (self.below(5), actions.get(some).cloned()) {
+            (0, _) if (actions.len() as u32) < self.longest() => actions.push(self.action(&known.moments)),
+            (1, Some(_)) if actions.len() > 1 => drop(actions.remove(some)),
+            (2 | 0, Some(action)) => actions[some] = Action { begins: self.moment(&known.moments), ..action },
+            (3 | 1, Some(action)) => {
+                let places = self.places(action.kind, &known.moments);
+                actions[some] = Action { places, ..action };
             }
-            (_, Some(letter)) => letters[some] = Action { begins: letter.begins, ..self.letter(&known.moments) },
-            (_, None) => letters.push(self.letter(&known.moments)),
+            (_, Some(action)) => actions[some] = Action { begins: action.begins, ..self.action(&known.moments) },
+            (_, None) => actions.push(self.action(&known.moments)),
         }
-        AttackSequence::new(letters)
+        AttackSequence::new(actions)
     }
 }
 
@@ -96,8 +96,8 @@ impl Drawer<'_> {
 mod tests {
     use std::path::Path;
 
-    use oracle::{Limit, Nearness};
-    use scenario::{Alphabet, find_root};
+    use oracle::{Approaches, Limit};
+    use scenario::{AttackSpace, find_root};
     use wire::bounds::Bounds;
 
     use super::*;
@@ -105,27 +105,27 @@ mod tests {
     use crate::moments::Moments;
 
     #[test]
-    fn word_short_of_a_limit_moves_to_it() {
+    fn sequence_short_of_a_limit_moves_to_it() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let space = AttackSpace::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
         let bounds = Bounds::GROUND;
-        let mut drawer = Drawer::new(&alphabet, &bounds, Strategy::Guided, 1, Moments::default(), &Nearness::new());
+        let mut drawer = Drawer::new(&space, &bounds, Strategy::Guided, 1, Moments::default(), &Approaches::new());
         // Held up for 1 s by 500 ms, 2.5 s into the run, 100 ms short of the limit.
-        let kind = alphabet.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
-        let letter = Action { begins: 250, kind, places: vec![95, 49] };
-        let word = AttackSequence::new(vec![letter.clone()]);
+        let kind = space.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
+        let action = Action { begins: 250, kind, places: vec![95, 49] };
+        let sequence = AttackSequence::new(vec![action.clone()]);
         let way = AT_LIMIT - 100 * AT_LIMIT / bounds.to_hold_safe_ms as u32;
-        let known = Known { word: word.clone(), moments: Moments::default() };
+        let known = Known { sequence: sequence.clone(), moments: Moments::default() };
         let near = |limit| Near { limit, way, known: known.clone(), tried: 0 };
         let mut moved = std::collections::BTreeSet::new();
         for _ in 0..200 {
             let aimed = drawer.aimed(&near(Limit::Uplink)).unwrap();
-            let now = &aimed.letters()[0];
-            let by = [now.begins.abs_diff(letter.begins), now.places[0].abs_diff(95), now.places[1].abs_diff(49)];
+            let now = &aimed.actions()[0];
+            let by = [now.begins.abs_diff(action.begins), now.places[0].abs_diff(95), now.places[1].abs_diff(49)];
             assert_eq!(by.iter().filter(|by| **by > 0).count(), 1, "{aimed:?}");
             let by = by.iter().sum::<u32>();
             assert!((10..=18).contains(&by), "{by} ticks, where 100 ms were missing");
-            moved.insert((now.begins != letter.begins, now.places[0] != 95, now > &letter, by));
+            moved.insert((now.begins != action.begins, now.places[0] != 95, now > &action, by));
         }
         assert_eq!(moved.len(), 2 * 3 * BEYOND.len(), "every time, both ways, each a little more: {moved:?}");
         assert!(drawer.aimed(&near(Limit::Fence)).is_none(), "a distance is not a time to move by");

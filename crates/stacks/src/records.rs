@@ -1,4 +1,4 @@
-//! Attacks without a key on the records of a standing association.
+//! Attacks without a key on the records of an open association.
 //!
 //! Before, meanwhile and after, honest records go both ways; each holds a number of its own, so that one that comes out
 //! twice or was never sent is known.
@@ -30,7 +30,7 @@ const GROUP: usize = 32;
 /// Time for which withheld records are kept.
 const KEPT: Duration = Duration::from_secs(60);
 
-/// Handles the records of a standing association.
+/// Handles the records of an open association.
 pub(super) fn handled(one: &Handle, seed: u64) -> Result<Showing, StackError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let target = if rng.next_u32() & 1 == 0 { Side::Server } else { Side::Client };

@@ -17,7 +17,7 @@ use super::judge::Showing;
 /// Place of a ClientHello's random in its datagram: behind record and message headers and the version.
 const RANDOM: std::ops::Range<usize> = 27..59;
 
-/// Strangers come while one honest unit has a session and another opens one.
+/// Unknown peers come while one honest unit has a session and another opens one.
 pub(super) fn stormed(one: &Storm, seed: u64) -> Result<Showing, StackError> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let authority = Authority::new()?;
@@ -25,7 +25,7 @@ pub(super) fn stormed(one: &Storm, seed: u64) -> Result<Showing, StackError> {
     let units = [authority.issue(PeerId::UNIT_A, Role::Dials)?, authority.issue(PeerId::UNIT_B, Role::Dials)?];
     let genuine = genuine_hello(&units[0], PeerId::GATEWAY)?;
     let datagrams: Vec<Vec<u8>> =
-        (0..one.count.unsigned()).map(|_| stranger(one.content, &genuine, &mut rng)).collect();
+        (0..one.count.unsigned()).map(|_| unknown_peer(one.content, &genuine, &mut rng)).collect();
     let crowd = if one.content == Flood::Proving { Crowd::Proving } else { Crowd::Silent };
     let every = Duration::from_micros(one.every_us.unsigned());
     let honest = [(&units[0], PeerId::GATEWAY), (&units[1], PeerId::GATEWAY)];
@@ -61,7 +61,7 @@ pub(super) fn stormed(one: &Storm, seed: u64) -> Result<Showing, StackError> {
     Ok(showing)
 }
 
-fn stranger(content: Flood, genuine: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
+fn unknown_peer(content: Flood, genuine: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
     let mut hello = genuine.to_vec();
     if let Some(random) = hello.get_mut(RANDOM) {
         rng.fill_bytes(random);

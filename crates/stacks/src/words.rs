@@ -8,12 +8,12 @@ use sha2::{Digest, Sha256};
 use wire::codec::{self, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
 use wire::core::Subject;
-use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Purpose};
 use wire::time::{Echo, PeerStamp, Span};
 
@@ -61,17 +61,19 @@ impl Speakers {
         for turn in 1..=TURNS {
             let nonce = self.nonce();
             let report = self.signed(turn, nonce);
-            let teammate = wire::hop::Teammate {
+            let teammate = wire::session::Teammate {
                 via: wire::id::PeerId::UNIT_C,
                 age: Span::ms(40 + turn),
                 report: <&ByteSlice>::from(&report[..]),
             };
             let (up, down) = match turn {
-                1 => (HopBody::Hello(nonce), HopBody::Hello(self.nonce())),
-                n if n % 2 == 0 => (HopBody::Report(<&ByteSlice>::from(&report[..])), HopBody::Grant(Span::ms(450))),
-                _ => (HopBody::Report(<&ByteSlice>::from(&report[..])), HopBody::Teammate(teammate)),
+                1 => (SessionBody::Hello(nonce), SessionBody::Hello(self.nonce())),
+                n if n % 2 == 0 => {
+                    (SessionBody::Report(<&ByteSlice>::from(&report[..])), SessionBody::Grant(Span::ms(450)))
+                }
+                _ => (SessionBody::Report(<&ByteSlice>::from(&report[..])), SessionBody::Teammate(teammate)),
             };
-            let pair = [self.hop(turn, up), self.hop(turn, down)];
+            let pair = [self.session_message(turn, up), self.session_message(turn, down)];
             marks.push(Mark::new(format!("record {turn} of the unit"), pair[0].clone()));
             marks.push(Mark::new(format!("record {turn} of the gateway"), pair[1].clone()));
             if turn > 1 {
@@ -116,10 +118,10 @@ impl Speakers {
         Nonce(self.rng.next_u64() | 1 << 63)
     }
 
-    fn hop(&mut self, turn: u64, body: HopBody<'_>) -> Vec<u8> {
+    fn session_message(&mut self, turn: u64, body: SessionBody<'_>) -> Vec<u8> {
         let stamp = PeerStamp(1_000_000_000 + turn * 100_000);
-        codec::encode(&Hop {
-            version: HOP_VERSION,
+        codec::encode(&SessionMessage {
+            version: SESSION_VERSION,
             session: self.nonce(),
             boot: Boot(1),
             sequence: Sequence(turn),

@@ -30,7 +30,7 @@ pub fn rate_lower(hits: u64, n: u64, level: f64) -> f64 {
 }
 
 /// Share of an event, with its exact two-sided 95 % interval.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Share {
     /// Number of hits.
     pub hits: u64,
@@ -85,7 +85,7 @@ fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
 }
 
 /// Mean, 95th percentile and its upper bound.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Sample {
     /// Count.
     pub n: usize,

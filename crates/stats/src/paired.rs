@@ -1,12 +1,12 @@
 //! Pairs of trials that differ in one thing: exact McNemar test and interval, adjusted for how many are looked at (Holm).
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::function::beta::beta_reg;
 
 use super::{LEVEL, rate_lower, rate_upper};
 
 /// A difference between two rates, over pairs.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Paired {
     /// Pairs.
     pub n: u64,

@@ -4,14 +4,14 @@ use adversary::AdversaryConfig;
 use scenario::Scenario;
 use sim::scene::Disguise;
 
-use super::{Cast, Role, attack};
+use super::{Role, Topology, attack};
 
-impl Cast {
+impl Topology {
     /// The same participants with idle hands: relays pass, insiders keep their place and misuse no credential, no part
     /// fails, no process is killed, kept from running or short of disk, no object is in disguise or printed on, and the
     /// recording is left alone. The link's own weather stays, and so does its plan.
     #[must_use]
-    pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
+    pub fn disarmed(mut self, scenario: &Scenario) -> Topology {
         for member in &mut self.members {
             match &mut member.role {
                 Role::Sim(config) => {

@@ -65,9 +65,9 @@ pub struct ClockDraw {
     pub drift_ppm: i64,
 }
 
-/// Everybody and everything of one trial.
+/// Participants of one trial, with their keys, links, clocks and plans.
 #[derive(Clone, Debug)]
-pub struct Cast {
+pub struct Topology {
     /// Members, in the order that breaks ties.
     pub members: Vec<Member>,
     /// Sessions.
@@ -94,11 +94,11 @@ pub struct Cast {
     pub tampering: Option<(Tampering, u64)>,
 }
 
-impl Cast {
+impl Topology {
     /// The same with a console for a person in this role at a live run, who reads its display in words. In a twin there is no
     /// reader. A person who may only look has no pen there, and neither has the script then.
     #[must_use]
-    pub fn seating(mut self, role: Person) -> Cast {
+    pub fn seating(mut self, role: Person) -> Topology {
         for member in &mut self.members {
             if let Role::Console(config) = &mut member.role {
                 (config.text, config.role) = (true, role);
@@ -130,7 +130,7 @@ impl Cast {
         let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
         let killed = self.killed().into_iter();
         // In the twin a guard outlives its process; live it is a part of it.
-        let lives = killed.flat_map(|node| [Some(node), self.mouth_of(node).filter(|_| live.is_some())]).flatten();
+        let lives = killed.flat_map(|node| [Some(node), self.ingress_of(node).filter(|_| live.is_some())]).flatten();
         Held {
             keys: members.chain(broker).chain(witnesses).collect(),
             killed: lives.map(|node| Life { node, boot: Boot(1) }).collect(),
@@ -159,7 +159,7 @@ impl Cast {
     }
 
     /// Ingress observer of this node's sessions and streams; a participant in the broker's place has the broker's.
-    pub fn mouth_of(&self, node: NodeId) -> Option<NodeId> {
+    pub fn ingress_of(&self, node: NodeId) -> Option<NodeId> {
         if node == self.broker() { NodeId::BROKER.guard() } else { node.guard() }
     }
 
@@ -209,8 +209,8 @@ impl Cast {
     }
 }
 
-/// Puts the topology of one trial together.
-pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Cast {
+/// Lays out the topology of one trial.
+pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Topology {
     let draw = Draw::of(scenario, seed);
     let public_keys = secret.public_keys();
     let mut company = Company { scenario, with, seed, secret, public_keys, members: Vec::new() };
@@ -218,7 +218,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     company.control();
     company.adversary(&draw);
     let members = company.finish();
-    Cast {
+    Topology {
         links: links(scenario, &members),
         clocks: draw.clocks,
         process_faults: process::process_faults(scenario, draw.phase_ms),

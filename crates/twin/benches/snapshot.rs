@@ -49,11 +49,11 @@ fn measure(rendered: bool) {
     let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the scenarios are above");
     let nominal = scenario::load(&root.join("scenarios/control/nominal.toml")).expect("nominal is sound");
     let setup = Setup::load(&root, &nominal, None, rendered).expect("its setup is");
-    let (cast, mut twin) = start(&nominal, &setup, 1, false).expect("its cast can be made");
+    let (topology, mut twin) = start(&nominal, &setup, 1, false).expect("its topology can be made");
     let mut most = vec![0; twin.nodes().len()];
     let (mut cores, mut whole) = (0, 0);
     for n in 1..=MOMENTS {
-        twin.run_until(cast.duration * n / MOMENTS);
+        twin.run_until(topology.duration * n / MOMENTS);
         let parts: Vec<usize> = twin.nodes().iter().map(|node| kept(|| node.part.fork(WorldId(1)))).collect();
         cores = cores.max(parts.iter().sum());
         whole = whole.max(kept(|| twin.fork(WorldId(1))));

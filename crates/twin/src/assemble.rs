@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use topology::{Cast, Member, ProcessFault, ProcessFaultKind};
+use topology::{Member, ProcessFault, ProcessFaultKind, Topology};
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::{Secret, Setup};
@@ -19,17 +19,17 @@ use super::queue::NodeIndex;
 use super::verified::Verified;
 use super::{Assembly, Node};
 
-/// Makes every core of `cast`, but for those that go along with `baseline`. `seed` drives the delays.
+/// Makes every core of `topology`, but for those that go along with `baseline`. `seed` drives the delays.
 pub fn assemble(
-    cast: &Cast,
+    topology: &Topology,
     seed: u64,
     guard: Requirement,
-    mouths: bool,
+    journals: bool,
     baseline: Option<&Arc<Baseline>>,
 ) -> Result<Assembly, AssemblyError> {
-    let clocks: Vec<HostClock> = cast.clocks.iter().copied().map(HostClock::from).collect();
+    let clocks: Vec<HostClock> = topology.clocks.iter().copied().map(HostClock::from).collect();
     let verified = baseline.map_or_else(Verified::default, |baseline| baseline.verified());
-    let made = cast.members.iter().map(|member| {
+    let made = topology.members.iter().map(|member| {
         let along = baseline.and_then(|baseline| baseline.along(member, WorldId(0)));
         let core =
             along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Following(Box::new(along))))?;
@@ -39,9 +39,9 @@ pub fn assemble(
     let index = |id: NodeId| nodes.iter().position(|n: &Node| n.id == id).map(|n| n as NodeIndex);
     let relay = index(NodeId::RELAY_TELEMETRY);
     let mut associations = Vec::new();
-    for (i, link) in cast.links.iter().enumerate() {
+    for (i, link) in topology.links.iter().enumerate() {
         let end = |id: NodeId| {
-            let member = cast.members.iter().find(|m| m.node() == id);
+            let member = topology.members.iter().find(|m| m.node() == id);
             let missing = || AssemblyError { node: id, why: "no such member with a certificate".into() };
             let peer = member.and_then(|m| m.peer).ok_or_else(missing)?;
             Ok((index(id).ok_or_else(missing)?, SessionId(i as u32 + 1), peer))
@@ -55,18 +55,18 @@ pub fn assemble(
     let commands = index(NodeId::UNIT_A).zip(index(NodeId::RELAY_COMMAND)).map(|(unit, relay)| (unit, relay, secret));
     Ok(Assembly {
         commands,
-        rights: cast.rights(),
+        rights: topology.rights(),
         nodes,
         clocks,
         associations,
-        delays: Delays::new(seed, cast.varied_delays),
-        spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
-        process_faults: cast.process_faults.clone(),
-        watched: cast.watched(),
-        fills: cast.fills(),
-        cues: cast.cues.clone(),
-        mouths,
-        witnesses: cast.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
+        delays: Delays::new(seed, topology.varied_delays),
+        spare: topology.members.iter().filter(|m| restarts(topology, m.node())).cloned().collect(),
+        process_faults: topology.process_faults.clone(),
+        watched: topology.watched(),
+        fills: topology.fills(),
+        cues: topology.cues.clone(),
+        journals,
+        witnesses: topology.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
         verified,
     })
 }
@@ -92,7 +92,7 @@ fn node(member: &Member, core: Part) -> Node {
 }
 
 /// True if a killed `node` is started again.
-fn restarts(cast: &Cast, node: NodeId) -> bool {
+fn restarts(topology: &Topology, node: NodeId) -> bool {
     let again = |o: &ProcessFault| o.node == node && matches!(o.kind, ProcessFaultKind::Kill { restart: Some(_) });
-    cast.process_faults.iter().any(again)
+    topology.process_faults.iter().any(again)
 }

@@ -22,8 +22,8 @@ use super::stream::{Effect, Stream};
 use super::{Happening, Node, OPENS_AT, Twin};
 
 /// Ingress observer of the broker.
-pub(super) const BROKER_MOUTH: NodeId = match NodeId::BROKER.guard() {
-    Some(mouth) => mouth,
+pub(super) const BROKER_INGRESS: NodeId = match NodeId::BROKER.guard() {
+    Some(ingress) => ingress,
     None => NodeId::BROKER,
 };
 /// Time for which the client waits for a session (its library's default).
@@ -42,15 +42,15 @@ pub(super) struct Relayed {
     pub(super) stream: Stream,
     redial: Redial,
     /// The broker's ingress observer.
-    mouth: Journal,
+    ingress: Journal,
     /// Arrival of the last piece of each leg: client to relay, broker to relay, relay to client, relay to broker.
     latest: [Micros; 4],
 }
 
 impl Relayed {
-    pub(super) fn new(client: NodeIndex, relay: NodeIndex, secret: [u8; 32], mouth: Option<Key>) -> Self {
-        let mouth = Journal::new(BROKER_MOUTH, Boot(1), mouth);
-        Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), mouth, latest: [0; 4] }
+    pub(super) fn new(client: NodeIndex, relay: NodeIndex, secret: [u8; 32], ingress: Option<Key>) -> Self {
+        let ingress = Journal::new(BROKER_INGRESS, Boot(1), ingress);
+        Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), ingress, latest: [0; 4] }
     }
 
     /// Node at the end at `side`.
@@ -59,7 +59,7 @@ impl Relayed {
     }
 
     pub(super) fn fork(&self) -> Self {
-        Self { mouth: self.mouth.fork(), stream: self.stream.clone(), ..*self }
+        Self { ingress: self.ingress.fork(), stream: self.stream.clone(), ..*self }
     }
 }
 
@@ -338,18 +338,18 @@ impl Twin {
             Side::Client => {}
             Side::Server => {
                 let mut out = VecDeque::new();
-                commands.mouth.write(Instant(self.now), event, &mut out);
-                self.record_all(BROKER_MOUTH, out);
+                commands.ingress.write(Instant(self.now), event, &mut out);
+                self.record_all(BROKER_INGRESS, out);
             }
         }
     }
 
     /// The broker's ingress observer signs its chain for the last time.
-    pub(super) fn sign_broker_mouth(&mut self) {
-        let Some(commands) = self.commands.as_mut().filter(|commands| commands.mouth.counter() > 0) else { return };
+    pub(super) fn sign_broker_ingress(&mut self) {
+        let Some(commands) = self.commands.as_mut().filter(|commands| commands.ingress.counter() > 0) else { return };
         let mut out = VecDeque::new();
-        commands.mouth.sign(Instant(self.now), &mut out);
-        self.record_all(BROKER_MOUTH, out);
+        commands.ingress.sign(Instant(self.now), &mut out);
+        self.record_all(BROKER_INGRESS, out);
     }
 
     /// A publication came out of the stream of a client with no relay before it.

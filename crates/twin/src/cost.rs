@@ -11,7 +11,7 @@ use sim::fidelity::Fidelity;
 use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
 use sim::world::{STEP, World};
-use topology::{Cast, Role};
+use topology::{Role, Topology};
 use wire::id::{NodeId, WorldId};
 use wire::time::Instant;
 
@@ -37,9 +37,9 @@ pub struct Watched {
 /// Runs and judges one trial as `run` does, its time added up on `clock`.
 pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64) -> Result<Watched, AssemblyError> {
     let mut stopwatch = Stopwatch::start(clock, Stage::Setup);
-    let (cast, mut twin) = start(scenario, setup, seed, false)?;
+    let (topology, mut twin) = start(scenario, setup, seed, false)?;
     twin.watch(stopwatch.clone());
-    let mut run = conclude(cast, twin, setup);
+    let mut run = conclude(topology, twin, setup);
     if let Some(watched) = run.stopwatch.take() {
         stopwatch = watched;
     }
@@ -55,7 +55,7 @@ pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64
 pub struct Known {
     seed: u64,
     baseline: Arc<Baseline>,
-    cast: Cast,
+    topology: Topology,
     /// The trial a while before its end.
     twin: Twin,
 }
@@ -64,20 +64,20 @@ impl Known {
     /// Runs the trial once as a baseline, and once up to `suffix` before its end.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
         let baseline = Arc::new(baseline(scenario, setup, seed)?);
-        let (cast, mut twin) = start(scenario, setup, seed, false)?;
-        twin.run_until(cast.duration.saturating_sub(suffix));
-        Ok(Known { seed, baseline, cast, twin })
+        let (topology, mut twin) = start(scenario, setup, seed, false)?;
+        twin.run_until(topology.duration.saturating_sub(suffix));
+        Ok(Known { seed, baseline, topology, twin })
     }
 
     /// Runs and judges it with every core going along with the baseline: casting, the engine and the judge are left.
     pub fn along(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
-        let (cast, twin) = start_following(scenario, setup, self.seed, &self.baseline)?;
-        Ok(conclude(cast, twin, setup))
+        let (topology, twin) = start_following(scenario, setup, self.seed, &self.baseline)?;
+        Ok(conclude(topology, twin, setup))
     }
 
     /// Forks it, runs the fork to its end and judges the whole.
     pub fn forked(&self, setup: &Setup) -> Run {
-        conclude(self.cast.clone(), self.twin.fork(WorldId(1)), setup)
+        conclude(self.topology.clone(), self.twin.fork(WorldId(1)), setup)
     }
 }
 
@@ -90,9 +90,9 @@ pub struct Course {
 impl Course {
     /// Runs the trial once and notes its course; none if there is no unit under test.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
-        let (cast, mut twin) = start(scenario, setup, seed, false)?;
-        let Some(scene) = scene(&cast) else { return Ok(None) };
-        let steps = cast.duration / STEP.0;
+        let (topology, mut twin) = start(scenario, setup, seed, false)?;
+        let Some(scene) = scene(&topology) else { return Ok(None) };
+        let steps = topology.duration / STEP.0;
         let asked = (1..=steps).map(|step| {
             twin.run_until(step * STEP.0);
             set_point(&twin)
@@ -140,8 +140,8 @@ impl Bare<'_> {
     }
 }
 
-fn scene(cast: &Cast) -> Option<Scene> {
-    let sim = cast.members.iter().find(|m| m.node() == NodeId::SIM)?;
+fn scene(topology: &Topology) -> Option<Scene> {
+    let sim = topology.members.iter().find(|m| m.node() == NodeId::SIM)?;
     if let Role::Sim(config) = &sim.role { Some(config.scene.clone()) } else { None }
 }
 
@@ -167,8 +167,8 @@ mod tests {
     fn watching_changes_nothing_and_no_time_is_lost() {
         let (scenario, setup) = nominal();
         let watched = watched(&scenario, &setup, 1, link::clock::trace_us).unwrap();
-        let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();
-        let run = conclude(cast, twin, &setup);
+        let (topology, twin) = start(&scenario, &setup, 1, false).unwrap();
+        let run = conclude(topology, twin, &setup);
         assert!(run.stopwatch.is_none());
         let alone = judged::trial(1, scenario.level(), &run.evidence, &run.verdict);
         assert_eq!((watched.trial.log_hash, watched.trial.outcome), (alone.log_hash, alone.outcome));
@@ -188,8 +188,8 @@ mod tests {
     fn known_run_repeats_to_the_same_log() {
         let (scenario, setup) = nominal();
         let known = Known::of(&scenario, &setup, 1, 3_000_000).unwrap();
-        let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();
-        let plain = conclude(cast, twin, &setup);
+        let (topology, twin) = start(&scenario, &setup, 1, false).unwrap();
+        let plain = conclude(topology, twin, &setup);
         assert_eq!(known.along(&scenario, &setup).unwrap().log, plain.log);
         let hash = |run: &Run| judged::trial(1, scenario.level(), &run.evidence, &run.verdict).log_hash;
         assert_eq!(hash(&known.forked(&setup)), hash(&plain));
@@ -201,8 +201,8 @@ mod tests {
         let course = Course::of(&scenario, &setup, 1).unwrap().unwrap();
         let mut bare = course.bare();
         bare.drive();
-        let (cast, mut twin) = start(&scenario, &setup, 1, false).unwrap();
-        twin.run_until(cast.duration);
+        let (topology, mut twin) = start(&scenario, &setup, 1, false).unwrap();
+        twin.run_until(topology.duration);
         let node = twin.nodes().iter().find(|n| n.id == NodeId::SIM).unwrap();
         let Part::Sim(sim) = &node.part else { panic!("the sim is no sim") };
         let (world, plant) = sim.truth();

@@ -17,7 +17,7 @@ use super::net::{Association, Outside};
 use super::queue::{Micros, NodeIndex};
 
 /// The association of a datagram that belongs to none.
-pub const STRANGER: u32 = u32::MAX;
+pub const UNKNOWN_PEER: u32 = u32::MAX;
 /// The record filter in front of one node's sessions, as a witness of its own.
 pub(super) struct Guard {
     pub(super) id: NodeId,
@@ -59,20 +59,20 @@ impl Guard {
 }
 
 impl Twin {
-    pub(super) fn count_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
+    pub(super) fn count_unknown_peer(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
         if let Some(guard) = &mut self.guards[usize::from(node)] {
             guard.seen += 1;
             if verdict == GuardVerdict::Passed { guard.handshake += 1 } else { guard.refused += 1 }
         }
-        self.note_stranger(node, bytes, verdict);
+        self.note_unknown_peer(node, bytes, verdict);
     }
 
-    pub(super) fn note_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
+    pub(super) fn note_unknown_peer(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
         let outside = split(bytes).next().map_or_else(Outside::default, |piece| match piece {
             Split::Record(raw) => Outside { epoch: raw.epoch, sequence: raw.sequence },
             Split::Remainder(_) => Outside::default(),
         });
-        self.note_guard(node, saw(STRANGER, outside, bytes, verdict));
+        self.note_guard(node, saw(UNKNOWN_PEER, outside, bytes, verdict));
     }
 
     pub(super) fn observe(
@@ -128,7 +128,7 @@ impl Twin {
             guard.journal.sign(at, &mut out);
             self.record_all(id, out);
         }
-        self.sign_broker_mouth();
+        self.sign_broker_ingress();
         self.sign_notes();
     }
 

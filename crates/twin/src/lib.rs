@@ -18,7 +18,7 @@ pub mod part;
 mod process;
 pub mod queue;
 mod records;
-pub mod refeed;
+pub mod replay;
 pub mod sabotage;
 mod sessions;
 pub mod stopwatch;
@@ -30,8 +30,8 @@ pub mod verified;
 use std::collections::{BTreeMap, VecDeque};
 
 use evidence::cue::{Cue, Watch};
+use evidence::delivery::Claims;
 use evidence::log::{Logged, by_recorder};
-use evidence::sights::Claims;
 use instrument::GuardVerdict;
 use topology::{BusEndpoint, Member, ProcessFault, Turn};
 use wire::audit::Journal;
@@ -54,7 +54,7 @@ use queue::{Micros, NodeIndex, Queue};
 use stopwatch::{Stage, Stopwatch};
 use verified::{Asked, Verified};
 
-pub use guard::STRANGER;
+pub use guard::UNKNOWN_PEER;
 
 /// From the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;
@@ -105,7 +105,7 @@ enum Happening {
     Input(Input),
     Timer(u64),
     Datagram { association: u8, end: u8, bytes: Vec<u8> },
-    Stranger { association: u8, bytes: Vec<u8> },
+    FromUnknownPeer { association: u8, bytes: Vec<u8> },
     Open(u8),
     Stream(StreamEvent),
     Due(sessions::Due),
@@ -158,7 +158,7 @@ pub struct Twin {
     refusals: Journal,
     /// Messages that insiders claim to have sent.
     claims: Claims,
-    mouths: Option<Vec<Vec<JournalEntry>>>,
+    journals: Option<Vec<Vec<JournalEntry>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
 }
@@ -188,7 +188,7 @@ pub struct Assembly {
     /// Steps that wait for an event on the instrument plane.
     pub cues: Vec<Cue>,
     /// True if the inputs and outputs of every core are to be kept.
-    pub mouths: bool,
+    pub journals: bool,
     /// The keys of guards and launcher.
     pub witnesses: BTreeMap<NodeId, Key>,
     /// Knowledge of signatures that its cores share.
@@ -207,12 +207,12 @@ impl Twin {
         let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);
         let guard = |n: &Node| n.id.guard().map(|id| Guard::new(id, key(id)));
         let guards = assembly.nodes.iter().map(guard).collect();
-        let (mouth, notes) = (key(command::BROKER_MOUTH), key(NodeId::CAMPAIGN));
+        let (ingress, notes) = (key(command::BROKER_INGRESS), key(NodeId::CAMPAIGN));
         let mut twin = Twin {
             world: WorldId(0),
             now: 0,
             queue: Queue::default(),
-            mouths: assembly.mouths.then(|| vec![Vec::new(); assembly.nodes.len()]),
+            journals: assembly.journals.then(|| vec![Vec::new(); assembly.nodes.len()]),
             latest: vec![0; assembly.nodes.len() * assembly.nodes.len()],
             nodes: assembly.nodes,
             pauses: vec![sessions::PAUSES.0; assembly.associations.len()],
@@ -220,7 +220,7 @@ impl Twin {
             associations: assembly.associations,
             guards,
             broker: Some(broker),
-            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, mouth)),
+            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, ingress)),
             delays: assembly.delays,
             processes: Processes::new(assembly.process_faults, assembly.spare, &assembly.watched),
             disk: assembly.fills.then(Disk::new),
@@ -238,7 +238,7 @@ impl Twin {
             twin.queue.push(at, dialler, Happening::Open(association as u8));
         }
         twin.open_commands();
-        twin.await_ordeals();
+        twin.await_process_faults();
         (0..twin.nodes.len()).for_each(|n| twin.settle(n as NodeIndex, None));
         twin
     }
@@ -283,7 +283,7 @@ impl Twin {
             journal: self.journal.fork(),
             refusals: self.refusals.fork(),
             claims: self.claims.clone(),
-            mouths: self.mouths.clone(),
+            journals: self.journals.clone(),
             verified: self.verified.clone(),
             stopwatch: None,
         }
@@ -326,13 +326,13 @@ impl Twin {
     }
 
     /// Inputs and outputs of every core, by node, when they were asked for.
-    pub fn mouths(&self) -> Option<&[Vec<JournalEntry>]> {
-        self.mouths.as_deref()
+    pub fn journals(&self) -> Option<&[Vec<JournalEntry>]> {
+        self.journals.as_deref()
     }
 
     /// The same of a twin that has ended.
-    pub fn into_mouths(self) -> Vec<Vec<JournalEntry>> {
-        self.mouths.unwrap_or_default()
+    pub fn into_journals(self) -> Vec<Vec<JournalEntry>> {
+        self.journals.unwrap_or_default()
     }
 
     /// Knowledge of signatures of its cores.
@@ -402,7 +402,7 @@ impl Twin {
             }
             Happening::Input(input) => self.take(node, input),
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
-            Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
+            Happening::FromUnknownPeer { association, bytes } => self.unknown_peer(association, &bytes),
             Happening::Open(association) => self.open(association),
             Happening::Stream(along) => {
                 self.enter(Stage::Broker);
@@ -410,7 +410,7 @@ impl Twin {
                 self.enter(Stage::Engine);
             }
             Happening::Due(due) => self.come_due(due),
-            Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
+            Happening::Unfinished { bytes } => self.note_unknown_peer(node, &bytes, GuardVerdict::Unfinished),
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
             Happening::Connect => self.connect(node),
             Happening::Displaced => self.displaced(node),
@@ -438,8 +438,8 @@ impl Twin {
         if self.nodes[usize::from(node)].alive {
             let now = self.local(node);
             self.note_running(node);
-            if let Some(sight) = self.claims.sight(self.nodes[usize::from(node)].id, &input) {
-                self.note(sight);
+            if let Some(delivery) = self.claims.delivered(self.nodes[usize::from(node)].id, &input) {
+                self.note(delivery);
             }
             self.enter(Stage::of(&self.nodes[usize::from(node)].part));
             self.nodes[usize::from(node)].part.handle(now, &input);
@@ -460,9 +460,9 @@ impl Twin {
         while let Some(output) = self.nodes[usize::from(node)].part.output() {
             outputs.push_back(output);
         }
-        if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
+        if let (Some(journals), Some((now, input))) = (&mut self.journals, fed) {
             let deadline = self.nodes[usize::from(node)].part.deadline();
-            mouths[usize::from(node)].push(JournalEntry {
+            journals[usize::from(node)].push(JournalEntry {
                 now,
                 input,
                 outputs: outputs.iter().cloned().collect(),
@@ -531,7 +531,7 @@ impl Twin {
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[1].node;
                     let at = at + self.delays.datagram(self.way(node, target), at);
-                    self.queue.push(at, target, Happening::Stranger { association: association as u8, bytes });
+                    self.queue.push(at, target, Happening::FromUnknownPeer { association: association as u8, bytes });
                 }
             }
             Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),

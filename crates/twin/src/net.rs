@@ -73,7 +73,7 @@ pub struct Seen<'a> {
 
 /// Progress of an end, with the number of the handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub enum SessionState {
     /// There is none.
     Down,
     /// A handshake is under way.
@@ -180,12 +180,12 @@ impl Association {
     }
 
     /// Progress of the end `at` with its newest handshake.
-    pub fn standing(&self, at: usize) -> Standing {
+    pub fn state(&self, at: usize) -> SessionState {
         let end = &self.ends[at];
         match (&end.shaking, &end.open) {
-            (Some(shaking), _) => Standing::Shaking(shaking.number),
-            (None, Some(open)) => Standing::Open(open.number),
-            (None, None) => Standing::Down,
+            (Some(shaking), _) => SessionState::Shaking(shaking.number),
+            (None, Some(open)) => SessionState::Open(open.number),
+            (None, None) => SessionState::Down,
         }
     }
 
@@ -225,7 +225,7 @@ impl Association {
         }
         let newest = self.ends[at].newest();
         let flight = flight.filter(|_| newest == self.begun);
-        let complete = matches!(self.standing(at), Standing::Open(_));
+        let complete = matches!(self.state(at), SessionState::Open(_));
         let mut seen: Vec<Seen<'a>> =
             split(datagram).map(|piece| self.record(at, piece, flight.is_some(), now)).collect();
         let ended = seen.iter().position(|seen| seen.arrival == Arrival::Ended);

@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use evidence::sights::Running;
+use evidence::delivery::Running;
 use instrument::{Note, StepName, Suspension};
 use topology::{Member, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::core::{Input, Side};
@@ -50,7 +50,7 @@ impl Processes {
 
 impl Twin {
     /// ProcessFaults that begin by their time.
-    pub(super) fn await_ordeals(&mut self) {
+    pub(super) fn await_process_faults(&mut self) {
         for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
             if fault.waits.is_none() {
                 self.turn_at(i, Turn::Begin, fault.at);
@@ -207,7 +207,7 @@ impl Twin {
                 halted(id(node))
             }
             Happening::Datagram { association, end: at, .. } => halted(end(*association, usize::from(*at))),
-            Happening::Stranger { association, .. } => halted(end(*association, 1)),
+            Happening::FromUnknownPeer { association, .. } => halted(end(*association, 1)),
             Happening::Open(association) => halted(end(*association, 0)),
             Happening::Due(due) => halted(end(due.association, usize::from(due.end))),
             Happening::Distribute { .. } | Happening::Connect => halted(NodeId::BROKER),
@@ -316,7 +316,7 @@ enum Overflow {
 fn overflows(waiting: &VecDeque<(NodeIndex, Happening)>, happening: &Happening) -> Overflow {
     let datagram = |h: &Happening| {
         let relayed = matches!(h, Happening::Input(Input::Datagram { .. }));
-        relayed || matches!(h, Happening::Datagram { .. } | Happening::Stranger { .. })
+        relayed || matches!(h, Happening::Datagram { .. } | Happening::FromUnknownPeer { .. })
     };
     if let Happening::Input(Input::Bus { topic, .. }) = happening {
         let same = |h: &Happening| matches!(h, Happening::Input(Input::Bus { topic: t, .. }) if t == topic);

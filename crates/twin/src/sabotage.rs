@@ -10,7 +10,7 @@ use evidence::{Evidence, Plan, Planned, Verdict, Witnessed};
 use instrument::{Any, Note};
 use oracle::judge;
 use scenario::{Scenario, Setup};
-use topology::{RunSecret, cast};
+use topology::{RunSecret, lay_out};
 use wire::event::Event;
 use wire::id::NodeId;
 
@@ -34,7 +34,7 @@ pub struct Sabotaged {
 pub fn sabotage(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Sabotaged, AssemblyError> {
     let (attackers, twin) = start(scenario, setup, seed, false)?;
     let attacked = conclude(attackers, twin, setup);
-    let idle = cast(scenario, setup, seed, &RunSecret::seeded(seed)).disarmed(scenario);
+    let idle = lay_out(scenario, setup, seed, &RunSecret::seeded(seed)).disarmed(scenario);
     let twin = begin(&idle, setup, seed, false)?;
     let mut evidence = conclude(idle, twin, setup).evidence;
     let claims: Vec<Witnessed> =

@@ -8,8 +8,8 @@ use link::guard::hello::before_association;
 use link::guard::record::{Split, split};
 use wire::core::{Input, Side};
 
-use super::guard::STRANGER;
-use super::net::{self, Arrival, Spoken, Standing};
+use super::guard::UNKNOWN_PEER;
+use super::net::{self, Arrival, SessionState, Spoken};
 use super::queue::Micros;
 use super::stopwatch::Stage;
 use super::{Happening, Twin};
@@ -89,7 +89,7 @@ impl Twin {
         }
         self.enter(Stage::Links);
         let come = self.associations[a].arrive(e, bytes, self.now);
-        let number = come.session.map_or(STRANGER, |session| session.0);
+        let number = come.session.map_or(UNKNOWN_PEER, |session| session.0);
         for seen in come.seen {
             self.enter(Stage::Links);
             let verdict = match &seen.arrival {
@@ -169,7 +169,7 @@ impl Twin {
 
     /// The core at `e` has ended its session.
     pub(super) fn close(&mut self, a: usize, e: usize, at: Micros) {
-        if let Standing::Open(number) = self.associations[a].standing(e) {
+        if let SessionState::Open(number) = self.associations[a].state(e) {
             self.due(a, e, number, at, What::HangUp);
         }
     }
@@ -193,16 +193,16 @@ impl Twin {
 
     /// A record came that ends the session at an end.
     fn ended(&mut self, a: usize, e: usize) {
-        match self.associations[a].standing(e) {
-            Standing::Open(number) => self.end_session(a, e, number),
-            Standing::Shaking(number) => self.give_up(a, e, number),
-            Standing::Down => {}
+        match self.associations[a].state(e) {
+            SessionState::Open(number) => self.end_session(a, e, number),
+            SessionState::Shaking(number) => self.give_up(a, e, number),
+            SessionState::Down => {}
         }
     }
 
     /// A datagram from an address that has no association. A sound ClientHello begins a handshake without a
     /// sequel; all unknown peers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
-    pub(super) fn stranger(&mut self, association: u8, bytes: &[u8]) {
+    pub(super) fn unknown_peer(&mut self, association: u8, bytes: &[u8]) {
         let target = self.associations[usize::from(association)].ends[1].node;
         let Some(guard) = &mut self.guards[usize::from(target)] else { return };
         if !self.nodes[usize::from(target)].alive {
@@ -216,7 +216,7 @@ impl Twin {
                     Split::Record(raw) => (raw.bytes, net::judge(&raw, mode, false)),
                     Split::Remainder(bytes) => (bytes, GuardVerdict::Malformed),
                 };
-                self.count_stranger(target, bytes, verdict);
+                self.count_unknown_peer(target, bytes, verdict);
             }
             return;
         }
@@ -226,7 +226,7 @@ impl Twin {
             let over = Happening::Unfinished { bytes: bytes.to_vec() };
             self.queue.push(self.now + HANDSHAKE_LIMIT, target, over);
         }
-        self.count_stranger(target, bytes, verdict);
+        self.count_unknown_peer(target, bytes, verdict);
     }
 
     /// The dialler's attempt.
@@ -249,7 +249,7 @@ impl Twin {
     /// The handshake of an end is complete.
     fn opened(&mut self, a: usize, e: usize) {
         let association = &self.associations[a];
-        let Standing::Open(number) = association.standing(e) else { return };
+        let SessionState::Open(number) = association.state(e) else { return };
         let (end, peer) = (&association.ends[e], association.ends[1 - e].peer);
         let (node, session) = (end.node, end.session(number));
         if e == 0 {

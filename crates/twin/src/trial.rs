@@ -16,7 +16,7 @@ use evidence::verification::Held;
 use evidence::{Evidence, Verdict};
 use oracle::judge;
 use scenario::{Scenario, Setup};
-use topology::{Cast, RunSecret, cast};
+use topology::{RunSecret, Topology, lay_out};
 use wire::sign::SharedVerifier;
 
 /// Time for which messages under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
@@ -26,7 +26,7 @@ pub const GRACE: Micros = 1_500_000;
 /// A finished run.
 pub struct Run {
     /// Participants.
-    pub cast: Cast,
+    pub topology: Topology,
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
     /// Trust anchors of it outside the recorder.
@@ -42,21 +42,21 @@ pub struct Run {
 }
 
 /// Starts the twin of `scenario` at time zero.
-pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Result<(Cast, Twin), AssemblyError> {
-    let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
-    let twin = begin(&cast, setup, seed, mouths)?;
-    Ok((cast, twin))
+pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, journals: bool) -> Result<(Topology, Twin), AssemblyError> {
+    let topology = lay_out(scenario, setup, seed, &RunSecret::seeded(seed));
+    let twin = begin(&topology, setup, seed, journals)?;
+    Ok((topology, twin))
 }
 
 /// Starts the twin of a topology at time zero.
-pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin, AssemblyError> {
-    Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths, None)?))
+pub fn begin(topology: &Topology, setup: &Setup, seed: u64, journals: bool) -> Result<Twin, AssemblyError> {
+    Ok(Twin::new(assemble(topology, seed, setup.policy.record_guard, journals, None)?))
 }
 
 /// Runs the twin of `scenario` and keeps it as a baseline.
 pub fn baseline(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Baseline, AssemblyError> {
-    let (cast, twin) = start(scenario, setup, seed, true)?;
-    Baseline::record(&cast, twin, GRACE)
+    let (topology, twin) = start(scenario, setup, seed, true)?;
+    Baseline::record(&topology, twin, GRACE)
 }
 
 /// Starts the twin of `scenario` at time zero, each core along with `baseline` for as long as it is fed the same. Only
@@ -66,15 +66,15 @@ pub fn start_following(
     setup: &Setup,
     seed: u64,
     baseline: &Arc<Baseline>,
-) -> Result<(Cast, Twin), AssemblyError> {
-    let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
-    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(baseline))?);
-    Ok((cast, twin))
+) -> Result<(Topology, Twin), AssemblyError> {
+    let topology = lay_out(scenario, setup, seed, &RunSecret::seeded(seed));
+    let twin = Twin::new(assemble(&topology, seed, setup.policy.record_guard, false, Some(baseline))?);
+    Ok((topology, twin))
 }
 
 /// Runs the twin to its end and judges it.
-pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
-    twin.run_until(cast.duration);
+pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
+    twin.run_until(topology.duration);
     twin.finish(GRACE);
     let (signatures, verifier) = (twin.signatures(), twin.verified().shared());
     let cut_short = twin.cut_short();
@@ -82,32 +82,32 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
     }
-    let held = Held { heads: heads(&log), cut_short, ..cast.held(None) };
-    if let Some(hands) = cast.hands() {
+    let held = Held { heads: heads(&log), cut_short, ..topology.held(None) };
+    if let Some(hands) = topology.hands() {
         tamper(&hands, &mut log);
     }
-    let mut evidence = evidence(&cast, setup, &log, &held, verifier);
+    let mut evidence = evidence(&topology, setup, &log, &held, verifier);
     if cut_short {
-        // As live: read from what the mouths of the others saw, and no recording to hold against anything.
-        evidence.custody.clear();
+        // As live: read from what the guards of the others saw, and no recording to hold against anything.
+        evidence.log_flaws.clear();
     }
     let verdict = judge(&evidence);
-    Run { cast, log, held, evidence, verdict, signatures, stopwatch }
+    Run { topology, log, held, evidence, verdict, signatures, stopwatch }
 }
 
-fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
-    let (entries, broken_log, custody) = read_against(log, held, verifier);
+fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
+    let (entries, broken_log, verification) = read_against(log, held, verifier);
     Evidence {
         entries,
         broken_log,
-        custody: custody.flaws,
+        log_flaws: verification.flaws,
         differences: Vec::new(),
         bounds: setup.bounds,
-        planned: cast.planned.clone(),
-        duration: cast.duration,
+        planned: topology.planned.clone(),
+        duration: topology.duration,
         stall_limit: Micros::MAX,
-        operators: cast.operators(),
-        script: cast.script.clone(),
-        killed: cast.killed(),
+        operators: topology.operators(),
+        script: topology.script.clone(),
+        killed: topology.killed(),
     }
 }

@@ -99,7 +99,7 @@ fn file_of_an_invalid_recording_opens_with_that() {
     let of = |invalid: Option<&str>| {
         let mut file = Cursor::new(Vec::new());
         let mut viewer = Viewer::new(&mut file, None, None).unwrap();
-        viewer.custody("runs/x/1", "ab", invalid).unwrap();
+        viewer.verification("runs/x/1", "ab", invalid).unwrap();
         viewer.event(200, &entry(NodeId::SIM, Event::Started)).unwrap();
         viewer.finish().unwrap();
         let file = file.into_inner();
@@ -111,9 +111,12 @@ fn file_of_an_invalid_recording_opens_with_that() {
         told
     };
     let told = of(Some("event 7: no such chain"));
-    let custody = told.iter().find(|(topic, ..)| topic == "/custody").unwrap();
-    let object: serde_json::Value = serde_json::from_str(&custody.2).unwrap();
-    assert_eq!((custody.1, &object["valid"], &object["reason"]), (0, &false.into(), &"event 7: no such chain".into()));
+    let verification = told.iter().find(|(topic, ..)| topic == "/custody").unwrap();
+    let object: serde_json::Value = serde_json::from_str(&verification.2).unwrap();
+    assert_eq!(
+        (verification.1, &object["valid"], &object["reason"]),
+        (0, &false.into(), &"event 7: no such chain".into())
+    );
     let line = told.iter().find(|(topic, ..)| topic == "/log").unwrap();
     assert!(line.1 == 0 && line.2.contains("INVALID, evidence of nothing: runs/x/1: event 7"), "{line:?}");
     let told = of(None);

@@ -28,7 +28,7 @@ const DISPLAY: [&str; 2] = [
     r#"{"type":"object","properties":{"mode":{"type":"string"},"freshness":{"type":"string"},"authority":{"type":"boolean"},"age_ms":{"type":"number"},"tracks_fresh":{"type":"integer"},"tracks_stale":{"type":"integer"}}}"#,
 ];
 
-const CUSTODY: [&str; 2] = [
+const VERIFICATION: [&str; 2] = [
     "holdsafe.Custody",
     r#"{"type":"object","properties":{"run":{"type":"string"},"sha256":{"type":"string"},"valid":{"type":"boolean"},"reason":{"type":["string","null"]}}}"#,
 ];
@@ -40,9 +40,9 @@ impl<W: Write + Seek> Viewer<W> {
     /// # Errors
     ///
     /// When the file cannot be extended.
-    pub fn custody(&mut self, run: &str, sha256: &str, invalid: Option<&str>) -> Result<(), ViewError> {
+    pub fn verification(&mut self, run: &str, sha256: &str, invalid: Option<&str>) -> Result<(), ViewError> {
         let of = json!({ "run": run, "sha256": sha256, "valid": invalid.is_none(), "reason": invalid });
-        self.put_json(0, "/custody", CUSTODY, &of)?;
+        self.put_json(0, "/custody", VERIFICATION, &of)?;
         let Some(why) = invalid else { return Ok(()) };
         let line = Log {
             timestamp: Some(stamp(0)),

@@ -8,8 +8,8 @@
 //! | `Navigation` | sim | perception, autonomy | shared memory | [`sensor`] |
 //! | `Tracks` | perception | autonomy | shared memory | [`track`] |
 //! | `Drive`, `Act` | autonomy | sim | shared memory | [`drive`] |
-//! | `Hop` with `Report` | autonomy | gateway | DTLS | [`hop`], [`report`] |
-//! | `Hop` with `Grant`, `Teammate` | gateway | autonomy | DTLS | [`hop`] |
+//! | `SessionMessage` with `Report` | autonomy | gateway | DTLS | [`session`], [`report`] |
+//! | `SessionMessage` with `Grant`, `Teammate` | gateway | autonomy | DTLS | [`session`] |
 //! | `Order` | gateway | autonomy | MQTT over TLS | [`command`] |
 //! | `Ack` | autonomy | gateway | MQTT over TLS | [`command`] |
 //! | `Feed` | gateway | console | shared memory | [`feed`] |
@@ -29,7 +29,6 @@ pub mod core;
 pub mod drive;
 pub mod event;
 pub mod feed;
-pub mod hop;
 pub mod id;
 pub mod measured;
 pub mod mode;
@@ -38,6 +37,7 @@ pub mod policy;
 pub mod refusal;
 pub mod report;
 pub mod sensor;
+pub mod session;
 pub mod settings;
 pub mod setup;
 pub mod sign;

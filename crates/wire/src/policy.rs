@@ -38,7 +38,8 @@ pub enum Check {
     /// A certificate may publish or subscribe there at all (`broker::acl`).
     Rights,
     /// The peer or signer is neither revoked nor past its time.
-    Standing,
+    #[serde(rename = "standing")]
+    Revocation,
     /// A command no further ahead than an operator can have come.
     Jump,
     /// No more commands in a short time than there can be need for.
@@ -70,7 +71,7 @@ impl Check {
         Check::Duplicate,
         Check::Confirmation,
         Check::Rights,
-        Check::Standing,
+        Check::Revocation,
         Check::Jump,
         Check::Rate,
         Check::Joint,
@@ -95,7 +96,7 @@ impl Check {
             Check::Duplicate => "duplicate",
             Check::Confirmation => "confirmation",
             Check::Rights => "rights",
-            Check::Standing => "standing",
+            Check::Revocation => "standing",
             Check::Jump => "jump",
             Check::Rate => "rate",
             Check::Joint => "joint",

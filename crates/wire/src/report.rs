@@ -1,7 +1,7 @@
 //! Telemetry: a unit's report of itself, signed at its origin.
 //!
 //! A report keeps its origin's identity, boot, sequence and stamp wherever it is forwarded; the session it happens to
-//! travel in is the business of `wire::hop`.
+//! travel in is the business of `wire::session`.
 
 use minicbor::{Decode, Encode};
 
@@ -14,7 +14,7 @@ use crate::sensor::{Class, Modalities, Pose, ProductMode};
 use crate::settings::Settings;
 use crate::time::{Echo, PeerStamp, Span};
 
-/// Longest encoded and signed report in bytes; leaves room for the hop in one 1,200-byte datagram.
+/// Longest encoded and signed report in bytes; leaves room for the session message in one 1,200-byte datagram.
 pub const MAX_REPORT: usize = 1024;
 
 /// A track as reported to the operator.

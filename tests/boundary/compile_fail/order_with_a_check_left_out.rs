@@ -22,7 +22,7 @@ type Verdict = Result<(), Refusal>;
 
 fn without_a_role(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant) -> Verdict {
     let young = intent.in_time(&unit.policy, None, Span::s(1))?;
-    let admitted = young.standing(&unit.policy, &unit.revoked, now)?;
+    let admitted = young.admitted(&unit.policy, &unit.revoked, now)?;
     let new = admitted.not_repeated(&unit.policy, &unit.counters, HASH)?;
     let needed = new.within_rate(&unit.policy, &unit.rates, WHO, now)?.worth_verifying(&unit.policy, &unit.rates, now)?;
     needed.by_operator(&unit.policy, &unit.keys, signed)?;
@@ -40,7 +40,7 @@ fn of_the_revoked(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now:
 
 fn again(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant) -> Verdict {
     let young = intent.in_time(&unit.policy, None, Span::s(1))?;
-    let admitted = young.by_role(&unit.policy, &unit.operators)?.standing(&unit.policy, &unit.revoked, now)?;
+    let admitted = young.by_role(&unit.policy, &unit.operators)?.admitted(&unit.policy, &unit.revoked, now)?;
     let needed = admitted.within_rate(&unit.policy, &unit.rates, WHO, now)?.worth_verifying(&unit.policy, &unit.rates, now)?;
     needed.by_operator(&unit.policy, &unit.keys, signed)?;
     Ok(())
@@ -48,7 +48,7 @@ fn again(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant)
 
 fn beyond_its_rate(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant) -> Verdict {
     let young = intent.in_time(&unit.policy, None, Span::s(1))?;
-    let admitted = young.by_role(&unit.policy, &unit.operators)?.standing(&unit.policy, &unit.revoked, now)?;
+    let admitted = young.by_role(&unit.policy, &unit.operators)?.admitted(&unit.policy, &unit.revoked, now)?;
     let new = admitted.not_repeated(&unit.policy, &unit.counters, HASH)?;
     let needed = new.worth_verifying(&unit.policy, &unit.rates, now)?;
     needed.by_operator(&unit.policy, &unit.keys, signed)?;
@@ -57,7 +57,7 @@ fn beyond_its_rate(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now
 
 fn not_worth_verifying(unit: Unit, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant) -> Verdict {
     let young = intent.in_time(&unit.policy, None, Span::s(1))?;
-    let admitted = young.by_role(&unit.policy, &unit.operators)?.standing(&unit.policy, &unit.revoked, now)?;
+    let admitted = young.by_role(&unit.policy, &unit.operators)?.admitted(&unit.policy, &unit.revoked, now)?;
     let new = admitted.not_repeated(&unit.policy, &unit.counters, HASH)?;
     let needed = new.within_rate(&unit.policy, &unit.rates, WHO, now)?;
     needed.by_operator(&unit.policy, &unit.keys, signed)?;

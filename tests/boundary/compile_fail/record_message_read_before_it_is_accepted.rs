@@ -1,7 +1,7 @@
-use wire::hop::Hop;
+use wire::session::SessionMessage;
 use wire::trust::{Decoded, SignedReport};
 
-fn peek<'a>(record: &'a Decoded<Hop<'a>>, report: &'a Decoded<SignedReport<'a>>) {
+fn peek<'a>(record: &'a Decoded<SessionMessage<'a>>, report: &'a Decoded<SignedReport<'a>>) {
     let _ = record.message();
     let _ = &report.message;
 }

@@ -1,7 +1,7 @@
-use wire::hop::Hop;
+use wire::session::SessionMessage;
 use wire::trust::{Accepted, Evidence, Record, stage};
 
-fn accepted<'b>(message: Hop<'b>, evidence: Evidence, stage: stage::Accepted) -> Accepted<Hop<'b>> {
+fn accepted<'b>(message: SessionMessage<'b>, evidence: Evidence, stage: stage::Accepted) -> Accepted<SessionMessage<'b>> {
     Record { message, evidence, stage }
 }
 

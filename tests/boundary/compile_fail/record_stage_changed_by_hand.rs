@@ -1,7 +1,7 @@
-use wire::hop::Hop;
+use wire::session::SessionMessage;
 use wire::trust::{Accepted, Decoded, stage};
 
-fn promoted(record: Decoded<Hop<'_>>) -> Accepted<Hop<'_>> {
+fn promoted(record: Decoded<SessionMessage<'_>>) -> Accepted<SessionMessage<'_>> {
     record.next(stage::Accepted(()))
 }
 

@@ -20,7 +20,7 @@ type Verdict = Result<(), Refusal>;
 
 fn without_a_role(gateway: Gateway, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant) -> Verdict {
     let fresh = intent.fresh(&gateway.policy, None, Span::s(1), Span::ZERO)?;
-    let admitted = fresh.within_rate(&gateway.policy, &gateway.rates, WHO, now)?.standing(&gateway.policy, &gateway.revoked, now)?;
+    let admitted = fresh.within_rate(&gateway.policy, &gateway.rates, WHO, now)?.admitted(&gateway.policy, &gateway.revoked, now)?;
     admitted.by_operator(&gateway.policy, &gateway.keys, signed)?;
     Ok(())
 }
@@ -34,7 +34,7 @@ fn of_the_revoked(gateway: Gateway, intent: Decoded<Intent>, signed: &Signed<'_>
 
 fn beyond_its_rate(gateway: Gateway, intent: Decoded<Intent>, signed: &Signed<'_>, now: Instant) -> Verdict {
     let fresh = intent.fresh(&gateway.policy, None, Span::s(1), Span::ZERO)?;
-    let admitted = fresh.by_role(&gateway.policy, &gateway.operators)?.standing(&gateway.policy, &gateway.revoked, now)?;
+    let admitted = fresh.by_role(&gateway.policy, &gateway.operators)?.admitted(&gateway.policy, &gateway.revoked, now)?;
     admitted.by_operator(&gateway.policy, &gateway.keys, signed)?;
     Ok(())
 }

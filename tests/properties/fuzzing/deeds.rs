@@ -15,7 +15,7 @@ pub(super) struct Deed {
 /// Actions of one trial, in order of time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Deeds {
-    pub(super) alphabet: String,
+    pub(super) space: String,
     pub(super) done: Vec<Deed>,
 }
 
@@ -26,34 +26,34 @@ impl Deed {
 }
 
 impl Deeds {
-    /// Those of a word.
-    pub(super) fn of(ground: &SearchConfig, word: &AttackSequence) -> Self {
-        let tick = ground.alphabet.tick_ms.unsigned() as f64;
-        let done = word.letters().iter().map(|letter| {
-            let of = &ground.alphabet.moves[letter.kind];
-            let values: Vec<f64> = of.ranges().zip(&letter.places).map(|(range, place)| range.at(*place)).collect();
+    /// Those of a sequence.
+    pub(super) fn of(config: &SearchConfig, sequence: &AttackSequence) -> Self {
+        let tick = config.space.tick_ms.unsigned() as f64;
+        let done = sequence.actions().iter().map(|action| {
+            let of = &config.space.moves[action.kind];
+            let values: Vec<f64> = of.ranges().zip(&action.places).map(|(range, place)| range.at(*place)).collect();
             let (lasts, numbers) = values.split_at(usize::from(of.lasts_ms.is_some()));
             Deed {
                 of: of.name.as_str().to_owned(),
-                from_ms: f64::from(letter.begins) * tick,
+                from_ms: f64::from(action.begins) * tick,
                 lasts_ms: lasts.first().copied().unwrap_or_default(),
                 number: numbers.first().copied().unwrap_or_default(),
             }
         });
-        Self { alphabet: ground.alphabet.name.as_str().to_owned(), done: done.collect() }
+        Self { space: config.space.name.as_str().to_owned(), done: done.collect() }
     }
 
-    /// True if the word is over one of these alphabets.
-    pub(super) fn over(&self, alphabets: &[&str]) -> bool {
-        alphabets.contains(&self.alphabet.as_str())
+    /// True if the sequence is over one of these attack spaces.
+    pub(super) fn over(&self, spaces: &[&str]) -> bool {
+        spaces.contains(&self.space.as_str())
     }
 
-    /// True if all that is done, and something is, are these of this alphabet.
-    pub(super) fn only(&self, alphabet: &str, moves: &[&str]) -> bool {
-        self.alphabet == alphabet && !self.done.is_empty() && self.done.iter().all(|d| moves.contains(&d.of.as_str()))
+    /// True if all that is done, and something is, are these of this attack space.
+    pub(super) fn only(&self, space: &str, moves: &[&str]) -> bool {
+        self.space == space && !self.done.is_empty() && self.done.iter().all(|d| moves.contains(&d.of.as_str()))
     }
 
-    /// True if any of these is done, in whichever alphabet.
+    /// True if any of these is done, in whichever attack space.
     pub(super) fn any(&self, moves: &[&str]) -> bool {
         self.each(moves).next().is_some()
     }

@@ -70,9 +70,9 @@ fn assertions_hold_against_perceptions_keys() {
     fuzz("perception");
 }
 
-/// Every file among the alphabets is fuzzed with: the name of each is in a test above.
+/// Every file among the attack spaces is fuzzed with: the name of each is in a test above.
 #[test]
-fn every_shipped_alphabet_has_its_test() {
+fn every_shipped_space_has_its_test() {
     let folder = holdsafe_tests::root().join("scenarios/alphabets");
     let files = std::fs::read_dir(&folder).expect("the folder").flatten().map(|e| e.path());
     let named = files.map(|file| format!("    fuzz({:?});", file.file_stem().expect("a name").to_string_lossy()));
@@ -80,8 +80,8 @@ fn every_shipped_alphabet_has_its_test() {
     assert!(untested.is_empty(), "{untested:?}");
 }
 
-fn fuzz(alphabet: &str) {
-    let transitions = Transitions::of(alphabet);
+fn fuzz(space: &str) {
+    let transitions = Transitions::of(space);
     let system = System::new(&transitions);
     if let Some(failure) = system.first_failure(&transitions) {
         panic!("{failure}");
@@ -117,10 +117,10 @@ fn every_assertion_fails_on_a_breaking_trial() {
 #[test]
 fn every_single_check_assertion_breaks_without_it() {
     let unbroken = assertions::all().filter_map(|assertion| {
-        let (check, alphabet) = assertion.carried_by?;
-        let transitions = Transitions::of(alphabet).without(check);
+        let (check, space) = assertion.carried_by?;
+        let transitions = Transitions::of(space).without(check);
         let breaks = System::new(&transitions).breaks(&transitions, assertion);
-        (!breaks).then(|| format!("{} holds without {check} too, over {alphabet}", assertion.name))
+        (!breaks).then(|| format!("{} holds without {check} too, over {space}", assertion.name))
     });
     assert_eq!(unbroken.collect::<Vec<_>>(), Vec::<String>::new());
 }

@@ -6,7 +6,7 @@ use evidence::trial::TransitionRow;
 use search::Tried;
 use wire::bounds::Bounds;
 
-/// The mission without any word, and the bounds.
+/// The mission without any sequence, and the bounds.
 pub(super) struct Reference {
     /// The unit's changes of mode.
     pub(super) changes: Vec<Change>,
@@ -59,7 +59,7 @@ impl Change {
 }
 
 impl Reference {
-    /// Of the mission as it goes without a word.
+    /// Of the mission as it goes without a sequence.
     pub(super) fn of(nominal: &Tried, bounds: &Bounds) -> Self {
         Self { changes: nominal.trial.transitions.iter().map(Change::of).collect(), limits: Limits::of(bounds) }
     }

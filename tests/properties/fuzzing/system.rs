@@ -1,4 +1,4 @@
-//! The system: the real cores in the twin, one seed, a word at a time; and a failure as something to act on.
+//! The system: the real cores in the twin, one seed, a sequence at a time; and a failure as something to act on.
 
 use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
@@ -11,11 +11,11 @@ use super::reference::{Change, Reference};
 use super::transitions::Transitions;
 use super::witness::Witness;
 
-/// By how many ticks every silence of a word is made longer.
+/// By how many ticks every silence of a sequence is made longer.
 const LONGER: u32 = 50;
 
 pub(super) struct System {
-    ground: SearchConfig,
+    config: SearchConfig,
     reference: Reference,
     moments: Moments,
 }
@@ -23,34 +23,34 @@ pub(super) struct System {
 impl System {
     /// Ready for every sequence of `transitions`.
     pub(super) fn new(transitions: &Transitions) -> Self {
-        let Transitions { mission, setup, alphabet, .. } = transitions;
-        let ground = SearchConfig::new(mission.clone(), setup.clone(), 1, alphabet.clone()).expect("the mission runs");
-        let nominal = ground.try_word(&AttackSequence::default()).expect("the mission runs");
-        let moments = Moments::of(&nominal, alphabet, &setup.bounds);
-        Self { reference: Reference::of(&nominal, &setup.bounds), ground, moments }
+        let Transitions { mission, setup, space, .. } = transitions;
+        let config = SearchConfig::new(mission.clone(), setup.clone(), 1, space.clone()).expect("the mission runs");
+        let nominal = config.try_sequence(&AttackSequence::default()).expect("the mission runs");
+        let moments = Moments::of(&nominal, space, &setup.bounds);
+        Self { reference: Reference::of(&nominal, &setup.bounds), config, moments }
     }
 
-    /// The first failure among the words of `transitions`, shrunk, in words; none where there is none.
+    /// The first failure among the sequences of `transitions`, shrunk, in words; none where there is none.
     pub(super) fn first_failure(&self, transitions: &Transitions) -> Option<String> {
         let test = |tried: &Tried| self.broken(tried, assertions::all());
-        let hunted = self.search(transitions, &test);
-        hunted.found.iter().next().map(|(cause, found)| self.failure(cause, found, &test))
+        let result = self.search(transitions, &test);
+        result.found.iter().next().map(|(cause, found)| self.failure(cause, found, &test))
     }
 
-    /// True if any of the words of `transitions` breaks this one assertion.
+    /// True if any of the sequences of `transitions` breaks this one assertion.
     pub(super) fn breaks(&self, transitions: &Transitions, assertion: &'static Assertion) -> bool {
         let test = |tried: &Tried| self.broken(tried, std::iter::once(assertion));
         !self.search(transitions, &test).found.is_empty()
     }
 
     fn search(&self, transitions: &Transitions, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> RunResult {
-        let budget = transitions.quest.budget;
+        let budget = transitions.run.budget;
         let (progress, stop) = (Progress::new("fuzzing", budget as usize, Talk::Quiet), Stop::default());
-        let hunted = self.ground.search(transitions.quest, test, parallel::cores(), &progress, &stop);
-        let hunted = hunted.expect("every word fits the mission");
-        let all = hunted.trials == budget;
-        assert!(all || !hunted.found.is_empty(), "{} words were tried", hunted.trials);
-        hunted
+        let result = self.config.search(transitions.run, test, parallel::cores(), &progress, &stop);
+        let result = result.expect("every sequence fits the mission");
+        let all = result.trials == budget;
+        assert!(all || !result.found.is_empty(), "{} sequences were tried", result.trials);
+        result
     }
 
     fn broken(&self, tried: &Tried, mut of: impl Iterator<Item = &'static Assertion>) -> Option<Cause> {
@@ -67,33 +67,34 @@ impl System {
             decisions: trial.decision_hash.clone(),
             changes: changes(tried),
             mission: self.reference.changes.clone(),
-            longer: self.longer(&tried.word),
-            deeds: Deeds::of(&self.ground, &tried.word),
-            witness: Witness::of(&self.ground, &tried.word),
+            longer: self.longer(&tried.sequence),
+            deeds: Deeds::of(&self.config, &tried.sequence),
+            witness: Witness::of(&self.config, &tried.sequence),
             limits: self.reference.limits,
             duration_ms: trial.sim_seconds * 1000.0,
         }
     }
 
     /// The changes of mode when every silence lasts longer; `None` for a sequence with any other action.
-    fn longer(&self, word: &AttackSequence) -> Option<Vec<Change>> {
-        let silent = Deeds::of(&self.ground, word).only("path", &["cut", "cut-up", "cut-down"]);
-        let longer = |letter: &Action| {
-            let places = letter.places.iter().map(|place| place + LONGER).collect();
-            Action { places, ..letter.clone() }
+    fn longer(&self, sequence: &AttackSequence) -> Option<Vec<Change>> {
+        let silent = Deeds::of(&self.config, sequence).only("path", &["cut", "cut-up", "cut-down"]);
+        let longer = |action: &Action| {
+            let places = action.places.iter().map(|place| place + LONGER).collect();
+            Action { places, ..action.clone() }
         };
-        let longer = AttackSequence::new(word.letters().iter().map(longer).collect());
-        silent.then(|| changes(&self.ground.try_word(&longer).expect("it fits as the shorter one does")))
+        let longer = AttackSequence::new(sequence.actions().iter().map(longer).collect());
+        silent.then(|| changes(&self.config.try_sequence(&longer).expect("it fits as the shorter one does")))
     }
 
     fn failure(&self, cause: &Cause, found: &Found, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> String {
-        let shrunk = self.ground.shrink(&found.tried.word, test, cause, &self.moments).expect("its subwords fit too");
-        let tried = self.ground.try_word(&shrunk.word).expect("it was run before");
+        let shrunk =
+            self.config.shrink(&found.tried.sequence, test, cause, &self.moments).expect("its subsequences fit too");
+        let tried = self.config.try_sequence(&shrunk.sequence).expect("it was run before");
         let assertion = assertions::all().find(|a| a.name == cause.broken).expect("one of them");
         let why = (assertion.holds)(&self.facts(&tried)).err().unwrap_or_default();
-        let name = format!("fuzzed-{}", self.ground.alphabet.name.as_str());
+        let name = format!("fuzzed-{}", self.config.space.name.as_str());
         let found = [Outcome::Unsafe, Outcome::Late, cause.outcome];
-        let scenario = self.ground.as_regression(&shrunk.word, &found, &why).expect("it fits");
+        let scenario = self.config.as_regression(&shrunk.sequence, &found, &why).expect("it fits");
         let text = scenario.to_file(&Name::new(&name).expect("a name")).expect("TOML");
         let file = std::env::temp_dir().join(format!("{name}.toml"));
         let kept = match std::fs::write(&file, &text) {
@@ -103,7 +104,7 @@ impl System {
         format!(
             "{}: {why}\nword, shrunk: {}\n{:?} {:?}\nscenario: {kept}\nreproduce: holdsafe run {} --trials 1 --seed 1",
             assertion.name,
-            shrunk.word.told(&self.ground.alphabet),
+            shrunk.sequence.told(&self.config.space),
             tried.trial.outcome,
             tried.trial.findings,
             file.display(),

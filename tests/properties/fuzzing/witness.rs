@@ -43,7 +43,7 @@ pub(super) struct Witness {
     pub(super) accounts: BTreeMap<(NodeId, Account), u64>,
 }
 
-/// An order, by the word of who gave it.
+/// An order, by the sequence of who gave it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Given {
     pub(super) at_ms: f64,
@@ -72,14 +72,14 @@ pub(super) struct Shown {
 }
 
 impl Witness {
-    /// Of a word, run again.
-    pub(super) fn of(ground: &SearchConfig, word: &AttackSequence) -> Self {
-        let scenario = word.in_scenario(&ground.alphabet, &ground.scenario).expect("it was run before");
-        let (cast, mut twin) = start(&scenario, &ground.setup, ground.seed, true).expect("it was run before");
-        twin.run_until(cast.duration / 2);
+    /// Of a sequence, run again.
+    pub(super) fn of(config: &SearchConfig, sequence: &AttackSequence) -> Self {
+        let scenario = sequence.in_scenario(&config.space, &config.scenario).expect("it was run before");
+        let (topology, mut twin) = start(&scenario, &config.setup, config.seed, true).expect("it was run before");
+        twin.run_until(topology.duration / 2);
         let fork = twin.fork(WorldId(1));
         drop(twin);
-        let run = conclude(cast, fork, &ground.setup);
+        let run = conclude(topology, fork, &config.setup);
         let mut witness = Self { decisions: hashes(&run.evidence.entries).1, ..Self::default() };
         run.evidence.entries.iter().for_each(|w| witness.take(w.at as f64 / 1000.0, &w.entry));
         witness

@@ -4,7 +4,7 @@
 
 use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
 use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
-use oracle::{Nearness, judge, nearness};
+use oracle::{Approaches, judge, approaches};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Topic;
@@ -208,8 +208,8 @@ impl Log {
     }
 
     /// Approach to each limit.
-    pub(crate) fn nearness(&self) -> Nearness {
-        nearness(&self.evidence(Vec::new()))
+    pub(crate) fn approaches(&self) -> Approaches {
+        approaches(&self.evidence(Vec::new()))
     }
 
     pub(crate) fn evidence(&self, killed: Vec<NodeId>) -> Evidence {
@@ -218,7 +218,7 @@ impl Log {
         Evidence {
             entries,
             broken_log: None,
-            custody: Vec::new(),
+            log_flaws: Vec::new(),
             differences: Vec::new(),
             bounds: BOUNDS,
             planned: self.planned.clone(),

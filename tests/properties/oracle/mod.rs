@@ -1,6 +1,7 @@
 //! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here are the requirements
 //! on the log as a whole (P6, P10, the class); each other file has a group of properties, `log` their input.
 
+mod approach;
 mod authority;
 mod deaths;
 mod display;
@@ -10,7 +11,6 @@ mod limits_trust;
 mod log;
 mod masked;
 mod missions;
-mod nearness;
 mod orders;
 mod plant;
 mod receipts;
@@ -51,7 +51,7 @@ fn p10_a_broken_log() {
     let verdict = judge(&Evidence {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
-        custody: Vec::new(),
+        log_flaws: Vec::new(),
         differences: Vec::new(),
         bounds: BOUNDS,
         planned: Vec::new(),
@@ -67,7 +67,7 @@ fn p10_a_broken_log() {
 
 #[test]
 fn p10_core_that_does_not_replay() {
-    let what = "gateway, fed its mouth log again, differs after input 7: expected nothing, got an audit entry";
+    let what = "gateway, replayed from its input journal, differs after input 7: expected nothing, got an audit entry";
     let evidence = Evidence { differences: vec![what.into()], ..Log::whole().evidence(Vec::new()) };
     let verdict = judge(&evidence);
     assert_eq!(verdict.outcome, Outcome::Invalid);

@@ -74,7 +74,7 @@ fn tampered(deed: StreamEffect, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u6
     let event = Note::Tampered { deed, side, stream, offset: 100, length: 10, hash, delay };
     log.add(4000, NodeId::RELAY_COMMAND, event);
     for (ms, sight, offset, length, hash) in seen.iter().copied() {
-        log.add(ms, NodeId::UNIT_A.guard().expect("a mouth"), Note::StreamSaw { sight, stream, offset, length, hash });
+        log.add(ms, NodeId::UNIT_A.guard().expect("a guard"), Note::StreamSaw { sight, stream, offset, length, hash });
     }
     log
 }
@@ -174,7 +174,7 @@ fn claimed_broker_hang_must_delay_a_message() {
         log.add(6000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: false });
         log.command(given, 7, CommandKind::Hold);
         let event = Note::StreamSaw { sight: Sight::Delivered, stream: 1, offset: 0, length: 9, hash: 1 };
-        log.add(delivered, NodeId::GATEWAY.guard().expect("a mouth"), event);
+        log.add(delivered, NodeId::GATEWAY.guard().expect("a guard"), event);
         log.judge().receipt
     };
     assert!(hung(5000, 6010));

@@ -3,11 +3,11 @@
 use wire::bus::{self, ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List};
 use wire::core::Topic;
-use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{Boot, FrameId, NodeId, Nonce, PeerId, Sequence};
 use wire::policy::Policy;
 use wire::refusal::{Reason, Refusal};
 use wire::sensor::{Navigation, ProductMode};
+use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage};
 use wire::time::{AgeBound, Echo, Instant, PeerStamp, Span};
 use wire::track::Tracks;
 use wire::trust::{BusGate, SessionGate, Window};
@@ -27,7 +27,9 @@ pub fn session(bytes: &[u8]) -> bool {
     let genuine = codec::encode(&genuine());
     match admit(&mut window, bytes) {
         Ok(record) => {
-            assert!(record.version == HOP_VERSION && record.session == SESSION && bytes.len() <= MAX_HOP);
+            assert!(
+                record.version == SESSION_VERSION && record.session == SESSION && bytes.len() <= MAX_SESSION_MESSAGE
+            );
             assert_eq!(codec::encode(&record), bytes, "another encoding");
             assert!(admit(&mut window, bytes).is_err(), "twice");
             true
@@ -40,27 +42,27 @@ pub fn session(bytes: &[u8]) -> bool {
     }
 }
 
-fn admit<'b>(window: &mut Window, bytes: &'b [u8]) -> Result<Hop<'b>, Refusal> {
+fn admit<'b>(window: &mut Window, bytes: &'b [u8]) -> Result<SessionMessage<'b>, Refusal> {
     let mut ages = AgeBound::new(Span::s(3));
     ages.issue(CHALLENGE.0, CHALLENGE.1);
     let (policy, freshness, echo_limit) = (Policy::default(), Span::ms(300), Span::s(3));
     let peer = PeerId::UNIT_A;
     let mut gate =
         SessionGate { policy: &policy, peer, ages: &mut ages, session: SESSION, window, freshness, echo_limit };
-    gate.admit(NOW, bytes).1.map(|record| record.into_parts().0.hop)
+    gate.admit(NOW, bytes).1.map(|record| record.into_parts().0.outer)
 }
 
 /// The peer's genuine next message.
-fn genuine() -> Hop<'static> {
-    Hop {
-        version: HOP_VERSION,
+fn genuine() -> SessionMessage<'static> {
+    SessionMessage {
+        version: SESSION_VERSION,
         session: SESSION,
         boot: Boot(1),
         sequence: Sequence(1),
         stamp: PeerStamp(60_000),
         challenge: Nonce(9),
         echo: Some(Echo { nonce: CHALLENGE.0, seen: PeerStamp(10_000) }),
-        body: HopBody::Grant(Span::ms(500)),
+        body: SessionBody::Grant(Span::ms(500)),
     }
 }
 

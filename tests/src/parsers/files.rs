@@ -4,7 +4,7 @@ use evidence::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
 use runner::kept::{finished, kept_line};
-use scenario::{Alphabet, MAX_FILE_BYTES, Problems, Weaknesses};
+use scenario::{AttackSpace, MAX_FILE_BYTES, Problems, Weaknesses};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -50,13 +50,13 @@ pub fn settings(bytes: &[u8]) -> bool {
         Ok(policy) => says_the_same(&policy),
         Err(problems) => told(&problems, text),
     };
-    let alphabet = match Alphabet::parse("any.toml", named(text), text) {
-        Ok(alphabet) => {
-            let (first, last) = alphabet.begins();
-            assert!(first <= last && !alphabet.moves.is_empty());
-            let mut ranges = alphabet.moves.iter().flat_map(|of| of.ranges());
+    let space = match AttackSpace::parse("any.toml", named(text), text) {
+        Ok(space) => {
+            let (first, last) = space.begins();
+            assert!(first <= last && !space.moves.is_empty());
+            let mut ranges = space.moves.iter().flat_map(|of| of.ranges());
             assert!(ranges.all(|range| range.at(0).is_finite() && range.at(range.last()).is_finite()));
-            says_the_same(&alphabet)
+            says_the_same(&space)
         }
         Err(problems) => told(&problems, text),
     };
@@ -74,7 +74,7 @@ pub fn settings(bytes: &[u8]) -> bool {
         }
         Err(problems) => told(&problems, text),
     };
-    platform | policy | alphabet | weaknesses | labels
+    platform | policy | space | weaknesses | labels
 }
 
 /// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told.

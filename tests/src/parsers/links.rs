@@ -81,7 +81,7 @@ pub fn door(bytes: &[u8]) -> bool {
             assert!(hello::requested_cookie(&asked).is_some());
         }
         Answer::Refuse(verdict) => assert!(verdict != Verdict::Passed),
-        Answer::Admit | Answer::Prove => panic!("a busy door let a stranger in that proved nothing"),
+        Answer::Admit | Answer::Prove => panic!("a busy exchange admitted an unknown peer without proof"),
     }
     opens
 }

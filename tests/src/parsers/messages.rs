@@ -8,11 +8,11 @@ use wire::command::{Ack, Confirmation, Intent, MAX_ORDER, Order, Request};
 use wire::core::{Input, Output};
 use wire::drive::{Act, Drive};
 use wire::feed::Feed;
-use wire::hop::{Hop, MAX_HOP};
 use wire::id::NodeId;
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Candidates, Frames, Navigation};
+use wire::session::{MAX_SESSION_MESSAGE, SessionMessage};
 use wire::sign::{Key, Keyring, MAX_SIGNED_PAYLOAD, Purpose, Signed};
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
@@ -33,7 +33,7 @@ const PURPOSES: [Purpose; 6] =
 pub fn message(bytes: &[u8]) -> bool {
     let taken = [
         canonical::<Report>(bytes, MAX_REPORT),
-        canonical::<Hop<'_>>(bytes, MAX_HOP),
+        canonical::<SessionMessage<'_>>(bytes, MAX_SESSION_MESSAGE),
         canonical::<Intent>(bytes, MAX_ORDER),
         canonical::<Confirmation>(bytes, MAX_ORDER),
         canonical::<Order<'_>>(bytes, MAX_ORDER),

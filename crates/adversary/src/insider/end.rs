@@ -1,12 +1,12 @@
-//! One end of a session, spoken properly (`wire::hop`): hello, challenge, echo, session nonce, sequence.
+//! One end of a session, spoken properly (`wire::session`): hello, challenge, echo, session nonce, sequence.
 //!
 //! Records received are decoded and used, not judged: an insider has no asset to protect.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use wire::codec;
-use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{Boot, Nonce, PeerId, Sequence};
+use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage};
 use wire::time::{Echo, Instant, Span};
 
 /// See the module.
@@ -59,42 +59,50 @@ impl End {
     }
 
     /// Takes a record; its content, or `None` when it is unreadable.
-    pub(super) fn hear<'b>(&mut self, now: Instant, bytes: &'b [u8]) -> Option<HopBody<'b>> {
-        let hop: Hop<'b> = codec::decode(bytes, MAX_HOP).ok()?;
-        if self.echo.is_none_or(|echo| echo.nonce != hop.challenge) {
-            self.echo = Some(Echo { nonce: hop.challenge, seen: now.stamp() });
+    pub(super) fn hear<'b>(&mut self, now: Instant, bytes: &'b [u8]) -> Option<SessionBody<'b>> {
+        let outer: SessionMessage<'b> = codec::decode(bytes, MAX_SESSION_MESSAGE).ok()?;
+        if self.echo.is_none_or(|echo| echo.nonce != outer.challenge) {
+            self.echo = Some(Echo { nonce: outer.challenge, seen: now.stamp() });
         }
-        self.heard |= hop.session == self.ours;
-        match hop.body {
-            HopBody::Hello(nonce) => self.theirs = Some(nonce),
-            HopBody::Watch(nonce) if self.watched.is_none_or(|echo| echo.nonce != nonce) => {
+        self.heard |= outer.session == self.ours;
+        match outer.body {
+            SessionBody::Hello(nonce) => self.theirs = Some(nonce),
+            SessionBody::Watch(nonce) if self.watched.is_none_or(|echo| echo.nonce != nonce) => {
                 self.watched = Some(Echo { nonce, seen: now.stamp() });
             }
-            HopBody::Watch(_) | HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Revoked(_) => {
-            }
+            SessionBody::Watch(_)
+            | SessionBody::Report(_)
+            | SessionBody::Grant(_)
+            | SessionBody::Teammate(_)
+            | SessionBody::Revoked(_) => {}
         }
-        Some(hop.body)
+        Some(outer.body)
     }
 
     /// Our hello.
     pub(super) fn hello(&mut self, now: Instant, rng: &mut ChaCha8Rng) -> Vec<u8> {
         let ours = self.ours;
-        self.say(now, HopBody::Hello(ours), rng)
+        self.say(now, SessionBody::Hello(ours), rng)
     }
 
     /// A record with this content.
-    pub(super) fn say(&mut self, now: Instant, body: HopBody<'_>, rng: &mut ChaCha8Rng) -> Vec<u8> {
-        codec::encode(&self.hop(now, body, rng))
+    pub(super) fn say(&mut self, now: Instant, body: SessionBody<'_>, rng: &mut ChaCha8Rng) -> Vec<u8> {
+        codec::encode(&self.session_message(now, body, rng))
     }
 
     /// The same before it is encoded.
-    pub(super) fn hop<'b>(&mut self, now: Instant, body: HopBody<'b>, rng: &mut ChaCha8Rng) -> Hop<'b> {
+    pub(super) fn session_message<'b>(
+        &mut self,
+        now: Instant,
+        body: SessionBody<'b>,
+        rng: &mut ChaCha8Rng,
+    ) -> SessionMessage<'b> {
         if now.since(self.challenged) >= self.challenge_period {
             (self.challenge, self.challenged) = (Nonce(rng.next_u64()), now);
         }
         self.sequence = self.sequence.next();
-        Hop {
-            version: HOP_VERSION,
+        SessionMessage {
+            version: SESSION_VERSION,
             session: self.theirs.unwrap_or(Nonce::NONE),
             boot: self.boot,
             sequence: self.sequence,

@@ -2,8 +2,8 @@
 
 use rand_chacha::ChaCha8Rng;
 use wire::codec;
-use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{NodeId, Nonce};
+use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage};
 use wire::sign::{Key, Purpose};
 use wire::time::Instant;
 
@@ -26,7 +26,7 @@ pub(super) fn record(
     match flaw {
         Flaw::Length => {
             let mut bytes = whole(now, end, key, report, rng);
-            bytes.resize(MAX_HOP + 1, 0);
+            bytes.resize(MAX_SESSION_MESSAGE + 1, 0);
             bytes
         }
         Flaw::Schema => b"\x83\x01\x02\x03".to_vec(),
@@ -38,11 +38,11 @@ pub(super) fn record(
         Flaw::Range => whole(now, end, key, &origin_outside_the_set(report), rng),
         Flaw::Count => whole(now, end, key, &endless_tracks(report), rng),
         Flaw::Noise => {
-            let length = 1 + below(rng, MAX_HOP as u64) as usize;
+            let length = 1 + below(rng, MAX_SESSION_MESSAGE as u64) as usize;
             noise(rng, length)
         }
-        Flaw::Session => altered(now, end, key, report, rng, |hop| hop.session = Nonce(!hop.session.0)),
-        Flaw::Version => altered(now, end, key, report, rng, |hop| hop.version = HOP_VERSION + 1),
+        Flaw::Session => altered(now, end, key, report, rng, |outer| outer.session = Nonce(!outer.session.0)),
+        Flaw::Version => altered(now, end, key, report, rng, |outer| outer.version = SESSION_VERSION + 1),
         Flaw::Jump => {
             end.skip(JUMP);
             whole(now, end, key, report, rng)
@@ -58,18 +58,18 @@ fn altered(
     key: &Key,
     report: &[u8],
     rng: &mut ChaCha8Rng,
-    make: impl FnOnce(&mut Hop<'_>),
+    make: impl FnOnce(&mut SessionMessage<'_>),
 ) -> Vec<u8> {
     let signed = key.sign(Purpose::Report, report);
-    let mut hop = end.hop(now, HopBody::Report(signed.as_slice().into()), rng);
-    make(&mut hop);
-    codec::encode(&hop)
+    let mut outer = end.session_message(now, SessionBody::Report(signed.as_slice().into()), rng);
+    make(&mut outer);
+    codec::encode(&outer)
 }
 
 /// A sound record around a signed `report`.
 fn whole(now: Instant, end: &mut End, key: &Key, report: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
     let signed = key.sign(Purpose::Report, report);
-    end.say(now, HopBody::Report(signed.as_slice().into()), rng)
+    end.say(now, SessionBody::Report(signed.as_slice().into()), rng)
 }
 
 /// The first field of a report, behind the array's head, is its origin: here one that no node has.

@@ -7,6 +7,7 @@
 
 mod broker;
 mod end;
+mod false_statement;
 mod flaw;
 mod forged;
 mod forgery;
@@ -15,7 +16,6 @@ mod gateway;
 mod operator;
 mod recorder;
 mod rogue;
-mod story;
 mod tape;
 mod teammate;
 #[cfg(test)]

@@ -15,16 +15,16 @@ use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Event};
-use wire::hop::HopBody;
 use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId, WorldId};
+use wire::session::SessionBody;
 use wire::setup::Setup;
 use wire::sign::Purpose;
 use wire::time::{Echo, Instant, Span};
 
 use super::end::End;
+use super::false_statement;
 use super::flaw;
 use super::forwarding::Forwarding;
-use super::story;
 use super::tape::{Tape, Taped};
 use super::voice::{self, Voice};
 use crate::opening::Opening;
@@ -139,22 +139,22 @@ impl InsiderTeammate {
     fn hear(&mut self, now: Instant, session: SessionId, bytes: &[u8]) {
         let Some(end) = self.ends.get_mut(&session) else { return };
         let Some(body) = end.hear(now, bytes) else { return };
-        if let HopBody::Teammate(teammate) = &body
+        if let SessionBody::Teammate(teammate) = &body
             && teammate.via == PeerId::UNIT_A
             && let Some(mode) = voice::mode_in(teammate.report)
         {
             openings(&mut self.forwardings, &mut self.runs).for_each(|opening| opening.hears(now, mode));
         }
         let report: &[u8] = match body {
-            HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
-            HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
-            HopBody::Watch(challenge) if end.peer == PeerId::GATEWAY => return self.pass_watch(now, challenge),
-            HopBody::Report(_)
-            | HopBody::Teammate(_)
-            | HopBody::Hello(_)
-            | HopBody::Grant(_)
-            | HopBody::Watch(_)
-            | HopBody::Revoked(_) => {
+            SessionBody::Report(report) if end.peer == PeerId::UNIT_C => report,
+            SessionBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
+            SessionBody::Watch(challenge) if end.peer == PeerId::GATEWAY => return self.pass_watch(now, challenge),
+            SessionBody::Report(_)
+            | SessionBody::Teammate(_)
+            | SessionBody::Hello(_)
+            | SessionBody::Grant(_)
+            | SessionBody::Watch(_)
+            | SessionBody::Revoked(_) => {
                 return;
             }
         };
@@ -168,7 +168,9 @@ impl InsiderTeammate {
 
     /// C is told the display's challenge by the one who supervises it, so that its reports can be displayed at all.
     fn pass_watch(&mut self, now: Instant, challenge: Nonce) {
-        self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Watch(challenge)));
+        self.sessions(PeerId::UNIT_C)
+            .into_iter()
+            .for_each(|session| self.say(now, session, SessionBody::Watch(challenge)));
     }
 
     /// Forwards the reports that have waited long enough.
@@ -180,7 +182,7 @@ impl InsiderTeammate {
                 let claimed = voice::id(&report);
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
-                    let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
+                    let record = end.say(now, SessionBody::Report(report.as_slice().into()), &mut self.rng);
                     self.outbox.attack(now, Action::Forward, Side::Server, &record, lag);
                     if let Some(record) = claimed {
                         self.outbox.write(now, Note::Claimed { record, off_mm: 0 });
@@ -200,11 +202,11 @@ impl InsiderTeammate {
         let up = self.sessions(PeerId::GATEWAY);
         if own && !up.is_empty() {
             let mut report = self.voice.own(now, Nonce(self.rng.next_u64()), self.watched());
-            let told = story::tell(&self.config, now.since(self.origin), &mut report);
+            let told = false_statement::tell(&self.config, now.since(self.origin), &mut report);
             let signed = self.voice.key.sign(Purpose::Report, &codec::encode(&report));
             for session in up {
                 let Some(end) = self.ends.get_mut(&session) else { continue };
-                let whole = end.say(now, HopBody::Report(signed.as_slice().into()), &mut self.rng);
+                let whole = end.say(now, SessionBody::Report(signed.as_slice().into()), &mut self.rng);
                 if let Some(action) = told.action {
                     self.own_up(now, action, (report.id(), told.off_mm), &whole, Span::ZERO);
                 }
@@ -240,7 +242,7 @@ impl InsiderTeammate {
         while let Some((taped, whole)) = self.tape.as_mut().and_then(|tape| tape.take(now)) {
             let delay = now.since(taped.at);
             let Some(end) = self.ends.get_mut(&session) else { return };
-            let body = HopBody::Report(taped.report.as_slice().into());
+            let body = SessionBody::Report(taped.report.as_slice().into());
             let record = if whole { taped.whole } else { end.say(now, body, &mut self.rng) };
             self.own_up(now, Action::Resend, (taped.id, 0), &record, delay);
             self.send(session, record);
@@ -253,7 +255,7 @@ impl InsiderTeammate {
             self.hello(now, session);
         }
         let lease = Span::ms(self.bounds.lease_ms);
-        self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Grant(lease)));
+        self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, SessionBody::Grant(lease)));
     }
 
     /// Broken records that are due.
@@ -292,7 +294,7 @@ impl InsiderTeammate {
         self.send(session, bytes);
     }
 
-    fn say(&mut self, now: Instant, session: SessionId, body: HopBody<'_>) {
+    fn say(&mut self, now: Instant, session: SessionId, body: SessionBody<'_>) {
         let Some(end) = self.ends.get_mut(&session) else { return };
         let bytes = end.say(now, body, &mut self.rng);
         self.send(session, bytes);

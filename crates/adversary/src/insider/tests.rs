@@ -4,7 +4,6 @@ use instrument::{Action, Any, Note};
 use wire::codec;
 use wire::core::{Input, Output};
 use wire::event::wire_hash;
-use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP, Teammate};
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
@@ -12,6 +11,7 @@ use wire::policy::Policy;
 use wire::refusal::{Reason, Refusal};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Pose, ProductMode};
+use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::sign::{Key, Keyring, Purpose, Signed};
 use wire::time::{AgeBound, PeerStamp, Span};
 use wire::trust::{SessionGate, SignedReport, Window};
@@ -45,8 +45,8 @@ fn session_records_of_the_insider_are_accepted() {
                 echo_limit: Span::s(3),
             };
             let (exchange, verdict) = gate.admit(at(ms), &bytes);
-            let hop = verdict.unwrap().message().hop;
-            accepted += u32::from(matches!(hop.body, HopBody::Report(_)));
+            let outer = verdict.unwrap().message().outer;
+            accepted += u32::from(matches!(outer.body, SessionBody::Report(_)));
             assert!(exchange.unwrap().echo.is_some());
         }
     }
@@ -96,12 +96,12 @@ fn drawn_away_c_is_supervised_and_forwarded() {
     let mut said = Vec::new();
     let granted = records(turn(&mut insider, at(100), &Input::Timeout, &mut said), DOWN);
     let lease = Span::ms(500);
-    let is_grant = |bytes: &Vec<u8>| body(bytes, |body| matches!(body, HopBody::Grant(span) if span == lease));
+    let is_grant = |bytes: &Vec<u8>| body(bytes, |body| matches!(body, SessionBody::Grant(span) if span == lease));
     assert!(granted.iter().any(is_grant), "{granted:?}");
     let report = report_of_c();
-    let record = hop(HopBody::Report(report.as_slice().into()));
+    let record = session_message(SessionBody::Report(report.as_slice().into()));
     let out = turn(&mut insider, at(1000), &Input::Record { session: DOWN, bytes: record }, &mut said);
-    let is_it = |bytes: &Vec<u8>| body(bytes, |body| matches!(body, HopBody::Report(got) if got[..] == report[..]));
+    let is_it = |bytes: &Vec<u8>| body(bytes, |body| matches!(body, SessionBody::Report(got) if got[..] == report[..]));
     assert!(records(out, UP).iter().any(is_it));
     assert_eq!(times(&said, Action::Forward), 1);
 }
@@ -112,7 +112,7 @@ fn b_is_honest_before_and_after_the_window() {
     open(&mut insider, UP, PeerId::GATEWAY);
     let reports = |insider: &mut InsiderTeammate, ms: u64| {
         let out = records(turn(insider, at(ms), &Input::Timeout, &mut Vec::new()), UP);
-        out.iter().filter(|bytes| body(bytes, |body| matches!(body, HopBody::Report(_)))).count()
+        out.iter().filter(|bytes| body(bytes, |body| matches!(body, SessionBody::Report(_)))).count()
     };
     assert_eq!([100, 1100, 1200, 2100].map(|ms| reports(&mut insider, ms)), [1, 0, 0, 1]);
 }
@@ -128,7 +128,7 @@ fn two_forwardings_each_send_every_report() {
         turn(&mut insider, at(ms), input, &mut said);
         times(&said, Action::Forward)
     };
-    let record = hop(HopBody::Report(report_of_c().as_slice().into()));
+    let record = session_message(SessionBody::Report(report_of_c().as_slice().into()));
     let heard = Input::Record { session: DOWN, bytes: record };
     assert_eq!(
         [(1200, &heard), (1600, &heard), (1899, &Input::Timeout), (1900, &Input::Timeout)]
@@ -151,10 +151,10 @@ fn broken_records_are_refused_for_their_flaw() {
     let broken = records(turn(&mut insider, at(150), &Input::Timeout, &mut said), UP);
     assert_eq!(times(&said, Action::Inject), 5);
     for ((bytes, expected), flaw) in broken.iter().zip(expected).zip(flaws) {
-        let outer = codec::decode::<Hop<'_>>(bytes, MAX_HOP).map_err(Refusal::from);
+        let outer = codec::decode::<SessionMessage<'_>>(bytes, MAX_SESSION_MESSAGE).map_err(Refusal::from);
         let reason = match outer {
             Err(refusal) => refusal.reason(),
-            Ok(Hop { body: HopBody::Report(report), .. }) => {
+            Ok(SessionMessage { body: SessionBody::Report(report), .. }) => {
                 SignedReport::decode(at(0), report).err().unwrap().reason()
             }
             Ok(other) => panic!("{other:?}"),
@@ -173,12 +173,12 @@ fn flawed_record_differs_in_its_flaw_alone() {
     turn(&mut insider, at(100), &Input::Timeout, &mut Vec::new());
     let mut last = None;
     for (bytes, flaw) in records(turn(&mut insider, at(150), &Input::Timeout, &mut Vec::new()), UP).iter().zip(flaws) {
-        let hop = codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap();
-        let HopBody::Report(report) = hop.body else { panic!("{hop:?}") };
+        let outer = codec::decode::<SessionMessage<'_>>(bytes, MAX_SESSION_MESSAGE).unwrap();
+        let SessionBody::Report(report) = outer.body else { panic!("{outer:?}") };
         let (origin, _) = SignedReport::decode(at(150), report).unwrap().claim();
-        let jumped = last.is_some_and(|last: Sequence| hop.sequence.0 > last.0 + 1);
-        last = Some(hop.sequence);
-        let said = [hop.session != THEIRS, hop.version != HOP_VERSION, origin != NodeId::UNIT_B, jumped];
+        let jumped = last.is_some_and(|last: Sequence| outer.sequence.0 > last.0 + 1);
+        last = Some(outer.sequence);
+        let said = [outer.session != THEIRS, outer.version != SESSION_VERSION, origin != NodeId::UNIT_B, jumped];
         assert_eq!(said, [0, 1, 2, 3].map(|at| flaws[at] == flaw), "{flaw:?}");
     }
 }
@@ -196,7 +196,12 @@ fn forward(form: Form) -> Forward {
 /// Opens a session and says hello to the insider in it.
 fn open(insider: &mut InsiderTeammate, session: SessionId, peer: PeerId) {
     turn(insider, at(0), &Input::Opened { session, peer }, &mut Vec::new());
-    turn(insider, at(0), &Input::Record { session, bytes: hop(HopBody::Hello(THEIRS)) }, &mut Vec::new());
+    turn(
+        insider,
+        at(0),
+        &Input::Record { session, bytes: session_message(SessionBody::Hello(THEIRS)) },
+        &mut Vec::new(),
+    );
 }
 
 /// C's report as the insider forwards it when it hears it through the gateway.
@@ -207,11 +212,17 @@ fn forwarded(form: Form) -> Vec<u8> {
     let report = report_of_c();
     let envelope = Teammate { via: PeerId::UNIT_C, age: Span::ms(20), report: report.as_slice().into() };
     let mut said = Vec::new();
-    let record = Input::Record { session: UP, bytes: hop(HopBody::Teammate(envelope)) };
+    let record = Input::Record { session: UP, bytes: session_message(SessionBody::Teammate(envelope)) };
     let out = records(turn(&mut insider, at(1000), &record, &mut said), UP);
-    let mut reports = out.iter().filter_map(|bytes| match codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body {
-        HopBody::Report(report) => Some((wire_hash(bytes), report.to_vec())),
-        HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => None,
+    let mut reports = out.iter().filter_map(|bytes| {
+        match codec::decode::<SessionMessage<'_>>(bytes, MAX_SESSION_MESSAGE).unwrap().body {
+            SessionBody::Report(report) => Some((wire_hash(bytes), report.to_vec())),
+            SessionBody::Hello(_)
+            | SessionBody::Grant(_)
+            | SessionBody::Teammate(_)
+            | SessionBody::Watch(_)
+            | SessionBody::Revoked(_) => None,
+        }
     });
     let (record, forwarded) = reports.next().unwrap();
     let told = |event: &Any| matches!(event, Any::Instrument(Note::Attack { hash, .. }) if *hash == record);
@@ -256,9 +267,9 @@ fn ring() -> Keyring {
 }
 
 /// A record of the other end.
-fn hop(body: HopBody<'_>) -> Vec<u8> {
-    codec::encode(&Hop {
-        version: HOP_VERSION,
+fn session_message(body: SessionBody<'_>) -> Vec<u8> {
+    codec::encode(&SessionMessage {
+        version: SESSION_VERSION,
         session: Nonce(0),
         boot: Boot(1),
         sequence: Sequence(1),
@@ -269,8 +280,8 @@ fn hop(body: HopBody<'_>) -> Vec<u8> {
     })
 }
 
-fn body(bytes: &[u8], judge: impl Fn(HopBody<'_>) -> bool) -> bool {
-    judge(codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body)
+fn body(bytes: &[u8], judge: impl Fn(SessionBody<'_>) -> bool) -> bool {
+    judge(codec::decode::<SessionMessage<'_>>(bytes, MAX_SESSION_MESSAGE).unwrap().body)
 }
 
 fn records(out: Vec<Output>, of: SessionId) -> Vec<Vec<u8>> {

@@ -132,7 +132,7 @@ pub enum Content {
 
 impl Content {
     /// True if it is sent from an address of the relay's own, and so towards the server only.
-    pub fn from_stranger(self) -> bool {
+    pub fn from_unknown_peer(self) -> bool {
         match self {
             Content::ClientHello | Content::ClientHelloTruncated => true,
             Content::PlaintextAlert | Content::CloseNotify | Content::AppData | Content::Garbage | Content::Noise => {
@@ -207,7 +207,7 @@ impl DatagramAction {
                 repeats(count, every_ms)
             }
             DatagramAction::Inject { content, count, every_ms } => {
-                if content.from_stranger() {
+                if content.from_unknown_peer() {
                     up_only("inject of a ClientHello", direction)?;
                 }
                 repeats(count, every_ms)

@@ -206,12 +206,12 @@ impl DatagramRelay {
             DatagramAction::Reoriginate { .. } => {
                 let newest = self.captured.iter().rev().find(|(_, datagram)| datagram.towards == Side::Server);
                 let Some(bytes) = newest.map(|(_, datagram)| Arc::clone(&datagram.bytes)) else { return };
-                (0..due).for_each(|_| self.stranger(now, Action::Reoriginate, bytes.to_vec()));
+                (0..due).for_each(|_| self.unknown_peer(now, Action::Reoriginate, bytes.to_vec()));
             }
-            DatagramAction::Inject { content, .. } if content.from_stranger() => {
+            DatagramAction::Inject { content, .. } if content.from_unknown_peer() => {
                 for _ in 0..due {
                     let bytes = forge::inject(content, &mut self.actors[i].rng);
-                    self.stranger(now, Action::Inject, bytes);
+                    self.unknown_peer(now, Action::Inject, bytes);
                 }
             }
             DatagramAction::Inject { content, .. } => {
@@ -262,8 +262,8 @@ impl DatagramRelay {
         self.emit(Datagram { towards, bytes });
     }
 
-    fn stranger(&mut self, now: Instant, action: Action, bytes: Vec<u8>) {
-        self.tally.strangers += 1;
+    fn unknown_peer(&mut self, now: Instant, action: Action, bytes: Vec<u8>) {
+        self.tally.unknown_peers += 1;
         self.outbox.attack(now, action, Side::Server, &bytes, Span::ZERO);
         self.outbox.put(Output::Stranger { bytes });
     }

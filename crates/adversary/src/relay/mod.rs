@@ -35,7 +35,7 @@ struct Tally {
     /// Made here, towards a side.
     added: [u64; 2],
     /// Sent from an address of the relay's own.
-    strangers: u64,
+    unknown_peers: u64,
 }
 
 impl Tally {
@@ -53,8 +53,8 @@ impl Tally {
                 outbox.write(now, Event::Count { account, n });
             }
         }
-        if self.strangers > 0 {
-            outbox.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers });
+        if self.unknown_peers > 0 {
+            outbox.write(now, Event::Count { account: Account::RelayStranger, n: self.unknown_peers });
         }
     }
 }

@@ -16,13 +16,13 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::Event;
-use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP, Teammate};
 use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Mode};
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Class, Fix, Modalities, Modality, Navigation, Odometry, Pose, ProductMode, ReceiverTime};
+use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::setup::{Ablation, Channel, Secret, Setup};
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -191,7 +191,7 @@ impl Bench {
         let report = self.report_of(unit, sequence, (x_mm, y_mm));
         let signed = key_of(unit.node()).sign(Purpose::Report, &codec::encode(&report));
         let body = Teammate { via, age: Span::ms(20), report: <&ByteSlice>::from(signed.as_slice()) };
-        self.downlink(HopBody::Teammate(body));
+        self.downlink(SessionBody::Teammate(body));
     }
 
     /// The same with a speed and a heading, mm/s and mrad.
@@ -200,7 +200,7 @@ impl Bench {
         (report.speed_mm_s, report.pose.yaw_mrad) = motion;
         let signed = key_of(unit.node()).sign(Purpose::Report, &codec::encode(&report));
         let body = Teammate { via, age: Span::ms(20), report: <&ByteSlice>::from(signed.as_slice()) };
-        self.downlink(HopBody::Teammate(body));
+        self.downlink(SessionBody::Teammate(body));
     }
 
     /// The transitions so far: from, to, cause.
@@ -220,10 +220,10 @@ impl Bench {
     }
 
     /// A record of the supervisor.
-    pub(crate) fn downlink(&mut self, body: HopBody<'_>) {
+    pub(crate) fn downlink(&mut self, body: SessionBody<'_>) {
         self.sent += 1;
-        let hop = Hop {
-            version: HOP_VERSION,
+        let outer = SessionMessage {
+            version: SESSION_VERSION,
             session: self.theirs.unwrap_or(Nonce::NONE),
             boot: Boot(1),
             sequence: Sequence(self.sent),
@@ -232,7 +232,7 @@ impl Bench {
             echo: self.challenge,
             body,
         };
-        self.feed(&Input::Record { session: SESSION, bytes: codec::encode(&hop) });
+        self.feed(&Input::Record { session: SESSION, bytes: codec::encode(&outer) });
     }
 
     fn report_of(&self, unit: UnitId, sequence: u64, (x_mm, y_mm): (i32, i32)) -> Report {
@@ -304,10 +304,10 @@ impl Bench {
     fn supervise(&mut self) {
         if self.theirs.is_some_and(|_| self.report.is_some()) {
             if !self.no_grants {
-                self.downlink(HopBody::Grant(Span::ms(500)));
+                self.downlink(SessionBody::Grant(Span::ms(500)));
             }
         } else {
-            self.downlink(HopBody::Hello(SESSION_NONCE));
+            self.downlink(SessionBody::Hello(SESSION_NONCE));
         }
     }
 
@@ -338,19 +338,19 @@ impl Bench {
     }
 
     fn uplink(&mut self, bytes: &[u8]) {
-        let hop: Hop<'_> = codec::decode(bytes, MAX_HOP).unwrap();
-        if self.challenge.is_none_or(|echo| echo.nonce != hop.challenge) {
-            self.challenge = Some(Echo { nonce: hop.challenge, seen: self.gateway_clock() });
+        let outer: SessionMessage<'_> = codec::decode(bytes, MAX_SESSION_MESSAGE).unwrap();
+        if self.challenge.is_none_or(|echo| echo.nonce != outer.challenge) {
+            self.challenge = Some(Echo { nonce: outer.challenge, seen: self.gateway_clock() });
         }
-        match hop.body {
-            HopBody::Hello(nonce) => self.theirs = Some(nonce),
-            HopBody::Report(bytes) => {
-                assert_eq!(hop.session, SESSION_NONCE);
+        match outer.body {
+            SessionBody::Hello(nonce) => self.theirs = Some(nonce),
+            SessionBody::Report(bytes) => {
+                assert_eq!(outer.session, SESSION_NONCE);
                 let bytes: &[u8] = bytes;
                 let signed = Signed::parse(bytes, MAX_REPORT).unwrap();
                 self.report = Some(codec::decode(signed.payload, MAX_REPORT).unwrap());
             }
-            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
+            SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {
                 panic!("a unit says nothing of others")
             }
         }

@@ -3,11 +3,11 @@
 use wire::command::CommandKind;
 use wire::core::Input;
 use wire::event::{Account, Event, Interface};
-use wire::hop::HopBody;
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
+use wire::session::SessionBody;
 use wire::settings::Settings;
 use wire::trust::Revocation;
 
@@ -320,11 +320,11 @@ fn only_the_authority_revokes_an_operator() {
     let mut bench = idle();
     let revocation = Revocation { of: NodeId::OPERATOR };
     let forged = revocation.sign(&key_of(NodeId::OPERATOR_2));
-    bench.downlink(HopBody::Revoked(forged.as_slice().into()));
+    bench.downlink(SessionBody::Revoked(forged.as_slice().into()));
     assert_eq!(bench.order(CommandKind::Enable), None);
     let signed = revocation.sign(&key_of(NodeId::AUTHORITY));
-    bench.downlink(HopBody::Revoked(signed.as_slice().into()));
-    bench.downlink(HopBody::Revoked(signed.as_slice().into()));
+    bench.downlink(SessionBody::Revoked(signed.as_slice().into()));
+    bench.downlink(SessionBody::Revoked(signed.as_slice().into()));
     assert_eq!(bench.events.iter().filter(|e| matches!(e, Event::Struck { .. })).count(), 1);
     assert_eq!(bench.order(CommandKind::Hold), Some(Reason::Revoked), "also towards safe: the lease is what stops");
 }

@@ -54,7 +54,7 @@ impl Living {
         let yard = &mut self.take.yard;
         yard.run(BETWEEN);
         yard.film.clear();
-        yard.bench.mouth.clear();
+        yard.bench.journal.clear();
         yard.bench.events.clear();
         yard.bench.texts.clear();
         yard.bench.pictures.clear();

@@ -36,8 +36,8 @@ pub enum PlayerError {
     #[error("{0}; is this the folder that `run --live --out` was given?")]
     Reading(String),
     /// Its console's input journal cannot be read.
-    #[error("the console's mouth log: {0}")]
-    Mouth(#[from] JournalError),
+    #[error("the console's input journal: {0}")]
+    Journal(#[from] JournalError),
     /// The core cannot be made.
     #[error(transparent)]
     Core(#[from] ConsoleError),

@@ -55,7 +55,7 @@ pub(crate) struct Bench {
     /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
     pub(crate) watched: Option<Echo>,
     /// Every input so far, with its outputs.
-    pub(crate) mouth: Vec<(Instant, Input, Vec<Output>)>,
+    pub(crate) journal: Vec<(Instant, Input, Vec<Output>)>,
     sequence: u64,
     serial: u64,
 }
@@ -108,7 +108,7 @@ impl Bench {
             texts: Vec::new(),
             pictures: Vec::new(),
             watched: None,
-            mouth: Vec::new(),
+            journal: Vec::new(),
             sequence: 0,
             serial: 0,
         };
@@ -133,7 +133,7 @@ impl Bench {
                 other => panic!("unexpected {other:?}"),
             }
         }
-        self.mouth.push((self.now, input.clone(), outputs));
+        self.journal.push((self.now, input.clone(), outputs));
     }
 
     pub(crate) fn feed(&mut self, message: &Feed<'_>) {

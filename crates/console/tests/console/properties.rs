@@ -335,10 +335,10 @@ after_every_move! {
     inputs_with_a_person_replay_identically(step) {
         // All that went before is fed again, so now and then is enough.
         if let Move::Session(_) = step.moved {
-            let mouth = &step.world.bench.mouth;
-            let (start, ..) = mouth[0];
+            let journal = &step.world.bench.journal;
+            let (start, ..) = journal[0];
             let mut again = console(Policy::default(), step.world.role, vec![], Bench::revocations(), start);
-            for (now, input, expected) in mouth {
+            for (now, input, expected) in journal {
                 again.handle(*now, input);
                 let outputs: Vec<Output> = std::iter::from_fn(|| again.output()).collect();
                 prop_assert_eq!(&outputs, expected);
@@ -348,10 +348,10 @@ after_every_move! {
 
     recording_replays_without_secrets_or_requests(step) {
         if let Move::Session(_) = step.moved {
-            let mouth = &step.world.bench.mouth;
-            let (start, ..) = mouth[0];
+            let journal = &step.world.bench.journal;
+            let (start, ..) = journal[0];
             let mut again = retracing(step.world.role, start);
-            for (now, input, said) in mouth {
+            for (now, input, said) in journal {
                 again.handle(*now, input);
                 let asks = std::iter::from_fn(|| again.output()).any(|output| matches!(output, Output::Bus { .. }));
                 prop_assert!(!asks);

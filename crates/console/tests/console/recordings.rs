@@ -22,10 +22,10 @@ fn recorded(bench: &Bench, name: &str) -> PathBuf {
         making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, vec![], Bench::revocations());
     let config = ProcessConfig { setup, config, window: None };
     fs::write(folder.join(READING), serde_json::to_vec(&config.to_read()).unwrap()).unwrap();
-    let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: bench.mouth[0].0 };
+    let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: bench.journal[0].0 };
     let log = File::create(folder.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE))).unwrap();
     let mut log = Writer::new(log, header, 1 << 24).unwrap();
-    for (now, input, outputs) in &bench.mouth {
+    for (now, input, outputs) in &bench.journal {
         log.input(*now, input).unwrap();
         outputs.iter().for_each(|output| log.output(output).unwrap());
     }
@@ -40,7 +40,7 @@ fn recording_opens_at_the_first_mode_change() {
     bench.reports(Mode::Idle, Span::s(2));
     let folder = recorded(&bench, "unchanged");
     assert_eq!(Player::open(&folder).unwrap().0.at(), Span::ZERO);
-    let begun = bench.mouth[0].0;
+    let begun = bench.journal[0].0;
     let before = bench.now;
     bench.reports(Mode::Ready, Span::s(2));
     bench.reports(Mode::HoldSafe, Span::s(2));
@@ -57,7 +57,7 @@ fn recording_counts_time_from_the_runs_start() {
     let mut bench = Bench::seating(Role::Supervise);
     bench.reports(Mode::Idle, Span::s(3));
     let (mut player, _) = Player::open(&recorded(&bench, "timed")).unwrap();
-    let begun = bench.mouth[0].0;
+    let begun = bench.journal[0].0;
     assert_eq!((player.lead(), player.shown().marks.began), (Span::ZERO, Some(begun)));
     let run = Instant(begun.0 + 1_200_000);
     player.count_from(run);

@@ -4,9 +4,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::trial::Outcome;
+use results::report::CampaignRow;
+
 use super::put;
-use crate::objects::{CampaignRow, Outcome};
-use crate::results::{Found, Results};
+use crate::reader::{Found, Results};
 use crate::tried::told;
 
 /// The policy that needs no naming.
@@ -73,8 +75,11 @@ fn flips(text: &mut String, rows: &[&CampaignRow]) {
 
 /// True if all its settings are of a model, and no check is waived.
 fn is_of_a_model(row: &CampaignRow) -> bool {
-    let of_a_model = |key: &String| key.starts_with("models.") || key.starts_with("conditions.");
-    !row.set.is_empty() && row.set.keys().all(of_a_model) && row.counts && row.watermark.is_none()
+    let of_a_model = |key: &str| key.starts_with("models.") || key.starts_with("conditions.");
+    row.set.iter().next().is_some()
+        && row.set.iter().all(|(key, _)| of_a_model(key))
+        && row.counts
+        && row.watermark.is_none()
 }
 
 fn distinct(rows: &[&CampaignRow], of: impl Fn(&CampaignRow) -> String) -> Vec<String> {
@@ -109,29 +114,32 @@ fn harms(row: &CampaignRow) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use serde_json::{Value, json};
 
-    fn row(noise: &str, outcomes: &str, unexpected: u64) -> String {
-        format!(
-            r#"{{"variation":0,"scenario":"replay","set":{{"models.noise":{noise}}},"policy":"default","evidence":"model","counts":true,
-            "expected":["REJECTED"],"n":9,"outcomes":{outcomes},"unexpected":{unexpected},"sim_seconds":1.0,"distinct_decisions":1,
-            "latency_ms":{{"to_degraded":{{"n":0}},"to_hold_safe":{{"n":0}},"to_authority_revoked":{{"n":0}}}}}}"#
-        )
+    use super::*;
+    use crate::reader::golden;
+
+    /// Nine trials at this noise.
+    fn row(noise: u64, outcomes: Value, unexpected: u64) -> Value {
+        let mut row = golden("campaign")["rows"][0].take();
+        (row["scenario"], row["set"], row["expected"]) =
+            ("replay".into(), json!({"models.noise": noise}), json!(["REJECTED"]));
+        (row["cell"], row["watermark"], row["n"]) = (Value::Null, Value::Null, 9.into());
+        (row["outcomes"], row["unexpected"]) = (outcomes, unexpected.into());
+        row
     }
 
-    fn said(rows: &[String]) -> String {
-        let rows = rows.join(",");
-        let text = format!(
-            r#"{{"kind":"campaign","schema_version":1,"hash":"","complete":true,"trials":18,"planned":18,"rows":[{rows}]}}"#
-        );
+    fn said(rows: Vec<Value>) -> String {
+        let mut campaign = golden("campaign");
+        campaign["rows"] = rows.into();
         let mut results = Results::default();
-        results.read("c.json", text.as_bytes()).expect("a campaign");
+        results.read("c.json", campaign.to_string().as_bytes()).expect("a campaign");
         fidelity(&results)
     }
 
     #[test]
     fn variation_outside_its_classes_flips_a_conclusion() {
-        let text = said(&[row("1", r#"{"REJECTED":9}"#, 0), row("2", r#"{"REJECTED":7,"FALSE_TRIP":2}"#, 2)]);
+        let text = said(vec![row(1, json!({"REJECTED": 9}), 0), row(2, json!({"REJECTED": 7, "FALSE_TRIP": 2}), 2)]);
         assert!(text.contains("| `models.noise` 1 | holds |"), "{text}");
         assert!(text.contains("- `replay` flips at `models.noise` 2 (2 of 9)"), "{text}");
         assert!(text.contains("Of 2 variations 1 hold.") && text.contains("None flips into harm"), "{text}");
@@ -140,13 +148,14 @@ mod tests {
 
     #[test]
     fn non_model_settings_are_no_fidelity_question() {
-        let row = row("2", r#"{"REJECTED":9}"#, 0).replace("models.noise", "delay.0.by_ms");
-        assert_eq!(said(&[row]), "");
+        let mut row = row(2, json!({"REJECTED": 9}), 0);
+        row["set"] = json!({"delay.0.by_ms": 2});
+        assert_eq!(said(vec![row]), "");
     }
 
     #[test]
     fn harm_is_told_from_what_only_costs() {
-        let text = said(&[row("2", r#"{"REJECTED":8,"UNSAFE":1}"#, 1)]);
+        let text = said(vec![row(2, json!({"REJECTED": 8, "UNSAFE": 1}), 1)]);
         assert!(text.contains("**Flips into harm**: `replay` at `models.noise` 2.") && text.contains("| **"), "{text}");
     }
 }

@@ -1,8 +1,10 @@
 //! Retraining against a thermovisual attack: one curve with the detector that ships, and one with another.
 
+use results::report::{CurveObject, CurvePoint};
+use stats::Share;
+
 use super::{Answer, Status, missing};
-use crate::measured::{Curve, CurvePoint, Share};
-use crate::results::{Found, Results};
+use crate::reader::{Found, Results};
 
 /// The scenario in which paint and warmth deceive together, in steps of strength.
 const THERMOVISUAL: &str = "decoy_printed_heated";
@@ -10,9 +12,9 @@ const THERMOVISUAL: &str = "decoy_printed_heated";
 /// Statement of the two curves: fewer decoys acted on at some strength, and more at none.
 pub(super) fn retrained(results: &Results) -> Answer {
     let curves = results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
-    let curves: Vec<&Curve> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
+    let curves: Vec<&CurveObject> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
     let shipped = curves.iter().find(|c| c.detector.is_none());
-    let same = |c: &&&Curve| shipped.is_some_and(|s| c.detector.is_some() && c.seed == s.seed);
+    let same = |c: &&&CurveObject| shipped.is_some_and(|s| c.detector.is_some() && c.seed == s.seed);
     let Some((shipped, other)) = shipped.zip(curves.iter().find(same)) else { return missing() };
     let pairs: Vec<(&CurvePoint, &CurvePoint)> =
         points(shipped).filter_map(|a| Some((a, points(other).find(|b| b.value == a.value)?))).collect();
@@ -33,7 +35,7 @@ pub(super) fn retrained(results: &Results) -> Answer {
     Answer { status, lines }
 }
 
-fn points(curve: &Curve) -> impl Iterator<Item = &CurvePoint> {
+fn points(curve: &CurveObject) -> impl Iterator<Item = &CurvePoint> {
     curve.lines.iter().filter(|line| line.cell.is_none()).flat_map(|line| &line.points)
 }
 
@@ -47,21 +49,25 @@ fn line(unit: &str, shipped: &CurvePoint, other: &CurvePoint) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use serde_json::json;
 
-    fn curve(detector: &str, hits: u64, lower: f64, upper: f64) -> String {
-        format!(
-            r#"{{"kind":"curve","schema_version":1,"scenario":"decoy_printed_heated","title":"","unit":"of 255","seed":1,{detector}
-            "lines":[{{"policy":"default","points":[{{"value":16,"detected":{{"hits":0,"n":20,"share":0,"lower_95":0,"upper_95":1}},
-            "harmed":{{"hits":{hits},"n":20,"share":0.5,"lower_95":{lower},"upper_95":{upper}}}}}],
-            "reading":{{"smallest_detected_before_harm":null,"smallest_harmful":null}}}}]}}"#
-        )
+    use super::*;
+    use crate::reader::golden;
+
+    fn curve(detector: Option<&str>, hits: u64, lower: f64, upper: f64) -> String {
+        let mut curve = golden("curve");
+        (curve["scenario"], curve["watermarks"], curve["detector"]) = (THERMOVISUAL.into(), json!([]), detector.into());
+        let line = &mut curve["lines"][0];
+        line["cell"] = json!(null);
+        line["points"][0]["harmed"] =
+            json!({"hits": hits, "n": 20, "share": 0.5, "lower_95": lower, "upper_95": upper});
+        curve.to_string()
     }
 
     fn said(shipped: (u64, f64, f64), other: (u64, f64, f64)) -> Status {
         let mut results = Results::default();
-        let shipped = curve("", shipped.0, shipped.1, shipped.2);
-        let other = curve(r#""detector":"ab","#, other.0, other.1, other.2);
+        let shipped = curve(None, shipped.0, shipped.1, shipped.2);
+        let other = curve(Some("ab"), other.0, other.1, other.2);
         results.read("a.json", shipped.as_bytes()).expect("a curve");
         assert_eq!(retrained(&results).status, Status::NotMeasured, "one curve says nothing");
         results.read("b.json", other.as_bytes()).expect("a curve");

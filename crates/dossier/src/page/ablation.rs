@@ -1,12 +1,12 @@
 //! Attacks that each check keeps out, and its cost without an attack.
 
 use maud::{Markup, html};
+use results::report::{Ablation, CheckRow, Worth};
 
 use super::table;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::measured::{Ablation, Check};
-use crate::results::Found;
+use crate::reader::Found;
 use crate::tried::told;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
@@ -29,7 +29,7 @@ fn rows(ablation: &Ablation) -> Table {
         "CPU s an hour, with and without",
     ]);
     for check in &ablation.checks {
-        let [trips, cpu] = check.quiet.map_or_else(Default::default, |q| {
+        let [trips, cpu] = check.quiet.as_ref().map_or_else(Default::default, |q| {
             let pair = |[with, without]: [f64; 2]| format!("{with:.2}, {without:.2}");
             [pair(q.false_trips_per_hour), pair(q.cpu_seconds_per_hour)]
         });
@@ -38,17 +38,17 @@ fn rows(ablation: &Ablation) -> Table {
     rows
 }
 
-fn worth(check: &Check) -> String {
-    match check.worth.as_str() {
-        "alone" => "by itself",
-        "pair" => "together with another",
-        _ => "nothing that was seen",
+fn worth(check: &CheckRow) -> String {
+    match check.worth {
+        Worth::Alone => "by itself",
+        Worth::Pair => "together with another",
+        Worth::None => "nothing that was seen",
     }
     .to_owned()
 }
 
-fn attacks(check: &Check) -> String {
-    let one = |a: &crate::measured::Attacked| {
+fn attacks(check: &CheckRow) -> String {
+    let one = |a: &results::report::AttackRow| {
         let name = a.cell.as_ref().map_or_else(|| a.scenario.clone(), |cell| format!("{} ({cell})", a.scenario));
         format!("{name}: {} → {}", told(&a.with), told(&a.without))
     };

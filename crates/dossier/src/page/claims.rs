@@ -1,14 +1,14 @@
 //! Claims with their evidence: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
 
 use maud::{Markup, html};
+use results::report::{CampaignObject, Matrix};
 
 use super::matrix::unmarked;
 use super::table;
 use super::verdict::percent;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::objects::{Campaign, Matrix};
-use crate::results::Found;
+use crate::reader::Found;
 use crate::tried::told;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
@@ -58,11 +58,11 @@ fn of_matrix(rows: &mut Table, matrix: &Matrix, file: &str) {
     }
 }
 
-fn of_campaign(rows: &mut Table, campaign: &Campaign, file: &str) {
+fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
     for row in campaign.rows.iter().filter(|r| r.counts && r.watermark.is_none()) {
         let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} ({cell})", row.scenario));
         let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
-        let bound = |of: fn(&crate::objects::RateBounds) -> f64| {
+        let bound = |of: fn(&results::report::RateBounds) -> f64| {
             row.bounds.as_ref().map_or_else(|| "none (not complete, or looked at often)".to_owned(), |b| percent(of(b)))
         };
         rows.rows.push(vec![

@@ -1,12 +1,12 @@
 //! Cost of a simulated second, by stage.
 
 use maud::{Markup, html};
+use results::report::TwinCost;
 
 use super::figure;
 use crate::Dossier;
 use crate::figure::{Bar, Figure, Segment, bar_table, bars};
-use crate::measured::TwinCost;
-use crate::results::Found;
+use crate::reader::Found;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     html! { @for f in figures(dossier) { (figure(&f)) } }
@@ -19,7 +19,7 @@ pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
 
 fn drawn(cost: &TwinCost) -> Figure {
     let most = cost.stages.iter().map(|s| s.us).fold(0.0, f64::max);
-    let bar = |s: &crate::measured::Stage| Bar {
+    let bar = |s: &results::report::StageCost| Bar {
         name: s.stage.clone(),
         parts: vec![Segment { name: "µs".to_owned(), class: "plain", amount: s.us.max(0.0) }],
         said: format!("{:.1} µs, {:.1} %", s.us, s.share * 100.0),

@@ -1,12 +1,13 @@
 //! Curves: outcomes of an attack over its strength.
 
 use maud::{Markup, html};
+use results::report::{CurveLine, CurveObject, CurvePoint};
+use stats::Share;
 
 use super::figure;
 use crate::Dossier;
 use crate::figure::{Figure, Point, Series, series, series_table};
-use crate::measured::{Curve, CurveLine, CurvePoint, Share};
-use crate::results::Found;
+use crate::reader::Found;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     html! { @for f in figures(dossier) { (figure(&f)) } }
@@ -18,7 +19,7 @@ pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
     curves.flat_map(|c| c.lines.iter().filter_map(move |line| drawn(c, line))).collect()
 }
 
-fn drawn(curve: &Curve, line: &CurveLine) -> Option<Figure> {
+fn drawn(curve: &CurveObject, line: &CurveLine) -> Option<Figure> {
     let point = |of: fn(&CurvePoint) -> &Share| {
         let one = move |p: &CurvePoint| {
             let share = of(p);
@@ -56,24 +57,17 @@ fn drawn(curve: &Curve, line: &CurveLine) -> Option<Figure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measured::Reading;
+    use crate::reader::golden;
 
     #[test]
     fn curve_of_another_detector_is_another_figure() {
-        let share = Share { hits: 1, n: 2, share: Some(0.5), lower_95: 0.01, upper_95: 0.99 };
-        let point = |value| CurvePoint { value, detected: share, harmed: share };
-        let reading = Reading { smallest_detected_before_harm: None, smallest_harmful: None };
-        let line = CurveLine { cell: None, policy: "default".into(), points: vec![point(1.0), point(2.0)], reading };
-        let shipped = Curve {
-            scenario: "decoy".into(),
-            title: "how far".into(),
-            unit: "m".into(),
-            seed: 1,
-            watermarks: Vec::new(),
-            detector: None,
-            lines: vec![line.clone()],
-        };
-        let other = Curve { detector: Some("ab".repeat(32)), ..shipped.clone() };
+        let mut shipped: CurveObject = serde_json::from_value(golden("curve")).expect("a curve");
+        shipped.detector = None;
+        let line = &mut shipped.lines[0];
+        line.cell = None;
+        line.points.push(CurvePoint { value: 2.0, ..line.points[0].clone() });
+        let line = line.clone();
+        let other = CurveObject { detector: Some("ab".repeat(32)), ..shipped.clone() };
         let [shipped, other] = [&shipped, &other].map(|curve| drawn(curve, &line).unwrap());
         assert!(shipped.name != other.name && shipped.title != other.title);
         assert!(other.title.ends_with("policy default, detector abababababab"), "{}", other.title);

@@ -1,13 +1,13 @@
 //! Time from a fault or an attack to DEGRADED, from its receipt: live beside the paper's figures.
 
 use maud::{Markup, html};
+use results::report::{BenchLive, RunObject};
+use stats::Sample;
 
 use super::{figure, table};
 use crate::Dossier;
 use crate::figure::{Figure, Mark, Steps, Table, ecdf, ecdf_table};
-use crate::measured::BenchLive;
-use crate::objects::{Run, Sample};
-use crate::results::Found;
+use crate::reader::Found;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let rows = rows(dossier);
@@ -26,10 +26,10 @@ pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
 }
 
 fn drawn(bench: &BenchLive) -> Option<Figure> {
-    let values = |run: &Run| run.trials.iter().filter_map(|t| t.latency_ms.to_degraded).collect();
+    let values = |run: &RunObject| run.trials.iter().filter_map(|t| t.latency_ms.to_degraded).collect();
     let samples: Vec<Steps> =
         bench.losses.iter().map(|run| Steps { name: run.scenario.clone(), values: values(run) }).collect();
-    let mark = |l: &crate::measured::LiveLatency| Mark {
+    let mark = |l: &results::report::LiveLatency| Mark {
         name: format!("paper: {}, mean of {}", l.paper.loss, l.paper.n),
         at: l.paper.mean_ms,
     };
@@ -78,7 +78,7 @@ fn rows(dossier: &Dossier) -> Table {
             | Found::TwinCost(_) => continue,
         };
         for run in runs {
-            let (place, l) = (run.mode.name(), &run.summary.latency_ms);
+            let (place, l) = (run.mode.evidence().name(), &run.summary.latency_ms);
             put(&run.scenario, None, place, "DEGRADED", &l.to_degraded);
             put(&run.scenario, None, place, "HOLD_SAFE", &l.to_hold_safe);
         }

@@ -1,13 +1,14 @@
 //! The threat matrix: a bar a threat and kind of evidence, with the content of its rows.
 
+use evidence::trial::Outcomes;
 use maud::{Markup, html};
+use results::report::{Kind, Matrix, MatrixRow};
 
 use super::verdict::percent;
 use super::{figure, table};
 use crate::Dossier;
 use crate::figure::{Bar, Figure, Segment, Table, bar_table, bars, class_of_outcome};
-use crate::objects::{Kind, Matrix, MatrixRow, Outcomes};
-use crate::results::Found;
+use crate::reader::Found;
 use crate::tried::told;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
@@ -66,7 +67,7 @@ fn bar(row: &MatrixRow, kind: &Kind) -> Bar {
 
 /// The parts of a bar of outcomes.
 pub(super) fn parts(outcomes: &Outcomes) -> Vec<Segment> {
-    let part = |(class, n): (&crate::objects::Outcome, &u64)| Segment {
+    let part = |(class, n): (&evidence::trial::Outcome, &u64)| Segment {
         name: class.name().to_owned(),
         class: class_of_outcome(class.name()),
         amount: *n as f64,

@@ -1,12 +1,12 @@
 //! Progress of the missions of runs: a class is no evidence about a platform that never set out.
 
 use maud::{Markup, html};
+use results::report::RunObject;
 
 use super::table;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::objects::Run;
-use crate::results::Found;
+use crate::reader::Found;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let rows = rows(dossier);
@@ -40,11 +40,11 @@ fn rows(dossier: &Dossier) -> Table {
     rows
 }
 
-fn row(run: &Run) -> Option<Vec<String>> {
-    let mission = run.mission.as_ref().filter(|mission| mission.n > 0)?;
+fn row(run: &RunObject) -> Option<Vec<String>> {
+    let mission = Some(&run.mission).filter(|mission| mission.n > 0)?;
     let never: Vec<String> = mission.never.iter().map(|(step, n)| format!("{step} ({n})")).collect();
     let counts = [mission.n, mission.armed, mission.acted, mission.missing].map(|n| n.to_string());
-    let mut row = vec![run.scenario.clone(), run.mode.name().to_owned()];
+    let mut row = vec![run.scenario.clone(), run.mode.evidence().name().to_owned()];
     row.extend(counts);
     row.extend([format!("{:.1}", mission.driven_m), format!("{:.1}", mission.nominal_s), never.join("; ")]);
     Some(row)
@@ -52,28 +52,22 @@ fn row(run: &Run) -> Option<Vec<String>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::results::Results;
+    use crate::reader::{Results, golden};
 
     use super::*;
 
     #[test]
     fn missions_are_reported_with_a_platform_only() {
-        let summary = r#"{"n":2,"outcomes":{"INVALID":2},"unsafe_upper_95":1.0,"unsafe_upper_95_invalid_counted":1.0,"distinct_decisions":1,
-            "latency_ms":{"to_degraded":{"n":0},"to_hold_safe":{"n":0},"to_authority_revoked":{"n":0}},"cpu_seconds":0.1,"sim_seconds":18.0}"#;
-        let run = |mission: &str| {
-            format!(
-                r#"{{"kind":"run","schema_version":1,"scenario":"loss","mode":"twin","seed":1,"expected":["HOLD_SAFE"],"trials":[],{mission}"summary":{summary}}}"#
-            )
-        };
-        let told = r#""mission":{"n":2,"armed":0,"acted":0,"missing":2,"driven_m":4.25,"nominal_s":3.0,"never":{"arm: never, no vehicle shown":2}},"#;
-        let page = |text: &str| {
+        let page = |run: &serde_json::Value| {
             let mut results = Results::default();
-            results.read("run.json", text.as_bytes()).expect("a run");
+            results.read("run.json", run.to_string().as_bytes()).expect("a run");
             let (title, version) = ("t".to_owned(), "0".to_owned());
             section(&Dossier { title, version, results, stories: Vec::new(), recordings: Vec::new() }).into_string()
         };
-        let with = page(&run(told));
-        assert!(with.contains("<td>4.2</td>") && with.contains("arm: never, no vehicle shown (2)"), "{with}");
-        assert_eq!(page(&run("")), "");
+        let mut run = golden("run");
+        let with = page(&run);
+        assert!(with.contains("<td>4.2</td>") && with.contains("arm: never, no vehicle shown (1)"), "{with}");
+        run.as_object_mut().and_then(|run| run.remove("mission")).expect("a mission");
+        assert_eq!(page(&run), "");
     }
 }

@@ -1,12 +1,12 @@
 //! The files that the page was made from, by digest, and the findings of searches in them.
 
 use maud::{Markup, html};
+use results::report::SearchObject;
 
 use super::table;
 use crate::Dossier;
 use crate::figure::Table;
-use crate::objects::Search;
-use crate::results::Found;
+use crate::reader::Found;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let mut rows = Table::new(&["file", "kind", "SHA-256"]);
@@ -33,7 +33,7 @@ fn recordings(dossier: &Dossier) -> Table {
     rows
 }
 
-fn searched(search: &Search) -> Markup {
+fn searched(search: &SearchObject) -> Markup {
     let mut rows = Table::new(&["class", "broken", "smallest word", "stopped by", "again"]);
     for f in &search.findings {
         let cells = [

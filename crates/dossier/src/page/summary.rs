@@ -1,10 +1,10 @@
 //! A run on the page: its lanes over time, and the chain of each loss.
 
 use maud::{Markup, html};
+use results::summary::{Lasted, Refusals, RunSummary, Why};
 
 use super::{figure, table};
 use crate::figure::{Figure, Lane, Span, Table, class_of_mode, lanes};
-use crate::summary::{Lasted, Refusals, RunSummary, Why};
 
 /// The lanes of refusals that are drawn; more are in the table alone.
 const LANES: usize = 6;
@@ -23,7 +23,7 @@ pub(super) fn section(story: &RunSummary) -> Markup {
 
 fn told(why: &Why) -> Markup {
     let mut chain = Table::new(&["stage", "at (s)", "log of", "what"]);
-    let row = |l: &crate::summary::Link| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
+    let row = |l: &results::summary::Link| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
     chain.rows = why.chain.iter().map(row).collect();
     let title = format!("Why {} at {:.3} s ({})", why.change, why.at, why.cause);
     html! {

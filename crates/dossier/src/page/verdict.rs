@@ -2,13 +2,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::trial::{Outcome, Outcomes};
 use maud::{Markup, html};
+use scenario::Evidence;
 
 use super::{key, table};
 use crate::Dossier;
 use crate::figure::{Table, class_of_outcome};
-use crate::objects::{Evidence, Outcome, Outcomes};
-use crate::results::{Found, Given};
+use crate::reader::{Found, Given};
 use crate::tried::{told, tried};
 
 /// Trials of one place of evidence under a full policy, in one result.
@@ -208,7 +209,7 @@ mod tests {
     fn trial_in_several_rows_counts_once() {
         let text = include_str!("../../tests/results/matrix.json");
         let read = |text: &str| {
-            let mut results = crate::results::Results::default();
+            let mut results = crate::reader::Results::default();
             results.read("m.json", text.as_bytes()).expect("a matrix");
             let all: Vec<(u64, u64)> =
                 counted(&results.given()[0]).values().map(|c| (c.n, c.outcomes.values().sum())).collect();

@@ -10,7 +10,7 @@ mod sbom;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dossier::results::Results;
+use dossier::reader::Results;
 use serde_json::Value;
 
 fn here() -> PathBuf {

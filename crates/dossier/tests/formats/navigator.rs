@@ -7,7 +7,7 @@ use super::{against, everything, given, hostile, kept};
 
 const SCHEMA: &str = "layer-4.5.schema.json";
 
-fn layer(results: &dossier::results::Results, name: &str) -> Value {
+fn layer(results: &dossier::reader::Results, name: &str) -> Value {
     let layers = layers(results);
     let (_, text) = layers.iter().find(|(file, _)| *file == name).expect("a layer");
     kept(name, text)
@@ -59,7 +59,7 @@ fn score_is_that_of_the_worst_run() {
     let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
     matrix["rows"][0]["runs"][0]["summary"]["unsafe_upper_95_invalid_counted"] = 0.01.into();
     matrix["rows"][0]["runs"][1]["summary"]["unsafe_upper_95_invalid_counted"] = 0.9.into();
-    let mut results = dossier::results::Results::default();
+    let mut results = dossier::reader::Results::default();
     results.read("other.json", matrix.to_string().as_bytes()).unwrap();
     assert_eq!(technique(&layer(&results, "attack-ics.json"), "T0830")["score"], 9);
 }
@@ -87,7 +87,7 @@ fn waived_or_unreal_runs_and_controls_score_nothing() {
         for run in matrix["rows"][0]["runs"].as_array_mut().unwrap() {
             run[key] = value.clone();
         }
-        let mut results = dossier::results::Results::default();
+        let mut results = dossier::reader::Results::default();
         results.read("other.json", matrix.to_string().as_bytes()).unwrap();
         let ics = layer(&results, "attack-ics.json");
         technique(&ics, "T0830").get("score").cloned()

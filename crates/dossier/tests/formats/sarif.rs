@@ -59,7 +59,7 @@ fn finding_under_a_waived_check_is_a_note() {
 fn fingerprint_is_stable_across_seed_and_count() {
     let mut other: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
     other["seed"] = 1000.into();
-    let mut results = dossier::results::Results::default();
+    let mut results = dossier::reader::Results::default();
     results.read("other.json", other.to_string().as_bytes()).unwrap();
     let prints = |text: String| {
         let file: Value = serde_json::from_str(&text).unwrap();
@@ -69,7 +69,7 @@ fn fingerprint_is_stable_across_seed_and_count() {
     assert_eq!(one, two);
     // Another scenario of a name as long is another result.
     let renamed = super::read("results/matrix.json").replace("\"loss\"", "\"lost\"");
-    let mut results = dossier::results::Results::default();
+    let mut results = dossier::reader::Results::default();
     results.read("renamed.json", renamed.as_bytes()).unwrap();
     assert_ne!(one[0], prints(sarif(&results))[0]);
 }

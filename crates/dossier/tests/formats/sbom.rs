@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use dossier::results::Manifest;
+use dossier::reader::Manifest;
 use dossier::sbom;
 use serde_json::Value;
 

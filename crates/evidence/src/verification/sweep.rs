@@ -75,14 +75,14 @@ impl<'a> Sweep<'a> {
         if log == self.log {
             return if digest == self.digest { Came::Missed } else { Came::Harmless };
         }
-        let custody = self.judged(&log);
+        let verification = self.judged(&log);
         let differ: Vec<usize> =
             (0..log.len().max(self.log.len())).filter(|i| log.get(*i) != self.log.get(*i)).collect();
-        if custody.flaws.is_empty() {
+        if verification.flaws.is_empty() {
             let retimed = self.retimed(&log, &differ).map_or(Came::Unchained, Came::Retimed);
             return if digest == self.digest { Came::Missed } else { retimed };
         }
-        Came::Found { located: differ.len() == 1 && self.told_near(&custody, differ[0]) }
+        Came::Found { located: differ.len() == 1 && self.told_near(&verification, differ[0]) }
     }
 
     /// Entry `i` is gone.
@@ -122,10 +122,10 @@ impl<'a> Sweep<'a> {
     }
 
     fn found(&self, log: &[Logged], place: usize) -> Came {
-        let custody = self.judged(log);
-        match custody.flaws.is_empty() {
+        let verification = self.judged(log);
+        match verification.flaws.is_empty() {
             true => Came::Missed,
-            false => Came::Found { located: self.told_near(&custody, place) },
+            false => Came::Found { located: self.told_near(&verification, place) },
         }
     }
 
@@ -149,12 +149,12 @@ impl<'a> Sweep<'a> {
 
     /// True if the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
     /// none. Places count from 0, flaws from 1.
-    fn told_near(&self, custody: &Verification, place: usize) -> bool {
+    fn told_near(&self, verification: &Verification, place: usize) -> bool {
         let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::of(&entry));
         let Some(of) = self.log.get(place).and_then(life) else { return false };
         let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(of));
-        let at = custody.flaws.first().map_or(0, |flaw| flaw.at);
-        at == place + 1 || next.map_or(at >= custody.events, |next| at.abs_diff(next + 1) <= 1)
+        let at = verification.flaws.first().map_or(0, |flaw| flaw.at);
+        at == place + 1 || next.map_or(at >= verification.events, |next| at.abs_diff(next + 1) <= 1)
     }
 }
 

@@ -11,7 +11,6 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::event::{Account, Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId, WorldId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
@@ -19,6 +18,7 @@ use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::report::Report;
 use wire::sensor::{Pose, ProductMode};
+use wire::session::{MAX_SESSION_MESSAGE, SESSION_VERSION, SessionBody, SessionMessage};
 use wire::setup::{Channel, Secret, Setup};
 use wire::sign::{Key, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -170,7 +170,7 @@ impl Bench {
     pub(crate) fn hello(&mut self, session: SessionId) -> Option<Reason> {
         let unit = self.units.get_mut(&session).unwrap();
         let nonce = unit.nonce;
-        let bytes = unit.hop(self.now, HopBody::Hello(nonce));
+        let bytes = unit.session_message(self.now, SessionBody::Hello(nonce));
         self.deliver(session, bytes)
     }
 
@@ -182,7 +182,7 @@ impl Bench {
 
     /// A report made by `by`, carried by the unit of `session`.
     pub(crate) fn carry(&mut self, session: SessionId, report: &[u8]) -> Option<Reason> {
-        let bytes = self.units.get_mut(&session).unwrap().hop(self.now, HopBody::Report(report.into()));
+        let bytes = self.units.get_mut(&session).unwrap().session_message(self.now, SessionBody::Report(report.into()));
         self.deliver(session, bytes)
     }
 
@@ -281,28 +281,28 @@ impl Unit {
     }
 
     fn take(&mut self, now: Instant, bytes: &[u8]) {
-        let hop: Hop<'_> = codec::decode(bytes, MAX_HOP).unwrap();
-        if self.echo.is_none_or(|echo| echo.nonce != hop.challenge) {
-            self.echo = Some(Echo { nonce: hop.challenge, seen: self.clock(now) });
+        let outer: SessionMessage<'_> = codec::decode(bytes, MAX_SESSION_MESSAGE).unwrap();
+        if self.echo.is_none_or(|echo| echo.nonce != outer.challenge) {
+            self.echo = Some(Echo { nonce: outer.challenge, seen: self.clock(now) });
         }
-        match hop.body {
-            HopBody::Hello(nonce) => self.theirs = nonce,
-            HopBody::Grant(_) => self.grants += 1,
-            HopBody::Teammate(t) => self.teammates.push((t.via, t.age, t.report.to_vec())),
-            HopBody::Watch(challenge) => self.watches.push(challenge),
-            HopBody::Revoked(revocation) => self.revocations.push(revocation.to_vec()),
-            HopBody::Report(_) => panic!("a gateway reports nothing"),
+        match outer.body {
+            SessionBody::Hello(nonce) => self.theirs = nonce,
+            SessionBody::Grant(_) => self.grants += 1,
+            SessionBody::Teammate(t) => self.teammates.push((t.via, t.age, t.report.to_vec())),
+            SessionBody::Watch(challenge) => self.watches.push(challenge),
+            SessionBody::Revoked(revocation) => self.revocations.push(revocation.to_vec()),
+            SessionBody::Report(_) => panic!("a gateway reports nothing"),
         }
     }
 
-    pub(crate) fn hop(&mut self, now: Instant, body: HopBody<'_>) -> Vec<u8> {
+    pub(crate) fn session_message(&mut self, now: Instant, body: SessionBody<'_>) -> Vec<u8> {
         self.sequence += 1;
-        codec::encode(&self.hop_at(self.clock(now), body))
+        codec::encode(&self.session_message_at(self.clock(now), body))
     }
 
-    pub(crate) fn hop_at<'b>(&self, stamp: PeerStamp, body: HopBody<'b>) -> Hop<'b> {
-        Hop {
-            version: HOP_VERSION,
+    pub(crate) fn session_message_at<'b>(&self, stamp: PeerStamp, body: SessionBody<'b>) -> SessionMessage<'b> {
+        SessionMessage {
+            version: SESSION_VERSION,
             session: self.theirs,
             boot: self.boot,
             sequence: Sequence(self.sequence),
@@ -315,7 +315,7 @@ impl Unit {
 
     pub(crate) fn report(&mut self, now: Instant) -> Vec<u8> {
         let report = self.signed(now);
-        self.hop(now, HopBody::Report(report.as_slice().into()))
+        self.session_message(now, SessionBody::Report(report.as_slice().into()))
     }
 
     /// Its own next report, signed.

@@ -5,12 +5,12 @@ use wire::codec;
 use wire::command::Ack;
 use wire::core::{Core, Input};
 use wire::event::{Account, Event, Interface};
-use wire::hop::{Hop, HopBody, Teammate};
 use wire::id::{Boot, NodeId, Nonce, PeerId, SessionId, UnitId, WorldId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy};
 use wire::refusal::Reason;
 use wire::sensor::ProductMode;
+use wire::session::{SessionBody, SessionMessage, Teammate};
 use wire::time::{PeerStamp, Span};
 
 use crate::bench::{Bench, Unit, command, setup, sign, waiving};
@@ -19,7 +19,7 @@ use crate::bench::{Bench, Unit, command, setup, sign, waiving};
 fn session_needs_our_echo_and_nonce_first() {
     let mut bench = Bench::new(Policy::default());
     let a = bench.open(1, NodeId::UNIT_A);
-    let mut deaf = bench.units[&a].hop_at(PeerStamp(0), HopBody::Hello(Nonce(7)));
+    let mut deaf = bench.units[&a].session_message_at(PeerStamp(0), SessionBody::Hello(Nonce(7)));
     deaf.echo = None;
     deaf.sequence = wire::id::Sequence(1);
     assert_eq!(bench.deliver(a, codec::encode(&deaf)), Some(Reason::NoEcho));
@@ -31,12 +31,12 @@ fn session_needs_our_echo_and_nonce_first() {
 /// Spoils the next report of a unit that is otherwise in order.
 type Spoil = fn(&mut Unit, wire::time::Instant) -> Vec<u8>;
 
-fn spoilt_hop(unit: &mut Unit, now: wire::time::Instant, spoil: fn(&mut Hop<'_>)) -> Vec<u8> {
+fn spoilt_message(unit: &mut Unit, now: wire::time::Instant, spoil: fn(&mut SessionMessage<'_>)) -> Vec<u8> {
     let report = unit.signed(now);
     unit.sequence += 1;
-    let mut hop = unit.hop_at(unit.clock(now), HopBody::Report(report.as_slice().into()));
-    spoil(&mut hop);
-    codec::encode(&hop)
+    let mut outer = unit.session_message_at(unit.clock(now), SessionBody::Report(report.as_slice().into()));
+    spoil(&mut outer);
+    codec::encode(&outer)
 }
 
 /// Each record gets exactly one.
@@ -46,22 +46,26 @@ fn every_record_refusal_can_be_provoked() {
         (Reason::Length, |unit, now| vec![0; unit.report(now).len() + 1200]),
         (Reason::Schema, |_, _| vec![0xff; 40]),
         (Reason::Canonical, |unit, now| [unit.report(now), vec![0]].concat()),
-        (Reason::Version, |unit, now| spoilt_hop(unit, now, |hop| hop.version = 2)),
-        (Reason::Stale, |unit, now| spoilt_hop(unit, now, |hop| hop.stamp = PeerStamp(hop.stamp.0 - 400_000))),
-        (Reason::NoEcho, |unit, now| spoilt_hop(unit, now, |hop| hop.stamp = PeerStamp(hop.stamp.0 + 9_000_000))),
-        (Reason::Session, |unit, now| spoilt_hop(unit, now, |hop| hop.session = Nonce(1))),
-        (Reason::Epoch, |unit, now| spoilt_hop(unit, now, |hop| hop.boot = Boot(0))),
-        (Reason::Jump, |unit, now| spoilt_hop(unit, now, |hop| hop.sequence.0 += 601)),
-        (Reason::Replayed, |unit, now| spoilt_hop(unit, now, |hop| hop.sequence.0 = 1)),
-        (Reason::Role, |unit, now| unit.hop(now, HopBody::Grant(Span::s(9)))),
+        (Reason::Version, |unit, now| spoilt_message(unit, now, |outer| outer.version = 2)),
+        (Reason::Stale, |unit, now| {
+            spoilt_message(unit, now, |outer| outer.stamp = PeerStamp(outer.stamp.0 - 400_000))
+        }),
+        (Reason::NoEcho, |unit, now| {
+            spoilt_message(unit, now, |outer| outer.stamp = PeerStamp(outer.stamp.0 + 9_000_000))
+        }),
+        (Reason::Session, |unit, now| spoilt_message(unit, now, |outer| outer.session = Nonce(1))),
+        (Reason::Epoch, |unit, now| spoilt_message(unit, now, |outer| outer.boot = Boot(0))),
+        (Reason::Jump, |unit, now| spoilt_message(unit, now, |outer| outer.sequence.0 += 601)),
+        (Reason::Replayed, |unit, now| spoilt_message(unit, now, |outer| outer.sequence.0 = 1)),
+        (Reason::Role, |unit, now| unit.session_message(now, SessionBody::Grant(Span::s(9)))),
         (Reason::Role, |unit, now| {
             let report = unit.signed(now);
             let teammate = Teammate { via: PeerId::UNIT_C, age: Span::ZERO, report: report.as_slice().into() };
-            unit.hop(now, HopBody::Teammate(teammate))
+            unit.session_message(now, SessionBody::Teammate(teammate))
         }),
         (Reason::Signature, |unit, now| {
             let report = sign(NodeId::UNIT_C, &unit.next_report(now));
-            unit.hop(now, HopBody::Report(report.as_slice().into()))
+            unit.session_message(now, SessionBody::Report(report.as_slice().into()))
         }),
         (Reason::Product, |unit, now| {
             unit.product = ProductMode::Replay;
@@ -71,7 +75,7 @@ fn every_record_refusal_can_be_provoked() {
             let mut report = unit.next_report(now);
             report.origin = NodeId::UNIT_C;
             let report = sign(NodeId::UNIT_C, &report);
-            unit.hop(now, HopBody::Report(report.as_slice().into()))
+            unit.session_message(now, SessionBody::Report(report.as_slice().into()))
         }),
     ];
     for (reason, spoil) in cases {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use results::mode::Mode;
-use results::report::{RunObject, run_table};
+use results::report::{RunObject, RunsObject, run_table};
 use runner::batch::Batch;
 use runner::bring::Bring;
 use runner::failure::{Exit, Failure};
@@ -71,15 +71,6 @@ pub(super) struct Args {
     /// Of a live trial's recordings, keep every Nth set of sensor frames whole and of the others the hash: 1 keeps all, 0 none.
     #[arg(long, value_name = "N", requires_all = ["live", "out"], default_value_t = FRAMES)]
     frames: u32,
-}
-
-/// Several scenarios in one object.
-#[derive(Serialize)]
-struct Several {
-    schema_version: u32,
-    mode: Mode,
-    seed: u64,
-    runs: Vec<RunObject>,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -183,7 +174,7 @@ fn finish(
     {
         return give(context, "run", &run, out);
     }
-    give(context, "runs", &Several { schema_version: SCHEMA_VERSION, mode, seed: context.seed, runs }, out)
+    give(context, "runs", &RunsObject { schema_version: SCHEMA_VERSION, mode, seed: context.seed, runs }, out)
 }
 
 fn give(

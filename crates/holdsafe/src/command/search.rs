@@ -12,7 +12,7 @@ use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
-use runner::search_config::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
+use runner::search_config::{Asked, MOST_SEQUENCES, stopped_or_unfit, unfit};
 use runner::{Context, engine, out};
 use scenario::{Name, Setup};
 use search::{AttackSequence, Cause, Found, Moments, RunConfig, RunResult, SearchConfig, Shrunk, Strategy, ends_in};
@@ -23,8 +23,8 @@ pub(super) struct Args {
     #[arg(value_name = "SCENARIO")]
     scenario: String,
     /// The attack space: a file of scenarios/alphabets, by name or by path.
-    #[arg(long, value_name = "ALPHABET", default_value = "path")]
-    alphabet: String,
+    #[arg(long = "attack-space", alias = "alphabet", value_name = "SPACE", default_value = "path")]
+    space: String,
     /// Most trials.
     #[arg(long, value_name = "N", default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     budget: u64,
@@ -70,30 +70,30 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let wanted =
         Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
-    let asked = Asked { scenario: &args.scenario, alphabet: &args.alphabet, wanted, waive: &args.waive, misset: None };
-    let ground = asked.ground(context)?;
-    let nominal = ground.try_word(&AttackSequence::default()).map_err(unfit)?;
-    let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
+    let asked = Asked { scenario: &args.scenario, space: &args.space, wanted, waive: &args.waive, misset: None };
+    let config = asked.config(context)?;
+    let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
+    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     let threads = args.jobs.unwrap_or_else(parallel::cores);
-    let hunted = match args.exhaust {
-        Some(longest) => exhaust(context, args, &ground, &moments, longest as usize, threads)?,
-        None => hunt(context, args, &ground, threads)?,
+    let result = match args.exhaust {
+        Some(longest) => exhaust(context, args, &config, &moments, longest as usize, threads)?,
+        None => draw_and_try(context, args, &config, threads)?,
     };
     let dir = out::directory(&context.root()?, args.out.as_deref(), "search")?;
     if !args.waive.is_empty() {
-        out::write_text(&dir, POLICY_FILE, &policy_text(&ground)?)?;
+        out::write_text(&dir, POLICY_FILE, &policy_text(&config)?)?;
     }
     let mut findings = Vec::new();
-    for (i, (cause, found)) in hunted.found.iter().enumerate() {
-        let shrunk = ground.shrink(&found.tried.word, &ends_in(&args.find), cause, &moments).map_err(unfit)?;
+    for (i, (cause, found)) in result.found.iter().enumerate() {
+        let shrunk = config.shrink(&found.tried.sequence, &ends_in(&args.find), cause, &moments).map_err(unfit)?;
         let name = format!("found-{}", i + 1);
-        let mut row = finding(args, &ground, &name, (cause, found, &shrunk), &dir)?;
+        let mut row = finding(args, &config, &name, (cause, found, &shrunk), &dir)?;
         if args.confirm > 0 {
-            row.live = Some(confirm(context, args, &ground, cause, &shrunk.word)?);
+            row.live = Some(confirm(context, args, &config, cause, &shrunk.sequence)?);
         }
         findings.push(row);
     }
-    let object = SearchObject::new(&ground, args.draws, &hunted, args.strategy, args.exhaust, findings);
+    let object = SearchObject::new(&config, args.draws, &result, args.strategy, args.exhaust, findings);
     out::write_result(&dir, "result.json", "search", &object)?;
     if context.json {
         out::print_json("search", &object)?;
@@ -114,49 +114,52 @@ fn class(text: &str) -> Result<Outcome, String> {
     })
 }
 
-fn hunt(context: &Context, args: &Args, ground: &SearchConfig, threads: usize) -> Result<RunResult, Failure> {
-    let quest = RunConfig { strategy: args.strategy, seed: args.draws, budget: args.budget, first: args.first };
+fn draw_and_try(context: &Context, args: &Args, config: &SearchConfig, threads: usize) -> Result<RunResult, Failure> {
+    let run = RunConfig { strategy: args.strategy, seed: args.draws, budget: args.budget, first: args.first };
     let progress = Progress::new("search", args.budget as usize, context.talk);
-    let hunted = ground.search(quest, &ends_in(&args.find), threads, &progress, &context.stop);
+    let result = config.search(run, &ends_in(&args.find), threads, &progress, &context.stop);
     progress.finish();
-    hunted.map_err(|why| stopped_or_unfit(context, why))
+    result.map_err(|why| stopped_or_unfit(context, why))
 }
 
 fn exhaust(
     context: &Context,
     args: &Args,
-    ground: &SearchConfig,
+    config: &SearchConfig,
     moments: &Moments,
     longest: usize,
     threads: usize,
 ) -> Result<RunResult, Failure> {
     // The longest are the most: their number is checked before any are made.
-    let mut words = Vec::new();
+    let mut sequences = Vec::new();
     for k in (1..=longest).rev() {
-        let more = ground.words(k, moments, MOST_WORDS).ok_or_else(|| {
-            Failure::new(Exit::Usage, format!("more than {MOST_WORDS} words of {k} letters; exhaust fewer letters"))
+        let more = config.sequences(k, moments, MOST_SEQUENCES).ok_or_else(|| {
+            Failure::new(
+                Exit::Usage,
+                format!("more than {MOST_SEQUENCES} sequences of {k} actions; exhaust fewer actions"),
+            )
         })?;
-        words.push(more);
+        sequences.push(more);
     }
-    let words: Vec<AttackSequence> = words.into_iter().rev().flatten().collect();
-    let progress = Progress::new("exhaustive search", words.len(), context.talk);
-    let hunted = ground.try_all(&words, &ends_in(&args.find), threads, &progress, &context.stop);
+    let sequences: Vec<AttackSequence> = sequences.into_iter().rev().flatten().collect();
+    let progress = Progress::new("exhaustive search", sequences.len(), context.talk);
+    let result = config.try_all(&sequences, &ends_in(&args.find), threads, &progress, &context.stop);
     progress.finish();
-    hunted.map_err(|why| stopped_or_unfit(context, why))
+    result.map_err(|why| stopped_or_unfit(context, why))
 }
 
 /// A finding: its file, and the checks that would have stopped it.
 fn finding(
     args: &Args,
-    ground: &SearchConfig,
+    config: &SearchConfig,
     name: &str,
     (cause, found, shrunk): (&Cause, &Found, &Shrunk),
     dir: &Path,
 ) -> Result<FindingRow, Failure> {
-    let tried = ground.try_word(&shrunk.word).map_err(unfit)?;
+    let tried = config.try_sequence(&shrunk.sequence).map_err(unfit)?;
     let why = said(&tried.trial.findings, &cause.broken);
     let told = why.as_deref().unwrap_or("It ends in a class that was looked for.");
-    let scenario = ground.as_regression(&shrunk.word, &args.find, told).map_err(unfit)?;
+    let scenario = config.as_regression(&shrunk.sequence, &args.find, told).map_err(unfit)?;
     let file = dir.join(format!("{name}.toml"));
     let parsed = Name::new(name).map_err(Failure::internal)?;
     let text = scenario.to_file(&parsed).map_err(Failure::internal)?;
@@ -172,15 +175,15 @@ fn finding(
         outcome: cause.outcome,
         broken: cause.broken.clone(),
         finding: why,
-        word: shrunk.word.told(&ground.alphabet),
-        found_as: found.tried.word.told(&ground.alphabet),
+        word: shrunk.sequence.told(&config.space),
+        found_as: found.tried.sequence.told(&config.space),
         trial: found.trial,
         cpu_seconds: found.cpu_seconds,
         executions: shrunk.executions,
         margins: shrunk.margins.clone(),
-        stopped_by: stopped_by(args, ground, &shrunk.word)?,
+        stopped_by: stopped_by(args, config, &shrunk.sequence)?,
         live: None,
-        reproduce: format!("holdsafe run {} --trials 1 --seed {}{rendered}{policy}", file.display(), ground.seed),
+        reproduce: format!("holdsafe run {} --trials 1 --seed {}{rendered}{policy}", file.display(), config.seed),
     })
 }
 
@@ -188,20 +191,20 @@ fn finding(
 fn confirm(
     context: &Context,
     args: &Args,
-    ground: &SearchConfig,
+    config: &SearchConfig,
     cause: &Cause,
-    word: &AttackSequence,
+    sequence: &AttackSequence,
 ) -> Result<Confirmed, Failure> {
-    let Some(inside) = ground.inside(word, &ends_in(&args.find), cause).map_err(unfit)? else {
+    let Some(inside) = config.inside(sequence, &ends_in(&args.find), cause).map_err(unfit)? else {
         return Ok(Confirmed::default());
     };
-    let scenario = inside.in_scenario(&ground.alphabet, &ground.scenario).map_err(unfit)?;
+    let scenario = inside.in_scenario(&config.space, &config.scenario).map_err(unfit)?;
     // A live run always has frames.
-    let setup = Setup { rendered: true, ..ground.setup.clone() };
-    let mut confirmed = Confirmed { word: Some(inside.told(&ground.alphabet)), ..Confirmed::default() };
+    let setup = Setup { rendered: true, ..config.setup.clone() };
+    let mut confirmed = Confirmed { word: Some(inside.told(&config.space)), ..Confirmed::default() };
     let progress = Progress::new("live", args.confirm as usize, context.talk);
     for _ in 0..args.confirm {
-        let trial = engine::trial(Mode::Live, &scenario, &setup, ground.seed, &context.stop)?;
+        let trial = engine::trial(Mode::Live, &scenario, &setup, config.seed, &context.stop)?;
         confirmed.take(trial.outcome, args.find.contains(&trial.outcome));
         progress.step();
     }
@@ -215,18 +218,18 @@ fn said(findings: &[String], broken: &str) -> Option<String> {
 }
 
 /// The waived checks each of which alone would have prevented the finding.
-fn stopped_by(args: &Args, ground: &SearchConfig, word: &AttackSequence) -> Result<Vec<String>, Failure> {
+fn stopped_by(args: &Args, config: &SearchConfig, sequence: &AttackSequence) -> Result<Vec<String>, Failure> {
     let mut stopped_by = Vec::new();
-    for switch in Switch::all().into_iter().filter(|switch| switch.is_waived(&ground.setup.policy)) {
-        let mut with = ground.clone();
+    for switch in Switch::all().into_iter().filter(|switch| switch.is_waived(&config.setup.policy)) {
+        let mut with = config.clone();
         switch.require(&mut with.setup.policy);
-        if !args.find.contains(&with.try_word(word).map_err(unfit)?.trial.outcome) {
+        if !args.find.contains(&with.try_sequence(sequence).map_err(unfit)?.trial.outcome) {
             stopped_by.push(switch.name());
         }
     }
     Ok(stopped_by)
 }
 
-fn policy_text(ground: &SearchConfig) -> Result<String, Failure> {
-    toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)
+fn policy_text(config: &SearchConfig) -> Result<String, Failure> {
+    toml::to_string_pretty(&config.setup.policy).map_err(Failure::internal)
 }

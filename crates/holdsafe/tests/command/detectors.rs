@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use live::child::Services;
 use live::trial::run_live;
-use live::vet::{Limits, vet};
+use live::try_detector::{Limits, try_detector};
 use live::{LiveError, Options};
 use parallel::progress::Stop;
 use perception::detector::Brought;
@@ -147,8 +147,9 @@ fn swapped_model_ends_the_run_before_it_begins() {
 /// A model that runs for hours or takes terabytes ends the process that tries it, at that process's limits.
 #[test]
 fn greedy_model_ends_at_its_limits() {
-    let tried =
-        |name: &str, cpu_s: u64| vet(&services(), &brought(&seed(name), COLOURS), Limits { cpu_s, ..Limits::USUAL });
+    let tried = |name: &str, cpu_s: u64| {
+        try_detector(&services(), &brought(&seed(name), COLOURS), Limits { cpu_s, ..Limits::USUAL })
+    };
     assert_eq!(tried("yolo-v8", 1), Ok(()), "an honest one stays within them");
     let why = tried("hostile-endless-products", 1).unwrap_err();
     assert!(why.contains("not loaded and tried within 1 s of CPU"), "{why}");
@@ -176,7 +177,7 @@ fn damaged_models_never_bring_their_caller_down() {
             bytes[near] = if below(2) == 0 { below(256) as u8 } else { bytes[near] ^ 1 << below(8) };
         }
         fs::write(&file, &bytes).unwrap();
-        match vet(&services(), &brought(&file, labels), Limits::USUAL) {
+        match try_detector(&services(), &brought(&file, labels), Limits::USUAL) {
             Ok(()) => loaded += 1,
             Err(why) => {
                 assert!(!why.starts_with("cannot"), "case {case}: {why}");

@@ -31,7 +31,7 @@ fn export_has_every_event_of_a_run() {
     };
     assert_eq!(audit(&recording), expected);
     assert!(recording.contains_key("/audit/unit-a") && recording.contains_key("/mode/unit-a"), "{recording:?}");
-    assert!(!recording.contains_key("/tracks"), "a recording of the twin has no mouth logs");
+    assert!(!recording.contains_key("/tracks"), "a recording of the twin has no input journals");
     let twin = told(&object(&of("thermal_loss")));
     assert_eq!(audit(&twin), expected);
     assert!(twin["/tracks"] > 80 && fs::metadata(&file).unwrap().len() > length, "{twin:?}");

@@ -46,7 +46,7 @@ fn failed_replay_is_invalid_to_the_second_judge() {
     let (head, events) = text.split_once('\n').unwrap();
     let mut head: serde_json::Value = serde_json::from_str(head).unwrap();
     assert_eq!(head["differences"], serde_json::json!([]), "{head}");
-    head["differences"] = serde_json::json!(["gateway, fed its mouth log again: differs after input 7"]);
+    head["differences"] = serde_json::json!(["gateway, replayed from its input journal: differs after input 7"]);
     fs::write(&log, format!("{head}\n{events}")).unwrap();
     let Some(output) = second_judge(&log) else { return };
     assert_eq!(object(&output)["outcome"], "INVALID", "{output:?}");

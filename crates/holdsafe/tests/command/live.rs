@@ -12,7 +12,7 @@ use live::trial::{Judged, conclude};
 use live::{Aftermath, Options, run};
 use parallel::progress::Stop;
 use scenario::Setup;
-use topology::{Cast, RunSecret, cast};
+use topology::{RunSecret, Topology, lay_out};
 use wire::core::Output;
 use wire::id::NodeId;
 use wire::person::Role;
@@ -30,15 +30,15 @@ fn spoilt(evidence: &Evidence) -> bool {
         .entries
         .iter()
         .any(|w| matches!(w.entry.event, Any::Instrument(Note::Stalled { by }) if by.0 > evidence.stall_limit));
-    overslept || evidence.custody.iter().any(|flaw| flaw.what.contains("at another time"))
+    overslept || evidence.log_flaws.iter().any(|flaw| flaw.what.contains("at another time"))
 }
 
 /// The live run of a seed, and its judgement.
-fn trial(scenario: &Path, seed: u64) -> (Cast, Setup, Aftermath, Judged) {
+fn trial(scenario: &Path, seed: u64) -> (Topology, Setup, Aftermath, Judged) {
     let scenario = scenario::load(scenario).unwrap();
     let setup = Setup::load(&root(), &scenario, None, true).unwrap();
     let secret = RunSecret::seeded(seed);
-    let cast = cast(&scenario, &setup, seed, &secret).seating(Role::Supervise);
+    let topology = lay_out(&scenario, &setup, seed, &secret).seating(Role::Supervise);
     let (stop, mut show) = (Stop::default(), |_: &str| {});
     let services = Services::Own(env!("CARGO_BIN_EXE_holdsafe").into());
     let options = Options {
@@ -50,9 +50,9 @@ fn trial(scenario: &Path, seed: u64) -> (Cast, Setup, Aftermath, Judged) {
         role: Role::Supervise,
         acts: Vec::new(),
     };
-    let after = run(&cast, &secret, setup.policy.record_guard, options).unwrap();
-    let judged = conclude(&cast, &setup, &after);
-    (cast, setup, after, judged)
+    let after = run(&topology, &secret, setup.policy.record_guard, options).unwrap();
+    let judged = conclude(&topology, &setup, &after);
+    (topology, setup, after, judged)
 }
 
 /// Writes the input journal of `node` anew, with the first input after which it wrote an audit entry fed a microsecond
@@ -103,7 +103,7 @@ fn short_live_trial_is_nominal_and_replays() {
             break;
         }
     }
-    let (spoilt, (cast, setup, after, judged)) = last.unwrap();
+    let (spoilt, (topology, setup, after, judged)) = last.unwrap();
     let Judged { verdict, .. } = &judged;
     if spoilt {
         eprintln!("the host overslept in each of {TRIES} live trials; asserted is that they are INVALID for that");
@@ -113,9 +113,9 @@ fn short_live_trial_is_nominal_and_replays() {
     }
 
     let input = shift_an_input(after.logs.folder(), NodeId::GATEWAY);
-    let Judged { evidence, verdict, .. } = conclude(&cast, &setup, &after);
+    let Judged { evidence, verdict, .. } = conclude(&topology, &setup, &after);
     assert_eq!(verdict.outcome, Outcome::Invalid, "{:?}", verdict.findings);
-    let named = format!("gateway, fed its mouth log again: differs after input {input}, ");
+    let named = format!("gateway, replayed from its input journal: differs after input {input}, ");
     let found = verdict.findings.iter().find(|f| f.property == Property::P10 && f.what.starts_with(&named));
     let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
     assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");

@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use super::drawn::{self, Case, Lot};
-use crate::report::{AgreementObject, WordRow, agreement_table};
+use crate::report::{AgreementObject, SequenceRow, agreement_table};
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::{Progress, Talk};
 use results::mode::Mode;
@@ -47,15 +47,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let live = trials(context, &kept, &planned, Mode::Live, args.jobs)?;
 
     let runs = cases.iter().zip(&planned).zip(twin.iter().zip(&live));
-    let words = runs.map(|((case, planned), trials)| row(context, case, planned, trials)).collect();
-    let object = AgreementObject::new(context.seed, args.draws, kept.build().to_owned(), words);
+    let sequences = runs.map(|((case, planned), trials)| row(context, case, planned, trials)).collect();
+    let object = AgreementObject::new(context.seed, args.draws, kept.build().to_owned(), sequences);
     out::write_result(&dir, "result.json", "bench-agreement", &object)?;
     if context.json {
         out::print_json("bench-agreement", &object)?;
     } else {
         out::say(format_args!("{}", agreement_table(&object)));
     }
-    Ok(exit(&object.words))
+    Ok(exit(&object.sequences))
 }
 
 /// One trial of each in this mode; finished ones do not run again.
@@ -79,7 +79,7 @@ fn trials(context: &Context, kept: &Kept, planned: &[Planned], mode: Mode, jobs:
             missing.push(planned);
         }
     }
-    let progress = Progress::new(&format!("words ({})", mode.name()), missing.len(), context.talk);
+    let progress = Progress::new(&format!("sequences ({})", mode.name()), missing.len(), context.talk);
     parallel::map(jobs, &missing, |planned| one(planned, &progress))?;
     progress.finish();
     let untold = Progress::new("", 0, Talk::Quiet);
@@ -87,12 +87,12 @@ fn trials(context: &Context, kept: &Kept, planned: &[Planned], mode: Mode, jobs:
     Ok(all.into_iter().flatten().collect())
 }
 
-fn row(context: &Context, case: &Case, planned: &Planned, (twin, live): (&Trial, &Trial)) -> WordRow {
-    WordRow {
+fn row(context: &Context, case: &Case, planned: &Planned, (twin, live): (&Trial, &Trial)) -> SequenceRow {
+    SequenceRow {
         name: case.name(),
         stratum: case.stratum,
         of: case.of.clone(),
-        word: case.word.clone(),
+        sequence: case.sequence.clone(),
         twin: twin.outcome,
         live: live.outcome,
         findings: live.findings.clone(),
@@ -101,10 +101,10 @@ fn row(context: &Context, case: &Case, planned: &Planned, (twin, live): (&Trial,
 }
 
 /// At an edge either may be the first to break; elsewhere a break that the twin misses was not expected.
-fn exit(words: &[WordRow]) -> Exit {
-    if words.iter().any(|word| word.is_missed() && word.stratum != Stratum::Edge) {
+fn exit(sequences: &[SequenceRow]) -> Exit {
+    if sequences.iter().any(|sequence| sequence.is_missed() && sequence.stratum != Stratum::Edge) {
         Exit::Unexpected
-    } else if words.iter().all(|word| word.live == Outcome::Invalid) {
+    } else if sequences.iter().all(|sequence| sequence.live == Outcome::Invalid) {
         Exit::NoEvidence
     } else {
         Exit::Fine

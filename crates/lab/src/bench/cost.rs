@@ -8,10 +8,10 @@
 
 use std::hint::black_box;
 
-use crate::report::{Spread, StageCost, TwinCost, cost_table};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use results::mode::Mode;
+use results::report::{Spread, StageCost, TwinCost, cost_table};
 use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
@@ -87,7 +87,7 @@ impl<'a> Bench<'a> {
     fn prepare(context: &'a Context, planned: &'a Planned, trials: u64) -> Result<Self, Failure> {
         let course = |i| {
             let course = Course::of(&planned.variation.scenario, &planned.setup, context.seed.wrapping_add(i));
-            course.map_err(failed)?.ok_or_else(|| Failure::internal("a cast without a sim"))
+            course.map_err(failed)?.ok_or_else(|| Failure::internal("a topology without a sim"))
         };
         let courses = (0..trials).map(course).collect::<Result<_, _>>()?;
         let known = Known::of(&planned.variation.scenario, &planned.setup, context.seed, SUFFIX).map_err(failed)?;

@@ -26,7 +26,7 @@ use sha2::{Digest, Sha256};
 /// Findings where no check is waived: classes that no platform should show.
 const BROKEN: [Outcome; 2] = [Outcome::Unsafe, Outcome::Late];
 /// Search configurations tried for one sequence: some have no sequence in a stratum.
-const GROUNDS: u32 = 16;
+const CONFIGS: u32 = 16;
 
 /// Size and seeds of a drawing.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,8 @@ pub(super) struct Case {
     /// The weakness, or the attack space where no check is waived.
     pub(super) of: String,
     waived: bool,
-    pub(super) word: String,
+    #[serde(rename = "word")]
+    pub(super) sequence: String,
 }
 
 impl Case {
@@ -63,7 +64,7 @@ impl Case {
         let wanted = Wanted { policy, rendered: true, ..Wanted::default() };
         let (_, planned) = plan::plan(context, &file, &wanted)?;
         let [mut one] = <[Planned; 1]>::try_from(planned)
-            .map_err(|_| Failure::internal("a word that was drawn has several cells"))?;
+            .map_err(|_| Failure::internal("a sequence that was drawn has several cells"))?;
         one.command = Some(format!("holdsafe run {} --trials 1 --live{again}", file.display()));
         Ok(one)
     }
@@ -84,7 +85,7 @@ pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Resul
     let wanted = || Stratum::ALL.into_iter().flat_map(|stratum| (1..=lot.each).map(move |number| (stratum, number)));
     let missing: Vec<_> = wanted().filter(|place| !done.contains_key(place)).collect();
     let sources = Sources::of(context)?;
-    let progress = Progress::new("words drawn", missing.len(), context.talk);
+    let progress = Progress::new("sequences drawn", missing.len(), context.talk);
     let drawn = parallel::map(parallel::cores(), &missing, |(stratum, number)| {
         let case = sources.draw(context, lot, *stratum, *number, dir)?;
         lines.put(&case)?;
@@ -106,7 +107,7 @@ fn digest(context: &Context, kept: &Kept, lot: Lot) -> Result<String, Failure> {
 /// Sources of sequences: findings and edges where a check is waived, safe sequences where none is.
 struct Sources {
     weaknesses: Vec<Weakness>,
-    alphabets: Vec<String>,
+    spaces: Vec<String>,
 }
 
 impl Sources {
@@ -114,35 +115,35 @@ impl Sources {
         let mut weaknesses = search_config::weaknesses(context)?;
         // A policy can name a waived check, and `run` takes a policy; a wrong bound is in no file that it takes.
         weaknesses.retain(|weakness| weakness.waive.is_some());
-        Ok(Self { weaknesses, alphabets: search_config::shipped(context, "alphabets")? })
+        Ok(Self { weaknesses, spaces: search_config::shipped(context, "alphabets")? })
     }
 
     fn draw(&self, context: &Context, lot: Lot, stratum: Stratum, number: u64, dir: &Path) -> Result<Case, Failure> {
         let place = format!("{} {} {number}", lot.draws, stratum.name());
         let mut rng = ChaCha8Rng::from_seed(Sha256::digest(place).into());
-        for _ in 0..GROUNDS {
-            let (of, find, ground) = match stratum {
+        for _ in 0..CONFIGS {
+            let (of, find, config) = match stratum {
                 Stratum::Safe => self.sound(context, &mut rng)?,
                 Stratum::Finding | Stratum::Edge => self.weakened(context, &mut rng)?,
             };
-            let drawn = ground.sample(stratum, &ends_in(&find), rng.next_u64(), &context.stop);
+            let drawn = config.sample(stratum, &ends_in(&find), rng.next_u64(), &context.stop);
             if let Some(drawn) = drawn.map_err(|why| stopped_or_unfit(context, why))? {
                 let waived = stratum != Stratum::Safe;
-                let case = Case { stratum, number, of, waived, word: drawn.word.clone() };
-                write(&case, &drawn, &ground, dir)?;
+                let case = Case { stratum, number, of, waived, sequence: drawn.sequence.clone() };
+                write(&case, &drawn, &config, dir)?;
                 return Ok(case);
             }
         }
-        let message = format!("no word for {} in {GROUNDS} grounds", stratum.name());
+        let message = format!("no sequence for {} in {CONFIGS} configurations", stratum.name());
         Err(Failure::new(Exit::NoEvidence, message))
     }
 
     /// One of the attack spaces, under every check.
     fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
-        let alphabet = one_of(&self.alphabets, rng)?;
+        let space = one_of(&self.spaces, rng)?;
         let wanted = Wanted { rendered: true, ..Wanted::default() };
-        let ground = Asked { scenario: "nominal", alphabet, wanted, waive: &[], misset: None }.ground(context)?;
-        Ok((alphabet.clone(), BROKEN.to_vec(), ground))
+        let config = Asked { scenario: "nominal", space, wanted, waive: &[], misset: None }.config(context)?;
+        Ok((space.clone(), BROKEN.to_vec(), config))
     }
 
     /// One of the weaknesses, with its check waived by a policy of its name.
@@ -153,26 +154,26 @@ impl Sources {
     ) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let weakness = one_of(&self.weaknesses, rng)?;
         let wanted = Wanted { rendered: true, ..Wanted::default() };
-        let mut ground = search_config::of_weakness(context, weakness, wanted)?;
+        let mut config = search_config::of_weakness(context, weakness, wanted)?;
         let name = weakness.name.as_str();
-        name.clone_into(&mut ground.setup.policy_name);
-        name.clone_into(&mut ground.setup.policy.name);
-        Ok((name.to_owned(), weakness.find.to_vec(), ground))
+        name.clone_into(&mut config.setup.policy_name);
+        name.clone_into(&mut config.setup.policy.name);
+        Ok((name.to_owned(), weakness.find.to_vec(), config))
     }
 }
 
 fn one_of<'a, T>(of: &'a [T], rng: &mut ChaCha8Rng) -> Result<&'a T, Failure> {
     let i = (u64::from(rng.next_u32()) * of.len() as u64) >> 32;
-    of.get(i as usize).ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to draw words from"))
+    of.get(i as usize).ok_or_else(|| Failure::new(Exit::NoEvidence, "no source to draw sequences from"))
 }
 
-fn write(case: &Case, drawn: &Drawn, ground: &SearchConfig, dir: &Path) -> Result<(), Failure> {
+fn write(case: &Case, drawn: &Drawn, config: &SearchConfig, dir: &Path) -> Result<(), Failure> {
     let name = case.name();
     let parsed = Name::new(&name).map_err(Failure::internal)?;
     let text = drawn.scenario.to_file(&parsed).map_err(Failure::internal)?;
     std::fs::write(file(dir, "words", &name), text)?;
     if case.waived {
-        let text = toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)?;
+        let text = toml::to_string_pretty(&config.setup.policy).map_err(Failure::internal)?;
         std::fs::write(file(dir, "policies", &case.of), text)?;
     }
     Ok(())

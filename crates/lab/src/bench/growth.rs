@@ -7,10 +7,11 @@
 //! costs*). Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left
 //! them.
 
-use crate::report::{Grown, Growth, GrowthRow, Spread, growth_table};
+use crate::report::{Grown, Growth, GrowthRow, growth_table};
 use instrument::Any;
 use parallel::progress::Progress;
 use results::mode::Mode;
+use results::report::Spread;
 use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
@@ -134,8 +135,8 @@ fn trial(place: &Place, seed: u64) -> Result<(), EngineError> {
     for turn in 1..=duration.div_ceil(TURN_US) {
         twins.iter_mut().for_each(|(_, twin)| twin.run_until((turn * TURN_US).min(duration)));
     }
-    for (cast, twin) in twins {
-        conclude(cast, twin, setup);
+    for (topology, twin) in twins {
+        conclude(topology, twin, setup);
     }
     Ok(())
 }
@@ -143,8 +144,8 @@ fn trial(place: &Place, seed: u64) -> Result<(), EngineError> {
 /// The most tracks that the display shows at a time in the first trial.
 fn tracks(context: &Context, planned: &Planned) -> Result<u8, Failure> {
     let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
-    let (cast, twin) = start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
-    let shown = conclude(cast, twin, setup).evidence.entries.into_iter().filter_map(|witnessed| {
+    let (topology, twin) = start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
+    let shown = conclude(topology, twin, setup).evidence.entries.into_iter().filter_map(|witnessed| {
         if let Any::Service(Event::Displayed { tracks_fresh, .. }) = witnessed.entry.event {
             Some(tracks_fresh)
         } else {

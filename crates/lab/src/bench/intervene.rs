@@ -18,7 +18,7 @@ use rand_core::{RngCore, SeedableRng};
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, engine, out, plan, search_config};
-use scenario::{Alphabet, Scenario};
+use scenario::{AttackSpace, Scenario};
 use search::{Action, AttackSequence};
 use serde::Serialize;
 use stats::Share;
@@ -43,8 +43,8 @@ pub struct Args {
 /// One fault of a run.
 #[derive(Clone)]
 struct Fault<'a> {
-    alphabet: &'a Alphabet,
-    letter: Action,
+    space: &'a AttackSpace,
+    action: Action,
 }
 
 /// One run that counted.
@@ -116,11 +116,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &Wanted::default())?;
     let base = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
     let names = search_config::shipped(context, "alphabets")?;
-    let alphabets = names.iter().map(|name| search_config::alphabet(context, name)).collect::<Result<Vec<_>, _>>()?;
+    let spaces = names.iter().map(|name| search_config::space(context, name)).collect::<Result<Vec<_>, _>>()?;
     let progress = Progress::new("runs", args.runs as usize, context.talk);
     let seeds: Vec<u64> = (0..args.runs).map(|i| context.seed + i).collect();
     let rows = parallel::map(parallel::cores(), &seeds, |seed| {
-        let row = counted(context, base, &alphabets, *seed, (*seed - context.seed) % 2 == 1);
+        let row = counted(context, base, &spaces, *seed, (*seed - context.seed) % 2 == 1);
         progress.step();
         row
     })?;
@@ -174,7 +174,7 @@ fn show(measured: &Measured) {
 fn counted(
     context: &Context,
     base: &Planned,
-    alphabets: &[Alphabet],
+    spaces: &[AttackSpace],
     seed: u64,
     two: bool,
 ) -> Result<(u32, Option<Row>), Failure> {
@@ -183,7 +183,7 @@ fn counted(
         if context.stop.asked() {
             return Err(runner::error::EngineError::Stopped.into());
         }
-        let faults: Vec<Fault<'_>> = (0..if two { 2 } else { 1 }).map(|_| Fault::draw(alphabets, &mut rng)).collect();
+        let faults: Vec<Fault<'_>> = (0..if two { 2 } else { 1 }).map(|_| Fault::draw(spaces, &mut rng)).collect();
         if let Some(row) = tried(base, &faults, seed)? {
             return Ok((drawn, Some(row)));
         }
@@ -240,8 +240,8 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
 /// The base with the kept faults in it, and every participant that any of the faults needs.
 fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scenario> {
     faults.iter().zip(kept).try_fold(base.clone(), |scenario, (fault, kept)| {
-        let letters = if *kept { vec![fault.letter.clone()] } else { Vec::new() };
-        AttackSequence::new(letters).in_scenario(fault.alphabet, &scenario).ok()
+        let actions = if *kept { vec![fault.action.clone()] } else { Vec::new() };
+        AttackSequence::new(actions).in_scenario(fault.space, &scenario).ok()
     })
 }
 
@@ -263,33 +263,33 @@ fn meant(faults: &[Fault<'_>], place: Place, since: Micros) -> Option<usize> {
 
 impl<'a> Fault<'a> {
     /// Any action type of any attack space, at any time and strength.
-    fn draw(alphabets: &'a [Alphabet], rng: &mut ChaCha8Rng) -> Self {
+    fn draw(spaces: &'a [AttackSpace], rng: &mut ChaCha8Rng) -> Self {
         let mut below = |n: u64| rng.next_u64() % n.max(1);
-        let alphabet = &alphabets[below(alphabets.len() as u64) as usize];
-        let kind = below(alphabet.moves.len() as u64) as usize;
+        let space = &spaces[below(spaces.len() as u64) as usize];
+        let kind = below(space.moves.len() as u64) as usize;
         let begins = BEGINS_MS.0 + below(BEGINS_MS.1 - BEGINS_MS.0);
-        let begins = (begins / alphabet.tick_ms.unsigned()) as u32;
-        let places = alphabet.moves[kind].ranges().map(|range| below(u64::from(range.last()) + 1) as u32).collect();
-        Fault { alphabet, letter: Action { begins, kind, places } }
+        let begins = (begins / space.tick_ms.unsigned()) as u32;
+        let places = space.moves[kind].ranges().map(|range| below(u64::from(range.last()) + 1) as u32).collect();
+        Fault { space, action: Action { begins, kind, places } }
     }
 
     fn begins(&self) -> Micros {
-        u64::from(self.letter.begins) * self.alphabet.tick_ms.unsigned() * 1000
+        u64::from(self.action.begins) * self.space.tick_ms.unsigned() * 1000
     }
 
     /// Its attack space and action type.
     fn name(&self) -> String {
-        let of = &self.alphabet.moves[self.letter.kind];
-        format!("{} {}", self.alphabet.name.as_str(), of.name.as_str())
+        let of = &self.space.moves[self.action.kind];
+        format!("{} {}", self.space.name.as_str(), of.name.as_str())
     }
 
     fn told(&self) -> String {
-        AttackSequence::new(vec![self.letter.clone()]).told(self.alphabet)
+        AttackSequence::new(vec![self.action.clone()]).told(self.space)
     }
 
     /// Places at which it can show to the services: its target, and the dependants of that alone.
     fn shows(&self) -> Vec<Place> {
-        let of = &self.alphabet.moves[self.letter.kind];
+        let of = &self.space.moves[self.action.kind];
         let value = |key: &str| of.set.get(key).and_then(|v| v.as_str()).unwrap_or_default();
         match of.table.as_str() {
             "fault" => match value("sensor") {

@@ -59,11 +59,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 fn text(name: &str, m: &Measured) -> String {
     let share = |n: u64, of: u64| if of == 0 { 0.0 } else { n as f64 / of as f64 * 100.0 };
-    let arrived = m.listener.guard.datagrams + m.listener.strangers + m.kernel_dropped;
+    let arrived = m.listener.guard.datagrams + m.listener.unknown_peers + m.kernel_dropped;
     format!(
         "{name}: {} sessions x {} records/s for {} s, {} other datagrams/s\n  \
          records: {} sent, {} delivered ({:.3} % not)\n  \
-         other datagrams: {} sent, {} refused at the door\n  \
+         other datagrams: {} sent, {} refused before the handshake\n  \
          dropped by the kernel at the socket: {} ({:.3} %)\n  \
          in no account: {}\n  \
          resident memory: {} KiB before, {} KiB at most\n",
@@ -75,7 +75,7 @@ fn text(name: &str, m: &Measured) -> String {
         m.delivered,
         share(m.sent.saturating_sub(m.delivered), m.sent),
         m.flooded,
-        m.listener.strangers,
+        m.listener.unknown_peers,
         m.kernel_dropped,
         share(m.kernel_dropped, arrived),
         m.unaccounted,

@@ -12,15 +12,15 @@ use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
 use runner::out;
-use runner::search_config::{MOST_WORDS, stopped_or_unfit, unfit};
+use runner::search_config::{MOST_SEQUENCES, stopped_or_unfit, unfit};
 use scenario::Weakness;
 use search::{AttackSequence, Cause, Found, Moments, SearchConfig, Shrunk, Strategy, ends_in};
 
-pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, SearchConfig)], seeds: u64) -> Result<Exit, Failure> {
-    let progress = Progress::new("findings shrunk", grounds.len() * seeds as usize, bench.context.talk);
+pub(super) fn run(bench: &Bench<'_>, configs: &[(Weakness, SearchConfig)], seeds: u64) -> Result<Exit, Failure> {
+    let progress = Progress::new("findings shrunk", configs.len() * seeds as usize, bench.context.talk);
     let mut rows = Vec::new();
-    for ground in grounds {
-        rows.extend(minima(bench, ground, seeds, &progress)?);
+    for config in configs {
+        rows.extend(minima(bench, config, seeds, &progress)?);
     }
     progress.finish();
     let (seed, budget) = (bench.context.seed, bench.budget);
@@ -36,20 +36,20 @@ pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, SearchConfig)], seeds
 /// One row for each cause.
 fn minima(
     bench: &Bench<'_>,
-    (weakness, ground): &(Weakness, SearchConfig),
+    (weakness, config): &(Weakness, SearchConfig),
     seeds: u64,
     progress: &Progress,
 ) -> Result<Vec<MinimaRow>, Failure> {
-    let nominal = ground.try_word(&AttackSequence::default()).map_err(unfit)?;
-    let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
+    let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
+    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     let all: Vec<u64> = (1..=seeds).collect();
     let shrunk = parallel::map(bench.threads, &all, |seed| {
-        let hunted = bench.search((weakness, ground), Strategy::Guided, *seed)?;
+        let result = bench.search((weakness, config), Strategy::Guided, *seed)?;
         let shrink = |(cause, found): (Cause, Found)| {
-            let shrunk = ground.shrink(&found.tried.word, &ends_in(&weakness.find), &cause, &moments);
+            let shrunk = config.shrink(&found.tried.sequence, &ends_in(&weakness.find), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)
         };
-        let shrunk = hunted.found.into_iter().next().map(shrink).transpose()?;
+        let shrunk = result.found.into_iter().next().map(shrink).transpose()?;
         progress.step();
         Ok::<_, Failure>(shrunk)
     })?;
@@ -58,9 +58,9 @@ fn minima(
         by_cause.entry(cause).or_default().push(shrunk);
     }
     let row = |(cause, shrunk): (Cause, Vec<Shrunk>)| {
-        let longest = shrunk.iter().map(|shrunk| shrunk.word.letters().len()).max().unwrap_or_default();
-        let fewest = fewest(bench, weakness, ground, &moments, &cause, longest)?;
-        Ok(MinimaRow::new(weakness, ground, &cause, &shrunk, fewest))
+        let longest = shrunk.iter().map(|shrunk| shrunk.sequence.actions().len()).max().unwrap_or_default();
+        let fewest = fewest(bench, weakness, config, &moments, &cause, longest)?;
+        Ok(MinimaRow::new(weakness, config, &cause, &shrunk, fewest))
     };
     by_cause.into_iter().map(row).collect()
 }
@@ -69,17 +69,17 @@ fn minima(
 fn fewest(
     bench: &Bench<'_>,
     weakness: &Weakness,
-    ground: &SearchConfig,
+    config: &SearchConfig,
     moments: &Moments,
     cause: &Cause,
     below: usize,
 ) -> Result<Option<usize>, Failure> {
     let untold = Progress::new("", 0, Talk::Quiet);
     for k in 0..below {
-        let too_many = || Failure::new(Exit::Usage, format!("more than {MOST_WORDS} words of {k} letters"));
-        let words = ground.words(k, moments, MOST_WORDS).ok_or_else(too_many)?;
+        let too_many = || Failure::new(Exit::Usage, format!("more than {MOST_SEQUENCES} sequences of {k} actions"));
+        let sequences = config.sequences(k, moments, MOST_SEQUENCES).ok_or_else(too_many)?;
         let stop = &bench.context.stop;
-        let tried = ground.try_all(&words, &ends_in(&weakness.find), bench.threads, &untold, stop);
+        let tried = config.try_all(&sequences, &ends_in(&weakness.find), bench.threads, &untold, stop);
         if tried.map_err(|why| stopped_or_unfit(bench.context, why))?.found.contains_key(cause) {
             return Ok(Some(k));
         }

@@ -22,7 +22,7 @@ use sim::NoiseModel;
 use sim::ride::Ride;
 use sim::scene::Scene;
 use stats::mean::Mean;
-use topology::{RunSecret, cast};
+use topology::{RunSecret, lay_out};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -141,8 +141,8 @@ impl Grounds {
             }
             Grounds::Shipped(planned) => {
                 let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
-                let cast = cast(scenario, setup, number, &RunSecret::seeded(number));
-                let config = cast.world().ok_or_else(|| Failure::internal("a cast without a sim"))?;
+                let topology = lay_out(scenario, setup, number, &RunSecret::seeded(number));
+                let config = topology.world().ok_or_else(|| Failure::internal("a topology without a sim"))?;
                 let drive = Ride::new(&config.scene, YARD, config.noise, config.seed);
                 Ok((config.scene.clone(), drive.map_err(Failure::internal)?))
             }

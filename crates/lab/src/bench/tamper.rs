@@ -21,7 +21,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, engine, out, plan};
 use serde::Serialize;
-use topology::Cast;
+use topology::Topology;
 use twin::verified::Verified;
 use wire::id::NodeId;
 
@@ -142,7 +142,7 @@ type Sealed = (usize, usize);
 struct Recorded {
     file: Vec<u8>,
     sealed: Vec<Sealed>,
-    cast: Cast,
+    topology: Topology,
     log: Vec<Logged>,
     held: Held,
 }
@@ -177,16 +177,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         insertions,
         swaps,
         cuts: cuts(context, &sweep, &of)?,
-        rewritten: stories(&of, Tampering::Rechain),
-        cut_at_a_seal: stories(&of, Tampering::CutAtSeal),
+        rewritten: rewrites(&of, Tampering::Rechain),
+        cut_at_a_seal: rewrites(&of, Tampering::CutAtSeal),
     };
     match context.json {
         true => out::print_json("bench-tamper", &measured)?,
         false => show(&measured),
     }
     let tallies = [&measured.changes, &measured.deletions, &measured.insertions, &measured.swaps];
-    let stories = [&measured.rewritten, &measured.cut_at_a_seal];
-    let missed: u64 = tallies.iter().chain(&stories).map(|tally| tally.missed + tally.unchained).sum();
+    let rewrites = [&measured.rewritten, &measured.cut_at_a_seal];
+    let missed: u64 = tallies.iter().chain(&rewrites).map(|tally| tally.missed + tally.unchained).sum();
     Ok(if missed == 0 && measured.cuts.misses.is_empty() { Exit::Fine } else { Exit::Unexpected })
 }
 
@@ -201,7 +201,7 @@ fn recorded(context: &Context, args: &Args) -> Result<Recorded, Failure> {
     let file = write(&folder, &log);
     let _ = fs::remove_dir_all(&folder);
     let (file, sealed) = file?;
-    Ok(Recorded { file, sealed, cast: run.cast, log, held: run.held })
+    Ok(Recorded { file, sealed, topology: run.topology, log, held: run.held })
 }
 
 fn write(folder: &Path, log: &[Logged]) -> Result<(Vec<u8>, Vec<Sealed>), Failure> {
@@ -273,9 +273,9 @@ fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Fai
 }
 
 /// A recorder with its own key rewrites the whole log.
-fn stories(of: &Recorded, does: Tampering) -> Tally {
+fn rewrites(of: &Recorded, does: Tampering) -> Tally {
     let mut tally = Tally::default();
-    let Some(recorder) = of.cast.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
+    let Some(recorder) = of.topology.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
     // The entries of guards and launcher are out of the recorder's hands.
     let (log, witnessed): (Vec<&Logged>, Vec<&Logged>) = of.log.iter().partition(|l| by_recorder(l.node));
     let log = log.into_iter().map(|l| Kept { at: l.at, node: l.node, bytes: l.bytes.clone() });
@@ -295,7 +295,7 @@ fn stories(of: &Recorded, does: Tampering) -> Tally {
         }
         let found = !log_verifier.close().flaws.is_empty();
         let came = if found { Came::Found { located: false } } else { Came::Missed };
-        tally.note(&came, || format!("story {seed}"));
+        tally.note(&came, || format!("rewrite {seed}"));
     }
     tally
 }

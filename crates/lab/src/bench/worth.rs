@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use super::minima;
-use crate::report::{HuntsRow, WeaknessRow, WorthObject, worth_table};
+use crate::report::{StrategyRow, WeaknessRow, WorthObject, worth_table};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
@@ -43,16 +43,16 @@ pub struct Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let bench = Bench { context, budget: args.budget, threads: args.jobs.unwrap_or_else(parallel::cores) };
-    let grounds = grounds(context, args)?;
+    let configs = configs(context, args)?;
     if let Some(seeds) = args.shrink {
-        return minima::run(&bench, &grounds, seeds);
+        return minima::run(&bench, &configs, seeds);
     }
-    let hunts = grounds.len() * Strategy::ALL.len() * args.draws as usize;
+    let hunts = configs.len() * Strategy::ALL.len() * args.draws as usize;
     let progress = Progress::new("hunts", hunts, context.talk);
     let mut weaknesses = Vec::new();
     let before = load_average();
-    for (weakness, ground) in &grounds {
-        weaknesses.push(compared(&bench, weakness, ground, args.draws, &progress)?);
+    for (weakness, config) in &configs {
+        weaknesses.push(compared(&bench, weakness, config, args.draws, &progress)?);
     }
     progress.finish();
     let object = WorthObject {
@@ -83,18 +83,18 @@ impl Bench<'_> {
     /// One search run for a first finding, on one thread.
     pub(super) fn search(
         &self,
-        (weakness, ground): (&Weakness, &SearchConfig),
+        (weakness, config): (&Weakness, &SearchConfig),
         strategy: Strategy,
         seed: u64,
     ) -> Result<RunResult, Failure> {
-        let quest = RunConfig { strategy, seed, budget: self.budget, first: true };
+        let run = RunConfig { strategy, seed, budget: self.budget, first: true };
         let untold = Progress::new("", 0, Talk::Quiet);
-        let hunted = ground.search(quest, &ends_in(&weakness.find), 1, &untold, &self.context.stop);
-        hunted.map_err(|why| stopped_or_unfit(self.context, why))
+        let result = config.search(run, &ends_in(&weakness.find), 1, &untold, &self.context.stop);
+        result.map_err(|why| stopped_or_unfit(self.context, why))
     }
 }
 
-fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, SearchConfig)>, Failure> {
+fn configs(context: &Context, args: &Args) -> Result<Vec<(Weakness, SearchConfig)>, Failure> {
     let list = match &args.list {
         Some(file) => Weaknesses::load(file)?.weakness.to_vec(),
         None => search_config::weaknesses(context)?,
@@ -105,39 +105,39 @@ fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, SearchConfig
         return Err(Failure::new(Exit::Usage, format!("no weakness `{unknown}`; there are: {}", known.join(", "))));
     }
     let chosen = |weakness: &&Weakness| args.only.is_empty() || args.only.iter().any(|n| n == weakness.name.as_str());
-    let ground =
+    let config =
         |weakness: &Weakness| Ok((weakness.clone(), search_config::of_weakness(context, weakness, Wanted::default())?));
-    list.iter().filter(chosen).map(ground).collect()
+    list.iter().filter(chosen).map(config).collect()
 }
 
 fn compared(
     bench: &Bench<'_>,
     weakness: &Weakness,
-    ground: &SearchConfig,
+    config: &SearchConfig,
     draws: u64,
     progress: &Progress,
 ) -> Result<WeaknessRow, Failure> {
     let turns: Vec<(u64, Strategy)> = (1..=draws).flat_map(|seed| Strategy::ALL.map(|of| (seed, of))).collect();
-    let hunted = parallel::map(bench.threads, &turns, |(seed, strategy)| {
-        let hunted = bench.search((weakness, ground), *strategy, *seed)?;
+    let result = parallel::map(bench.threads, &turns, |(seed, strategy)| {
+        let result = bench.search((weakness, config), *strategy, *seed)?;
         progress.step();
-        Ok::<_, Failure>((*strategy, hunted))
+        Ok::<_, Failure>((*strategy, result))
     })?;
     let of = |strategy: Strategy| {
-        let hunts = hunted.iter().filter(|(by, _)| *by == strategy).map(|(_, hunted)| hunted);
+        let hunts = result.iter().filter(|(by, _)| *by == strategy).map(|(_, result)| result);
         let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts.map(waits).unzip();
-        HuntsRow::new(strategy, trials, cpu_seconds)
+        StrategyRow::new(strategy, trials, cpu_seconds)
     };
     Ok(WeaknessRow::new(weakness, Strategy::ALL.map(of)))
 }
 
 /// Trials and CPU seconds until the first finding.
-fn waits(hunted: &RunResult) -> (Wait, Wait) {
-    match hunted.found.values().next() {
+fn waits(result: &RunResult) -> (Wait, Wait) {
+    match result.found.values().next() {
         Some(found) => {
             (Wait { waited: found.trial as f64, came: true }, Wait { waited: found.cpu_seconds, came: true })
         }
-        None => (Wait { waited: hunted.trials as f64, came: false }, Wait { waited: hunted.cpu_seconds, came: false }),
+        None => (Wait { waited: result.trials as f64, came: false }, Wait { waited: result.cpu_seconds, came: false }),
     }
 }
 

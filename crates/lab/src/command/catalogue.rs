@@ -7,7 +7,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, out, plan};
 use serde::Serialize;
-use topology::{RunSecret, cast};
+use topology::{RunSecret, lay_out};
 
 #[derive(Serialize)]
 struct Listed<'a> {
@@ -37,9 +37,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.figures {
         let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &Wanted::default())?;
         let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
-        let cast = cast(&one.variation.scenario, &one.setup, context.seed, &RunSecret::seeded(context.seed));
+        let topology = lay_out(&one.variation.scenario, &one.setup, context.seed, &RunSecret::seeded(context.seed));
         let platforms = scenario::platforms(&context.root()?)?;
-        out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &cast, &platforms).trim_end()));
+        out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &topology, &platforms).trim_end()));
     } else if context.json {
         let named = |row: &Row| row.of(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
         let rows = catalogue.row.iter().map(|row| ListedRow { row, scenarios: named(row) }).collect();

@@ -25,12 +25,13 @@ pub struct AgreementObject {
     /// One row each.
     pub strata: Vec<StratumRow>,
     /// One row a sequence.
-    pub words: Vec<WordRow>,
+    #[serde(rename = "words")]
+    pub sequences: Vec<SequenceRow>,
 }
 
 /// A sequence, once in the twin and once live.
 #[derive(Clone, Debug, Serialize)]
-pub struct WordRow {
+pub struct SequenceRow {
     /// Its file's name without the ending.
     pub name: String,
     /// Stratum as drawn.
@@ -38,7 +39,8 @@ pub struct WordRow {
     /// The weakness, or the attack space where no check is waived.
     pub of: String,
     /// The sequence.
-    pub word: String,
+    #[serde(rename = "word")]
+    pub sequence: String,
     /// Its class in the twin.
     pub twin: Outcome,
     /// Its class live.
@@ -49,7 +51,7 @@ pub struct WordRow {
     pub reproduce: String,
 }
 
-impl WordRow {
+impl SequenceRow {
     /// True if it is UNSAFE live, and not in the twin.
     pub fn is_missed(&self) -> bool {
         self.live == Outcome::Unsafe && self.twin != Outcome::Unsafe
@@ -62,7 +64,8 @@ pub struct StratumRow {
     /// Stratum.
     pub stratum: Stratum,
     /// Sequences that were run.
-    pub words: u64,
+    #[serde(rename = "words")]
+    pub sequences: u64,
     /// Of these INVALID live.
     pub invalid: u64,
     /// Both UNSAFE, or neither.
@@ -87,11 +90,11 @@ pub struct Agreed {
 }
 
 impl Agreed {
-    /// Agreement on `words`: `alike` gives whether the classes in the twin and live count as the same.
-    fn of(words: &[&WordRow], alike: impl Fn(Outcome, Outcome) -> bool) -> Self {
-        let valid: Vec<_> = words.iter().filter(|word| word.live != Outcome::Invalid).collect();
-        let k = valid.iter().filter(|word| alike(word.twin, word.live)).count() as u64;
-        let (n, all) = (valid.len() as u64, words.len() as u64);
+    /// Agreement on `sequences`: `alike` gives whether the classes in the twin and live count as the same.
+    fn of(sequences: &[&SequenceRow], alike: impl Fn(Outcome, Outcome) -> bool) -> Self {
+        let valid: Vec<_> = sequences.iter().filter(|sequence| sequence.live != Outcome::Invalid).collect();
+        let k = valid.iter().filter(|sequence| alike(sequence.twin, sequence.live)).count() as u64;
+        let (n, all) = (valid.len() as u64, sequences.len() as u64);
         Self { k, n, lower_95: rate_lower(k, n, LEVEL), lower_95_with_invalid: rate_lower(k, all, LEVEL) }
     }
 
@@ -102,14 +105,14 @@ impl Agreed {
 }
 
 impl StratumRow {
-    fn of(stratum: Stratum, words: &[WordRow]) -> Self {
-        let own: Vec<&WordRow> = words.iter().filter(|word| word.stratum == stratum).collect();
+    fn of(stratum: Stratum, sequences: &[SequenceRow]) -> Self {
+        let own: Vec<&SequenceRow> = sequences.iter().filter(|sequence| sequence.stratum == stratum).collect();
         let is_unsafe = |outcome: Outcome| outcome == Outcome::Unsafe;
         let broken = |outcome: Outcome| matches!(outcome, Outcome::Unsafe | Outcome::Late);
         Self {
             stratum,
-            words: own.len() as u64,
-            invalid: own.iter().filter(|word| word.live == Outcome::Invalid).count() as u64,
+            sequences: own.len() as u64,
+            invalid: own.iter().filter(|sequence| sequence.live == Outcome::Invalid).count() as u64,
             unsafe_or_not: Agreed::of(&own, |twin, live| is_unsafe(twin) == is_unsafe(live)),
             broken_or_not: Agreed::of(&own, |twin, live| broken(twin) == broken(live)),
             same_class: Agreed::of(&own, |twin, live| twin == live),
@@ -119,20 +122,26 @@ impl StratumRow {
 
 impl AgreementObject {
     /// Of these sequences, in any order.
-    pub fn new(seed: u64, draws: u64, build: String, words: Vec<WordRow>) -> Self {
-        let strata = Stratum::ALL.map(|stratum| StratumRow::of(stratum, &words)).to_vec();
-        Self { schema_version: evidence::SCHEMA_VERSION, seed, draws, build, strata, words }
+    pub fn new(seed: u64, draws: u64, build: String, sequences: Vec<SequenceRow>) -> Self {
+        let strata = Stratum::ALL.map(|stratum| StratumRow::of(stratum, &sequences)).to_vec();
+        Self { schema_version: evidence::SCHEMA_VERSION, seed, draws, build, strata, sequences }
     }
 }
 
 /// The table for a terminal.
 pub fn agreement_table(object: &AgreementObject) -> String {
-    let mut table =
-        new_table(&["stratum", "words", "INVALID live", "UNSAFE or not", "UNSAFE or LATE, or not", "the same class"]);
+    let mut table = new_table(&[
+        "stratum",
+        "sequences",
+        "INVALID live",
+        "UNSAFE or not",
+        "UNSAFE or LATE, or not",
+        "the same class",
+    ]);
     for row in &object.strata {
         table.add_row([
             row.stratum.name().to_owned(),
-            row.words.to_string(),
+            row.sequences.to_string(),
             row.invalid.to_string(),
             row.unsafe_or_not.told(),
             row.broken_or_not.told(),
@@ -140,34 +149,42 @@ pub fn agreement_table(object: &AgreementObject) -> String {
         ]);
     }
     let mut text = format!(
-        "twin (rendered) and live, one run each, seed {}, words drawn with {}\n{table}\n\
+        "twin (rendered) and live, one run each, seed {}, sequences drawn with {}\n{table}\n\
          k of n: exact one-sided lower 95 % bound on how often they agree (with each INVALID run as disagreeing)\n",
         object.seed, object.draws
     );
-    let missed = |word: &&WordRow| word.is_missed();
-    let told = object.words.iter().filter(missed).map(|word| one("UNSAFE live, not so in the twin", word));
-    let invalid =
-        object.words.iter().filter(|word| word.live == Outcome::Invalid).map(|word| one("INVALID live", word));
+    let missed = |sequence: &&SequenceRow| sequence.is_missed();
+    let told = object.sequences.iter().filter(missed).map(|sequence| one("UNSAFE live, not so in the twin", sequence));
+    let invalid = object
+        .sequences
+        .iter()
+        .filter(|sequence| sequence.live == Outcome::Invalid)
+        .map(|sequence| one("INVALID live", sequence));
     text.extend(told.chain(invalid));
-    for ((stratum, twin, live), names) in others(&object.words) {
+    for ((stratum, twin, live), names) in others(&object.sequences) {
         text.push_str(&format!("{}: {} in the twin, {} live: {names}\n", stratum.name(), twin.name(), live.name()));
     }
     text
 }
 
-fn one(what: &str, word: &WordRow) -> String {
-    let why = word.findings.join("; ");
-    let WordRow { name, of, twin, live, .. } = word;
+fn one(what: &str, sequence: &SequenceRow) -> String {
+    let why = sequence.findings.join("; ");
+    let SequenceRow { name, of, twin, live, .. } = sequence;
     let (twin, live) = (twin.name(), live.name());
-    format!("{what}: {name} ({of}): {}\n  twin {twin}, live {live}: {why}\n  {}\n", word.word, word.reproduce)
+    format!(
+        "{what}: {name} ({of}): {}\n  twin {twin}, live {live}: {why}\n  {}\n",
+        sequence.sequence, sequence.reproduce
+    )
 }
 
 /// The other sequences whose classes differ, by these.
-fn others(words: &[WordRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
+fn others(sequences: &[SequenceRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
     let mut others: BTreeMap<_, Vec<&str>> = BTreeMap::new();
-    let told = |word: &&WordRow| word.twin == word.live || word.is_missed() || word.live == Outcome::Invalid;
-    for word in words.iter().filter(|word| !told(word)) {
-        others.entry((word.stratum, word.twin, word.live)).or_default().push(&word.name);
+    let told = |sequence: &&SequenceRow| {
+        sequence.twin == sequence.live || sequence.is_missed() || sequence.live == Outcome::Invalid
+    };
+    for sequence in sequences.iter().filter(|sequence| !told(sequence)) {
+        others.entry((sequence.stratum, sequence.twin, sequence.live)).or_default().push(&sequence.name);
     }
     others.into_iter().map(|(key, names)| (key, names.join(", "))).collect()
 }
@@ -176,13 +193,13 @@ fn others(words: &[WordRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
 mod tests {
     use super::*;
 
-    fn word(stratum: Stratum, twin: Outcome, live: Outcome) -> WordRow {
+    fn sequence(stratum: Stratum, twin: Outcome, live: Outcome) -> SequenceRow {
         let text = |text: &str| text.to_owned();
-        WordRow {
+        SequenceRow {
             name: text("finding-1"),
             stratum,
             of: text("lease-path"),
-            word: text("cut"),
+            sequence: text("cut"),
             twin,
             live,
             findings: vec![text("P4 left the geofence")],
@@ -193,35 +210,35 @@ mod tests {
     /// It is counted apart.
     #[test]
     fn invalid_live_run_lowers_the_second_bound_only() {
-        let valid = (0..20).map(|_| word(Stratum::Safe, Outcome::HoldSafe, Outcome::HoldSafe));
-        let words: Vec<_> = valid.chain([word(Stratum::Safe, Outcome::HoldSafe, Outcome::Invalid)]).collect();
-        let row = StratumRow::of(Stratum::Safe, &words);
-        assert_eq!((row.words, row.invalid, row.same_class.k, row.same_class.n), (21, 1, 20, 20));
+        let valid = (0..20).map(|_| sequence(Stratum::Safe, Outcome::HoldSafe, Outcome::HoldSafe));
+        let sequences: Vec<_> = valid.chain([sequence(Stratum::Safe, Outcome::HoldSafe, Outcome::Invalid)]).collect();
+        let row = StratumRow::of(Stratum::Safe, &sequences);
+        assert_eq!((row.sequences, row.invalid, row.same_class.k, row.same_class.n), (21, 1, 20, 20));
         // 20 of 20: 0.05 to the power of 1/20.
         assert!((row.same_class.lower_95 - 0.8609).abs() < 5e-5);
         assert_eq!(row.same_class.lower_95_with_invalid, rate_lower(20, 21, LEVEL));
         assert!(row.same_class.lower_95_with_invalid < row.same_class.lower_95);
-        assert_eq!(StratumRow::of(Stratum::Edge, &words).words, 0);
+        assert_eq!(StratumRow::of(Stratum::Edge, &sequences).sequences, 0);
     }
 
     #[test]
     fn different_classes_may_agree_on_breaking() {
-        let words = [
-            word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
-            word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
-            word(Stratum::Finding, Outcome::Late, Outcome::Late),
-            word(Stratum::Finding, Outcome::Late, Outcome::HoldSafe),
-            word(Stratum::Finding, Outcome::Unsafe, Outcome::Degraded),
+        let sequences = [
+            sequence(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
+            sequence(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
+            sequence(Stratum::Finding, Outcome::Late, Outcome::Late),
+            sequence(Stratum::Finding, Outcome::Late, Outcome::HoldSafe),
+            sequence(Stratum::Finding, Outcome::Unsafe, Outcome::Degraded),
         ];
-        let row = StratumRow::of(Stratum::Finding, &words);
+        let row = StratumRow::of(Stratum::Finding, &sequences);
         assert_eq!((row.unsafe_or_not.k, row.broken_or_not.k, row.same_class.k), (2, 3, 1));
     }
 
     /// Misses of the twin, with the lines that run them again.
     #[test]
     fn table_lists_missed_runs_with_their_commands() {
-        let missed = word(Stratum::Safe, Outcome::HoldSafe, Outcome::Unsafe);
-        let differs = word(Stratum::Edge, Outcome::Late, Outcome::HoldSafe);
+        let missed = sequence(Stratum::Safe, Outcome::HoldSafe, Outcome::Unsafe);
+        let differs = sequence(Stratum::Edge, Outcome::Late, Outcome::HoldSafe);
         let object = AgreementObject::new(1, 1, String::new(), vec![missed, differs]);
         let text = agreement_table(&object);
         assert!(text.contains("UNSAFE live, not so in the twin: finding-1 (lease-path): cut"), "{text}");

@@ -4,7 +4,7 @@ use evidence::SCHEMA_VERSION;
 use results::report::new_table;
 use serde::Serialize;
 
-use super::cost::Spread;
+use results::report::Spread;
 
 /// The dimension that grows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -7,7 +7,7 @@ use scenario::Weakness;
 use search::{Cause, SearchConfig, Shrunk};
 use serde::Serialize;
 
-use super::cost::Spread;
+use results::report::Spread;
 
 /// The object of `lab search --shrink N --json`.
 #[derive(Clone, Debug, Serialize)]
@@ -36,10 +36,12 @@ pub struct MinimaRow {
     /// Minimal cases and the number of findings that shrank to each, the most frequent first.
     pub minima: Vec<(String, usize)>,
     /// Actions of the most frequent.
-    pub letters: usize,
+    #[serde(rename = "letters")]
+    pub actions: usize,
     /// The fewest actions with which an exhaustive search found this cause, where they are fewer than any minimal
     /// case's.
-    pub fewer_letters: Option<usize>,
+    #[serde(rename = "fewer_letters")]
+    pub fewer_actions: Option<usize>,
     /// Trials that shrinking took.
     pub executions: Spread,
 }
@@ -48,14 +50,14 @@ impl MinimaRow {
     /// Of shrunk findings.
     pub fn new(
         weakness: &Weakness,
-        ground: &SearchConfig,
+        config: &SearchConfig,
         cause: &Cause,
         shrunk: &[Shrunk],
         fewer: Option<usize>,
     ) -> Self {
         let mut counted = BTreeMap::new();
         for one in shrunk {
-            *counted.entry(&one.word).or_insert(0_usize) += 1;
+            *counted.entry(&one.sequence).or_insert(0_usize) += 1;
         }
         let mut minima: Vec<_> = counted.into_iter().collect();
         minima.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
@@ -63,9 +65,9 @@ impl MinimaRow {
             name: weakness.name.as_str().to_owned(),
             cause: cause.clone(),
             n: shrunk.len(),
-            letters: minima.first().map_or(0, |(word, _)| word.letters().len()),
-            minima: minima.into_iter().map(|(word, n)| (word.told(&ground.alphabet), n)).collect(),
-            fewer_letters: fewer,
+            actions: minima.first().map_or(0, |(sequence, _)| sequence.actions().len()),
+            minima: minima.into_iter().map(|(sequence, n)| (sequence.told(&config.space), n)).collect(),
+            fewer_actions: fewer,
             executions: Spread::of(shrunk.iter().map(|shrunk| shrunk.executions as f64)),
         }
     }
@@ -73,21 +75,21 @@ impl MinimaRow {
 
 /// The table for a terminal.
 pub fn minima_table(object: &MinimaObject) -> String {
-    let header = ["weakness", "cause", "the same minimum", "minima", "most frequent", "letters", "executions"];
+    let header = ["weakness", "cause", "the same minimum", "minima", "most frequent", "actions", "executions"];
     let mut table = new_table(&header);
     for row in &object.rows {
-        let (word, same) = row.minima.first().cloned().unwrap_or_default();
-        let letters = match row.fewer_letters {
-            Some(fewer) => format!("{}, fewest {fewer}", row.letters),
-            None => format!("{}, none with fewer", row.letters),
+        let (sequence, same) = row.minima.first().cloned().unwrap_or_default();
+        let actions = match row.fewer_actions {
+            Some(fewer) => format!("{}, fewest {fewer}", row.actions),
+            None => format!("{}, none with fewer", row.actions),
         };
         table.add_row([
             row.name.clone(),
             format!("{} {}", row.cause.outcome.name(), row.cause.broken),
             format!("{same} of {}", row.n),
             row.minima.len().to_string(),
-            word,
-            letters,
+            sequence,
+            actions,
             format!("{} / {} / {}", row.executions.min, row.executions.median, row.executions.max),
         ]);
     }

@@ -44,7 +44,8 @@ pub struct WeaknessRow {
     /// Classes that counted as findings.
     pub find: Vec<Outcome>,
     /// Each strategy's search runs.
-    pub hunts: [HuntsRow; Strategy::ALL.len()],
+    #[serde(rename = "hunts")]
+    pub strategies: [StrategyRow; Strategy::ALL.len()],
     /// Trials of guided over uniform drawing.
     pub ratio_trials: Ratio,
     /// The same of CPU time.
@@ -53,7 +54,7 @@ pub struct WeaknessRow {
 
 /// The search runs of one strategy.
 #[derive(Clone, Debug, Serialize)]
-pub struct HuntsRow {
+pub struct StrategyRow {
     /// Strategy of drawing.
     pub strategy: Strategy,
     /// Number of seeds.
@@ -70,7 +71,7 @@ pub struct HuntsRow {
     pub each_trials: Vec<Wait>,
 }
 
-impl HuntsRow {
+impl StrategyRow {
     /// Of search runs that took so many trials and CPU seconds.
     pub fn new(strategy: Strategy, each_trials: Vec<Wait>, each_cpu_seconds: Vec<Wait>) -> Self {
         Self {
@@ -87,22 +88,22 @@ impl HuntsRow {
 
 impl WeaknessRow {
     /// Of these search runs, by strategy in the order of [`Strategy::ALL`].
-    pub fn new(weakness: &Weakness, hunts: [HuntsRow; Strategy::ALL.len()]) -> Self {
-        let [uniform, _, guided] = &hunts;
+    pub fn new(weakness: &Weakness, strategies: [StrategyRow; Strategy::ALL.len()]) -> Self {
+        let [uniform, _, guided] = &strategies;
         Self {
             name: weakness.name.as_str().to_owned(),
             scenario: weakness.scenario.as_str().to_owned(),
-            alphabet: weakness.alphabet.as_str().to_owned(),
+            alphabet: weakness.space.as_str().to_owned(),
             wrong: weakness.wrong(),
             find: weakness.find.to_vec(),
             ratio_trials: Ratio::of(&guided.each_trials, &uniform.each_trials),
             ratio_cpu: Ratio::of(&guided.each_cpu_seconds, &uniform.each_cpu_seconds),
-            hunts,
+            strategies,
         }
     }
 
     fn is_hard(&self) -> bool {
-        let [uniform, _, _] = &self.hunts;
+        let [uniform, _, _] = &self.strategies;
         uniform.trials.is_some_and(|median| median.median.waited >= HARD)
     }
 }
@@ -111,7 +112,7 @@ impl WeaknessRow {
 pub fn worth_table(object: &WorthObject) -> String {
     let mut table = new_table(&["weakness", "uniform", "transitions", "guided", "trials", "CPU", "CPU, 95 %"]);
     for row in &object.weaknesses {
-        let [uniform, transitions, guided] = row.hunts.each_ref().map(hunts);
+        let [uniform, transitions, guided] = row.strategies.each_ref().map(told);
         let [from, to] = row.ratio_cpu.interval_95.map(|end| end.map_or_else(|| "?".to_owned(), number));
         let (trials, cpu) = (known(row.ratio_trials.ratio), known(row.ratio_cpu.ratio));
         table.add_row([row.name.clone(), uniform, transitions, guided, trials, cpu, format!("{from} to {to}")]);
@@ -120,7 +121,7 @@ pub fn worth_table(object: &WorthObject) -> String {
     format!(
         "{table}\nfound by k of {} seeds; median of trials and of CPU seconds until the first finding, `>` where most seeds \
          ended without; budget {} trials.\ntrials, CPU: guided over uniform, ratio of the medians; its interval from exact \
-         ones of both (order statistics at 97.5 %).\n{}{} hunts at a time, load {} before and {} after.",
+         ones of both (order statistics at 97.5 %).\n{}{} search runs at a time, load {} before and {} after.",
         object.draws,
         object.budget,
         summary(object),
@@ -130,7 +131,7 @@ pub fn worth_table(object: &WorthObject) -> String {
     )
 }
 
-fn hunts(row: &HuntsRow) -> String {
+fn told(row: &StrategyRow) -> String {
     let median = |median: Option<Median>| {
         let wait = median.map(|of| of.median);
         wait.map_or_else(

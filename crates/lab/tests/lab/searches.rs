@@ -56,7 +56,7 @@ fn list_with_unknown_names_is_answered_with_known() {
             &[],
             "no check `display.sign`; there are: boundary.freshness",
         ),
-        (WEAK.replace("\"display\"", "\"screen\""), &[], "no alphabet `screen`; there are: broker, display"),
+        (WEAK.replace("\"display\"", "\"screen\""), &[], "no attack space `screen`; there are: broker, display"),
     ] {
         fs::write(file, list).unwrap();
         let output = lab(&[&["search", "--list", file], more].concat());

@@ -72,7 +72,9 @@ impl Ports {
             Output::Publish { subject, bytes } => self.command.publish(subject, bytes),
             Output::Join => self.command.join(),
             Output::Datagram { side, bytes } => self.relay.datagrams().map(|relay| relay.emit(side, &bytes)).is_some(),
-            Output::Stranger { bytes } => self.relay.datagrams().map(|relay| relay.emit_stranger(&bytes)).is_some(),
+            Output::Stranger { bytes } => {
+                self.relay.datagrams().map(|relay| relay.emit_from_unknown_peer(&bytes)).is_some()
+            }
             Output::Stream { connection, side, bytes } => {
                 self.relay.streams().map(|relay| relay.emit(connection, side, bytes)).is_some()
             }
@@ -110,7 +112,7 @@ impl Ports {
             "recording": recording,
             "head": self.audit.head(),
             "witness": self.logs.close(sessions),
-            "mouth_entries_dropped": self.logs.mouth_counts(),
+            "mouth_entries_dropped": self.logs.journal_counts(),
             "undeliverable": self.undeliverable,
         })
     }

@@ -166,8 +166,8 @@ impl Accept {
             }
         }
         let Ok(peer) = LoopbackAddr::try_from(from) else {
-            note(settings, bytes, Verdict::Stranger, None);
-            return SessionCounters::add(&counters.strangers);
+            note(settings, bytes, Verdict::UnknownPeer, None);
+            return SessionCounters::add(&counters.unknown_peers);
         };
         self.shaking.retain(|shaking| !shaking.over.load(Ordering::Relaxed));
         match self.exchange.judge(from, bytes, self.shaking.len(), Instant::now()) {
@@ -186,7 +186,7 @@ impl Accept {
             }
             Answer::Refuse(verdict) => {
                 note(settings, bytes, verdict, None);
-                SessionCounters::add(&counters.strangers);
+                SessionCounters::add(&counters.unknown_peers);
             }
         }
     }

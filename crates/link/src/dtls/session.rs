@@ -108,7 +108,7 @@ pub struct SessionCounters {
     pub(super) asked: AtomicU64,
     most_shaking: AtomicU64,
     most_peers: AtomicU64,
-    pub(super) strangers: AtomicU64,
+    pub(super) unknown_peers: AtomicU64,
     pub(super) outsiders: AtomicU64,
     pub(super) overflowed: AtomicU64,
     pub(super) abandoned: AtomicU64,
@@ -145,7 +145,8 @@ pub struct SessionStats {
     /// Peer addresses with state at once, at most.
     pub most_peers: u64,
     /// Datagrams from unknown peers that open no association.
-    pub strangers: u64,
+    #[serde(rename = "strangers")]
+    pub unknown_peers: u64,
     /// Datagrams that no process of the run sent, whatever became of them; in no other count.
     pub outsiders: u64,
     /// Datagrams for which an association had no room.
@@ -180,7 +181,7 @@ impl SessionCounters {
             asked: get(&self.asked),
             most_shaking: get(&self.most_shaking),
             most_peers: get(&self.most_peers),
-            strangers: get(&self.strangers),
+            unknown_peers: get(&self.unknown_peers),
             outsiders: get(&self.outsiders),
             overflowed: get(&self.overflowed),
             abandoned: get(&self.abandoned),

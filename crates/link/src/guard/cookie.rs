@@ -165,6 +165,6 @@ mod tests {
         let mut broken = first(1);
         broken[13 + 12 + 35] = 9;
         assert_eq!(exchange.judge(at(1), &broken, 0, Instant::now()), Answer::Refuse(Verdict::BadHello));
-        assert_eq!(exchange.judge(at(1), b"noise", 0, Instant::now()), Answer::Refuse(Verdict::Stranger));
+        assert_eq!(exchange.judge(at(1), b"noise", 0, Instant::now()), Answer::Refuse(Verdict::UnknownPeer));
     }
 }

@@ -54,7 +54,7 @@ pub fn before_association(datagram: &[u8]) -> Verdict {
     match split(datagram).next() {
         _ if opens_association(datagram) => Verdict::Passed,
         Some(Split::Record(raw)) if raw.content == HANDSHAKE && raw.epoch == 0 => Verdict::BadHello,
-        Some(Split::Record(_) | Split::Remainder(_)) | None => Verdict::Stranger,
+        Some(Split::Record(_) | Split::Remainder(_)) | None => Verdict::UnknownPeer,
     }
 }
 

@@ -28,7 +28,7 @@ pub enum Verdict {
     /// More records of the next epoch than may wait for completion.
     TooEarly,
     /// Refused: from a peer that has no association and opens none.
-    Stranger,
+    UnknownPeer,
     /// A sound ClientHello with a failed handshake; noted when that is known, beside its `Passed`.
     Unfinished,
     /// A sound ClientHello for which there was no room.
@@ -46,7 +46,7 @@ impl Verdict {
             Verdict::Passed => GuardVerdict::Passed,
             Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
             Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
-            Verdict::Stranger => GuardVerdict::Stranger,
+            Verdict::UnknownPeer => GuardVerdict::Stranger,
             Verdict::Unfinished => GuardVerdict::Unfinished,
             Verdict::Shed | Verdict::Unproven => GuardVerdict::Shed,
         }
@@ -85,7 +85,7 @@ pub fn digest(record: &[u8]) -> [u8; 8] {
 }
 
 /// The association of an observation that belongs to none.
-pub const STRANGER: u32 = u32::MAX;
+pub const UNKNOWN_PEER: u32 = u32::MAX;
 
 impl Observation {
     /// The guard's log events of it, where its peers are refused at `interface`.
@@ -155,7 +155,7 @@ impl ObservationLog {
         };
         let observation = Observation {
             trace_us: crate::clock::trace_us(),
-            association: STRANGER,
+            association: UNKNOWN_PEER,
             content: bytes.first().copied().unwrap_or_default(),
             epoch: field(3, 5) as u16,
             sequence: field(5, 11),
@@ -267,7 +267,7 @@ impl GuardCounters {
             Verdict::TooEarly => add(&self.too_early),
             Verdict::Unsealed => add(&self.unsealed),
             // Counted by the listener, which alone knows its peers.
-            Verdict::Stranger | Verdict::Unfinished | Verdict::Shed | Verdict::Unproven => {}
+            Verdict::UnknownPeer | Verdict::Unfinished | Verdict::Shed | Verdict::Unproven => {}
         }
     }
 }

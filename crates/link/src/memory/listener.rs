@@ -33,7 +33,7 @@ const EVERY: Duration = Duration::from_millis(100);
 const GUESTS: [u16; 2] = [1, 2];
 
 /// The first port of an unknown peer.
-const STRANGERS: u16 = 1000;
+const UNKNOWN_PEERS: u16 = 1000;
 
 /// Behaviour of unknown peers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub struct Stormed {
     pub stats: SessionStats,
     /// Its observations of every record and unknown peer.
     pub seen: Vec<Observation>,
-    /// Strangers' datagrams as they were put in, the proofs among them.
+    /// Unknown peers' datagrams as they were put in, the proofs among them.
     pub put: Vec<Vec<u8>>,
     /// Honest records sent meanwhile, and those that came out in time.
     pub honest: (u64, u64),
@@ -62,7 +62,7 @@ pub struct Stormed {
 /// Answers on their way to unknown peers.
 type Strays = Arc<Mutex<Vec<(LoopbackAddr, Vec<u8>)>>>;
 
-struct Hall {
+struct InMemoryListener {
     inlet: mpsc::Sender<(LoopbackAddr, Vec<u8>)>,
     homes: BTreeMap<LoopbackAddr, mpsc::Receiver<Vec<u8>>>,
     events: mpsc::Receiver<SessionEvent>,
@@ -89,22 +89,23 @@ pub fn storm(
     let settings = Settings { log: Some(told), ..Settings::new(GuardMode::Required, Duration::from_secs(60), held) };
     let counters = settings.counters.clone();
     runtime.block_on(async {
-        let mut hall = open(gateway, settings)?;
-        let first = hall.guest(0, standing.0, standing.1).await?;
-        let up = hall.opened().await.ok_or(DtlsError::TooSlow)?;
-        let raging = tokio::spawn(rage(hall.inlet.clone(), hall.strays.clone(), datagrams.to_vec(), every, crowd));
+        let mut listening = open(gateway, settings)?;
+        let first = listening.guest(0, standing.0, standing.1).await?;
+        let up = listening.opened().await.ok_or(DtlsError::TooSlow)?;
+        let raging =
+            tokio::spawn(rage(listening.inlet.clone(), listening.strays.clone(), datagrams.to_vec(), every, crowd));
         let length = every.saturating_mul(datagrams.len() as u32);
         let begun = Instant::now();
         let (mut sent, mut out, mut took, mut guests) = (0, 0, None, Vec::new());
         let mut tried = false;
         while begun.elapsed() < length || !tried {
             sent += 2;
-            out += hall.exchange(&first, &up).await;
+            out += listening.exchange(&first, &up).await;
             if begun.elapsed() >= length / 2 && !tried {
                 tried = true;
-                let knocked = Instant::now();
-                if let Ok(guest) = hall.guest(1, newcomer.0, newcomer.1).await {
-                    took = Some(knocked.elapsed());
+                let dialled = Instant::now();
+                if let Ok(guest) = listening.guest(1, newcomer.0, newcomer.1).await {
+                    took = Some(dialled.elapsed());
                     guests.push(guest);
                 }
             }
@@ -116,24 +117,24 @@ pub fn storm(
     })
 }
 
-fn open(gateway: &Credential, settings: Settings) -> Result<Hall, DtlsError> {
+fn open(gateway: &Credential, settings: Settings) -> Result<InMemoryListener, DtlsError> {
     let (inlet, to_hall) = mpsc::channel(ROOM);
     let (from_hall, mut answers) = mpsc::channel::<(LoopbackAddr, Vec<u8>)>(ROOM);
     let (told, events) = mpsc::channel(ROOM);
     let listener = accept(LoopbackAddr::ANY_PORT, Port::Memory(to_hall, from_hall), gateway.clone(), settings, told)?;
-    let (mut doors, mut homes) = (BTreeMap::new(), BTreeMap::new());
+    let (mut outlets, mut homes) = (BTreeMap::new(), BTreeMap::new());
     for port in GUESTS {
-        let (door, home) = mpsc::channel(INLET);
-        doors.insert(LoopbackAddr::on_port(port), door);
+        let (outlet, home) = mpsc::channel(INLET);
+        outlets.insert(LoopbackAddr::on_port(port), outlet);
         homes.insert(LoopbackAddr::on_port(port), home);
     }
     let strays = Strays::default();
     let kept = strays.clone();
     tokio::spawn(async move {
         while let Some((to, bytes)) = answers.recv().await {
-            if let Some(door) = doors.get(&to) {
+            if let Some(outlet) = outlets.get(&to) {
                 // Like UDP: what finds no room is lost.
-                if door.try_send(bytes).is_err() {
+                if outlet.try_send(bytes).is_err() {
                     tracing::trace!("an answer in memory found no room");
                 }
             } else if lock(&kept).len() < TOLD {
@@ -141,10 +142,10 @@ fn open(gateway: &Credential, settings: Settings) -> Result<Hall, DtlsError> {
             }
         }
     });
-    Ok(Hall { inlet, homes, events, strays, _listener: listener })
+    Ok(InMemoryListener { inlet, homes, events, strays, _listener: listener })
 }
 
-impl Hall {
+impl InMemoryListener {
     /// An honest dialler at one of the guests' ports.
     async fn guest(&mut self, n: usize, credential: &Credential, gateway: PeerId) -> Result<Secure, DtlsError> {
         let at = LoopbackAddr::on_port(GUESTS[n]);
@@ -207,10 +208,10 @@ async fn rage(
         }
     };
     for (n, datagram) in datagrams.iter().enumerate() {
-        say(LoopbackAddr::on_port(STRANGERS.saturating_add(n as u16)), datagram.clone());
+        say(LoopbackAddr::on_port(UNKNOWN_PEERS.saturating_add(n as u16)), datagram.clone());
         tokio::time::sleep(every).await;
         for (from, answer) in std::mem::take(&mut *lock(&strays)) {
-            let first = datagrams.get(usize::from(from.port().saturating_sub(STRANGERS)));
+            let first = datagrams.get(usize::from(from.port().saturating_sub(UNKNOWN_PEERS)));
             if let (Crowd::Proving, Some(first), Some(cookie)) = (crowd, first, hello::requested_cookie(&answer))
                 && let Some(proof) = hello::with_cookie(first, cookie)
             {

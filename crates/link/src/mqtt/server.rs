@@ -29,7 +29,7 @@ use super::MAX_PAYLOAD;
 use crate::loopback::LoopbackAddr;
 use crate::pki::{self, Credential, PkiError};
 use crate::spec::BrokerListen;
-use crate::stream::{Mouth, StreamLog};
+use crate::stream::{Ingress, StreamLog};
 
 /// The most connections at once.
 const CONNECTIONS: usize = 32;
@@ -147,9 +147,9 @@ async fn serve(
     to: &mpsc::Sender<Input>,
 ) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
-    let mouth = Mouth::new(stream, log);
-    let witness = mouth.witness();
-    let accepted = tokio::time::timeout(HANDSHAKE, acceptor.accept(mouth)).await?;
+    let ingress = Ingress::new(stream, log);
+    let witness = ingress.witness();
+    let accepted = tokio::time::timeout(HANDSHAKE, acceptor.accept(ingress)).await?;
     let stream = accepted.inspect_err(|error| witness.failed(error))?;
     let leaf = stream.get_ref().1.peer_certificates().and_then(<[_]>::first);
     let peer = leaf.map(|leaf| pki::peer_of(leaf)).transpose().map_err(std::io::Error::other)?;
@@ -161,7 +161,7 @@ async fn serve(
 
 /// One client's connection.
 struct Talk<'a> {
-    stream: TlsStream<Mouth<TcpStream>>,
+    stream: TlsStream<Ingress<TcpStream>>,
     session: SessionId,
     peer: PeerId,
     clients: &'a Clients,

@@ -89,7 +89,7 @@ async fn malformed_datagrams_leave_the_listener_serving() {
     let _down = opened(&mut gateway.events).await;
     assert!(up.send(b"up".to_vec()));
     assert_eq!(record(&mut gateway.events).await, b"up");
-    assert!(gateway.counters.read().strangers > 0);
+    assert!(gateway.counters.read().unknown_peers > 0);
 }
 
 /// A session dropped at one end is closed at the other, and opened again.
@@ -152,11 +152,11 @@ async fn foreign_alert_does_not_end_a_relayed_session() {
     let _dialler = dial(relay.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(&gateway.unit), tx);
     let up = opened(&mut unit).await;
     let _down = opened(&mut gateway.events).await;
-    relay.emit_stranger(&[21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40]);
+    relay.emit_from_unknown_peer(&[21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40]);
     relay.emit(wire::core::Side::Server, &[21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40]);
     assert!(up.send(b"through".to_vec()));
     assert_eq!(record(&mut gateway.events).await, b"through");
     let stats = gateway.counters.read();
-    assert_eq!((stats.strangers, stats.guard.plaintext_after), (1, 1));
+    assert_eq!((stats.unknown_peers, stats.guard.plaintext_after), (1, 1));
     assert_eq!(relay.stats().strange, 1);
 }

@@ -1,4 +1,4 @@
-//! Mouth logs: replay, and files that were cut or forged.
+//! Input journals: replay, and files that were cut or forged.
 
 use link::input_journal::{
     Entry, Header, JournalError, MAGIC, MAX_ENTRY, Reader, ReplayError, Thinned, Writer, replay, thin,

@@ -46,7 +46,7 @@ pub enum Verdict {
 }
 
 /// A claim judged: the verdict, and one-sided bounds on the rate, each at the level.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// The verdict.
     pub verdict: Verdict,

@@ -1,12 +1,10 @@
 //! The ablation table: per check the attacks that get through without it, its cost without an attack, and the check
 //! that stops the attack in its place. Counts and intervals; gains were decided in `ablation`.
 
-use std::collections::BTreeMap;
-
 use evidence::SCHEMA_VERSION;
 use evidence::ablation::Gain;
-use evidence::trial::Outcome;
-use serde::Serialize;
+use evidence::trial::{Outcome, Outcomes};
+use serde::{Deserialize, Serialize};
 use stats::paired::{Paired, holm};
 use stats::{LEVEL, rate_upper};
 
@@ -15,7 +13,7 @@ use super::table::{outcomes, percent};
 use crate::report::new_table;
 
 /// The whole ablation.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ablation {
     /// Version of this object.
     pub schema_version: u32,
@@ -42,7 +40,7 @@ pub struct Ablation {
 }
 
 /// Benefit of a check, by itself or with another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Worth {
     /// Without it an attack gets further.
@@ -54,7 +52,7 @@ pub enum Worth {
 }
 
 /// One check.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CheckRow {
     /// Its place in a policy file.
     pub check: String,
@@ -67,13 +65,14 @@ pub struct CheckRow {
     /// Attacks without an observed effect.
     pub unchanged: usize,
     /// Exact upper 95 % bound on how often something does in the one of these that was run least; 1 where there is none.
+    #[serde(default = "unbounded")]
     pub unchanged_upper_95: f64,
     /// Its cost without an attack.
     pub quiet: Option<Quiet>,
 }
 
 /// One attack without one check.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AttackRow {
     /// Scenario.
     pub scenario: String,
@@ -82,9 +81,9 @@ pub struct AttackRow {
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
     /// Outcomes with the check.
-    pub with: BTreeMap<Outcome, u64>,
+    pub with: Outcomes,
     /// Outcomes without it.
-    pub without: BTreeMap<Outcome, u64>,
+    pub without: Outcomes,
     /// The attack's gain.
     pub gain: Gain,
     /// The rate of getting through, without less with.
@@ -92,7 +91,7 @@ pub struct AttackRow {
 }
 
 /// Two checks together.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Overlap {
     /// The checks.
     pub checks: [String; 2],
@@ -101,13 +100,13 @@ pub struct Overlap {
     /// Cell, where it has any.
     pub cell: Option<String>,
     /// Outcomes without both.
-    pub without: BTreeMap<Outcome, u64>,
+    pub without: Outcomes,
     /// The attack's gain.
     pub gain: Gain,
 }
 
 /// The null attack on a lossy link, with a check and without.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Quiet {
     /// Simulated hours of each.
     pub hours: f64,
@@ -120,7 +119,7 @@ pub struct Quiet {
 }
 
 /// Row N2: each check disabled in turn.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Defects {
     /// Checks disabled.
     pub n: usize,
@@ -176,7 +175,7 @@ impl Ablation {
             let (changed, unchanged): (Vec<_>, Vec<_>) = check.attacks.drain(..).partition(|a| a.gain.changed > 0);
             (check.attacks, check.unchanged) = (changed, unchanged.len());
             let least = unchanged.iter().map(|attack| attack.paired.n).min();
-            check.unchanged_upper_95 = least.map_or(1.0, |n| rate_upper(0, n, LEVEL));
+            check.unchanged_upper_95 = least.map_or_else(unbounded, |n| rate_upper(0, n, LEVEL));
         }
         let survivors: Vec<String> = checks.iter().filter(|c| !c.noticed).map(|c| c.check.clone()).collect();
         let (n, found) = (checks.len(), checks.len() - survivors.len());
@@ -196,10 +195,23 @@ impl Ablation {
     }
 }
 
+/// The bound without a trial, and of results from before it was stated.
+fn unbounded() -> f64 {
+    1.0
+}
+
 impl CheckRow {
     /// A check and every attack without it; [`Ablation::new`] rates it.
     pub fn new(check: String, attacks: Vec<AttackRow>, quiet: Option<Quiet>) -> Self {
-        Self { check, worth: Worth::None, noticed: false, attacks, unchanged: 0, unchanged_upper_95: 1.0, quiet }
+        Self {
+            check,
+            worth: Worth::None,
+            noticed: false,
+            attacks,
+            unchanged: 0,
+            unchanged_upper_95: unbounded(),
+            quiet,
+        }
     }
 }
 
@@ -283,6 +295,8 @@ fn attack(scenario: &str, cell: Option<&String>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
 
     fn attack_row(through: u64) -> AttackRow {

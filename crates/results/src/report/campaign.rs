@@ -9,9 +9,9 @@ mod table;
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::SCHEMA_VERSION;
-use evidence::trial::Outcome;
+use evidence::trial::{Outcome, Outcomes};
 use scenario::Evidence;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Share, rate_upper, simultaneous_level};
 
 use super::run::LatencySummary;
@@ -21,7 +21,7 @@ use crate::campaign::{Plan, PlanVariation, Terms};
 pub use table::campaign_table;
 
 /// A campaign's result.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CampaignObject {
     /// Version of this object.
     pub schema_version: u32,
@@ -45,7 +45,7 @@ pub struct CampaignObject {
 }
 
 /// Verdicts on a claim over all variations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Claims {
     /// Variations for which it is shown.
     pub shown: usize,
@@ -58,7 +58,7 @@ pub struct Claims {
 }
 
 /// One variation.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CampaignRow {
     /// Its number, from 0.
     pub variation: usize,
@@ -83,7 +83,7 @@ pub struct CampaignRow {
     /// Trials that belong to it.
     pub planned: u64,
     /// Count of each class.
-    pub outcomes: BTreeMap<Outcome, u64>,
+    pub outcomes: Outcomes,
     /// Trials outside the expected classes.
     pub unexpected: u64,
     /// The line that runs the first of these again.
@@ -110,7 +110,7 @@ pub struct CampaignRow {
 }
 
 /// Exact bounds on rates, for a number of trials that was fixed beforehand.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateBounds {
     /// Of every class that came out, its share with its two-sided 95 % interval; INVALID stays in n.
     pub shares: BTreeMap<Outcome, Share>,
@@ -123,7 +123,7 @@ pub struct RateBounds {
 }
 
 /// Verdict on the claim in one variation.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {
     /// Trials of the classes that it names.
     pub hits: u64,
@@ -139,7 +139,7 @@ pub struct ClaimRow {
 #[derive(Debug, Default)]
 pub struct Fold {
     n: u64,
-    outcomes: BTreeMap<Outcome, u64>,
+    outcomes: Outcomes,
     unexpected: u64,
     first_unexpected: Option<u64>,
     tally: Tally,
@@ -234,7 +234,7 @@ impl CampaignObject {
 }
 
 impl RateBounds {
-    fn of(outcomes: &BTreeMap<Outcome, u64>, n: u64, together: usize) -> Self {
+    fn of(outcomes: &Outcomes, n: u64, together: usize) -> Self {
         let count = |class| outcomes.get(&class).copied().unwrap_or(0);
         let (broken, invalid) = (count(Outcome::Unsafe), count(Outcome::Invalid));
         Self {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
 use scenario::Curve;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stats::{Sample, Share};
 
 use super::run::{LatencySummary, Summary};
@@ -15,7 +15,7 @@ use super::table::{outcomes, sample};
 use crate::report::new_table;
 
 /// A whole curve.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveObject {
     /// Version of this object.
     pub schema_version: u32,
@@ -30,7 +30,7 @@ pub struct CurveObject {
     /// The base seed; trial i of every point has seed + i.
     pub seed: u64,
     /// Reasons for which a line is an ablation, where one is.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub watermarks: Vec<String>,
     /// The detector that took the shipped one's place, by its SHA-256.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -40,7 +40,7 @@ pub struct CurveObject {
 }
 
 /// One line of a curve.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurveLine {
     /// The cell, where the scenario has cells.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,7 +54,7 @@ pub struct CurveLine {
 }
 
 /// One point of a line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CurvePoint {
     /// The value.
     pub value: f64,
@@ -68,8 +68,10 @@ pub struct CurvePoint {
     pub latency_ms: LatencySummary,
     /// Share of an admitted teammate's false claims that the gateway accepted; records of one trial are not
     /// independent.
+    #[serde(default = "no_claims")]
     pub claims_accepted: Share,
     /// The most that such claims led from the truth before a reaction, in metres.
+    #[serde(default)]
     pub believed_m: Sample,
     /// Records that the two ends of the link accepted, all trials together.
     pub accepted: u64,
@@ -82,7 +84,7 @@ pub struct CurvePoint {
 }
 
 /// Values read off a line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// The smallest value at which every trial was noticed and none was harmed.
     pub smallest_detected_before_harm: Option<f64>,
@@ -119,6 +121,11 @@ impl CurveLine {
         let reading = Reading::of(&points);
         Self { cell, policy: policy.to_owned(), points, reading }
     }
+}
+
+/// The claims of a trial without a teammate in bad faith, and of results from before these were counted.
+fn no_claims() -> Share {
+    Share::of(0, 0)
 }
 
 impl CurvePoint {

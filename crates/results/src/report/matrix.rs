@@ -8,9 +8,9 @@
 use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
-use evidence::trial::{Outcome, Trial};
+use evidence::trial::{Outcome, Outcomes, Trial};
 use scenario::{Evidence, Requirement, Variation};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
 use super::run::{LatencySummary, Summary};
@@ -20,7 +20,7 @@ use crate::mode::Mode;
 use crate::report::new_table;
 
 /// The whole matrix.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Matrix {
     /// Version of this object.
     pub schema_version: u32,
@@ -37,7 +37,7 @@ pub struct Matrix {
 }
 
 /// One threat.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MatrixRow {
     /// Its id.
     pub id: String,
@@ -66,7 +66,7 @@ pub struct MatrixRow {
 }
 
 /// One variation of one scenario in one mode.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MatrixRun {
     /// Scenario.
     pub scenario: String,
@@ -91,7 +91,7 @@ pub struct MatrixRun {
 }
 
 /// All runs of a row with one kind of evidence: their n may be added.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kind {
     /// Origin of the evidence.
     pub evidence: Evidence,
@@ -102,7 +102,7 @@ pub struct Kind {
     /// Trials.
     pub n: u64,
     /// Outcomes.
-    pub outcomes: BTreeMap<Outcome, u64>,
+    pub outcomes: Outcomes,
     /// Trials outside their expected classes.
     pub unexpected: u64,
     /// Exact one-sided upper 95 % bound on the unsafe rate of its worst run, over the valid trials.

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use evidence::mission::Carried;
 use evidence::trial::Trial;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The missions of all trials that have one.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MissionSummary {
     /// Trials with a platform.
     pub n: u64,

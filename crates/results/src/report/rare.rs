@@ -3,7 +3,7 @@
 use evidence::SCHEMA_VERSION;
 use scenario::Settings;
 use search::rare::{Event, Plan, Question, Repetition, Stage};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stats::Share;
 use stats::mean::Mean;
 
@@ -24,7 +24,7 @@ pub struct Asked<'a> {
 }
 
 /// The object of `rare --json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RareObject {
     /// Version of this object.
     pub schema_version: u32,
@@ -66,7 +66,7 @@ pub struct RareObject {
 }
 
 /// One stage in all repetitions.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StageRow {
     /// Target level; `None` where that is the event without a number.
     pub to: Option<f64>,
@@ -79,7 +79,7 @@ pub struct StageRow {
 }
 
 /// Cost of plain Monte Carlo for an interval as wide.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plain {
     /// Trials.
     pub trials: f64,

@@ -1,21 +1,23 @@
 //! The reference evaluation: one row a scenario (or cell) and mode, and live latencies beside the paper's.
 
+use std::borrow::Cow;
+
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
 use scenario::{Evidence, Scenario};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
 use super::run::{LatencySummary, RunObject, Summary};
 use crate::mode::Mode;
 
 /// The paper's figures, five runs a row, on other hardware and another topology.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PaperRow {
     /// Our scenario.
-    pub scenario: &'static str,
+    pub scenario: Cow<'static, str>,
     /// The lost part.
-    pub loss: &'static str,
+    pub loss: Cow<'static, str>,
     /// Runs.
     pub n: u32,
     /// Mean time to degraded.
@@ -26,12 +28,24 @@ pub struct PaperRow {
 
 /// The paper's rows.
 pub const PAPER: [PaperRow; 2] = [
-    PaperRow { scenario: "thermal_loss", loss: "thermal processing", n: 5, mean_ms: 511.0, p95_below_ms: 1700.0 },
-    PaperRow { scenario: "rgb_loss", loss: "RGB detector", n: 5, mean_ms: 957.0, p95_below_ms: 1700.0 },
+    PaperRow {
+        scenario: Cow::Borrowed("thermal_loss"),
+        loss: Cow::Borrowed("thermal processing"),
+        n: 5,
+        mean_ms: 511.0,
+        p95_below_ms: 1700.0,
+    },
+    PaperRow {
+        scenario: Cow::Borrowed("rgb_loss"),
+        loss: Cow::Borrowed("RGB detector"),
+        n: 5,
+        mean_ms: 957.0,
+        p95_below_ms: 1700.0,
+    },
 ];
 
 /// The whole evaluation.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
     /// Version of this object.
     pub schema_version: u32,
@@ -46,7 +60,7 @@ pub struct Reference {
 }
 
 /// One scenario, or one cell of it, in one mode.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceRow {
     /// Scenario.
     pub scenario: String,
@@ -69,7 +83,7 @@ pub struct ReferenceRow {
 }
 
 /// Live latencies to degraded, beside the paper's.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LiveLatency {
     /// Scenario.
     pub scenario: String,
@@ -120,13 +134,13 @@ impl Reference {
 impl LiveLatency {
     fn of(paper: &PaperRow, rows: &[ReferenceRow]) -> Option<Self> {
         let row = rows.iter().find(|row| row.mode == Mode::Live && row.scenario == paper.scenario)?;
-        Some(Self { scenario: row.scenario.clone(), live: row.summary.latency_ms, paper: *paper })
+        Some(Self { scenario: row.scenario.clone(), live: row.summary.latency_ms, paper: paper.clone() })
     }
 
     /// From a live run of one of the paper's scenarios, such as `bench live` makes.
     pub fn of_run(run: &RunObject) -> Option<Self> {
         let paper = PAPER.iter().find(|paper| run.mode == Mode::Live && paper.scenario == run.scenario)?;
-        Some(Self { scenario: run.scenario.clone(), live: run.summary.latency_ms, paper: *paper })
+        Some(Self { scenario: run.scenario.clone(), live: run.summary.latency_ms, paper: paper.clone() })
     }
 
     /// Ours to degraded.

@@ -3,15 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::SCHEMA_VERSION;
-use evidence::trial::{Latency, Outcome, Trial};
-use serde::Serialize;
+use evidence::trial::{Latency, Outcome, Outcomes, Trial};
+use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, events_upper, rate_upper};
 
 use super::mission::MissionSummary;
 use crate::mode::Mode;
 
 /// All trials of one scenario in one mode.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunObject {
     /// Version of this object.
     pub schema_version: u32,
@@ -28,26 +28,40 @@ pub struct RunObject {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detector: Option<String>,
     /// The expected classes; empty where the cells have their own.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub expected: Vec<Outcome>,
     /// Every trial, in order of cell and seed.
     pub trials: Vec<Trial>,
     /// Progress of their missions.
+    #[serde(default)]
     pub mission: MissionSummary,
     /// All trials together.
     pub summary: Summary,
     /// The same by cell, where the scenario has cells.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cells: Vec<CellSummary>,
 }
 
+/// Runs of several scenarios, as one object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunsObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// Twin or live.
+    pub mode: Mode,
+    /// The base seed.
+    pub seed: u64,
+    /// A run a scenario.
+    pub runs: Vec<RunObject>,
+}
+
 /// Trials folded together.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Trials.
     pub n: usize,
     /// Count of each class; classes without trials are left out.
-    pub outcomes: BTreeMap<Outcome, u64>,
+    pub outcomes: Outcomes,
     /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
     pub unsafe_upper_95: f64,
     /// The same with INVALID counted as unsafe.
@@ -72,7 +86,7 @@ pub struct Summary {
 }
 
 /// Attempts that are no trials: the host overslept, which alone made them INVALID, and they were repeated.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HostSpoilt {
     /// Count.
     pub n: u64,
@@ -90,7 +104,7 @@ impl HostSpoilt {
 }
 
 /// Latencies folded together.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LatencySummary {
     /// To DEGRADED.
     pub to_degraded: Sample,
@@ -101,7 +115,7 @@ pub struct LatencySummary {
 }
 
 /// One cell of a scenario that has them.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CellSummary {
     /// Name of the cell.
     pub cell: String,

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
-use evidence::trial::Outcome;
-use search::{HuntRow, Margin, RunResult, SearchConfig, Strategy};
-use serde::Serialize;
+use evidence::trial::{Outcome, Outcomes};
+use search::{Margin, RunResult, SearchConfig, SearchRow, Strategy};
+use serde::{Deserialize, Serialize};
 use stats::{LEVEL, rate_upper};
 
 use crate::report::new_table;
 
 /// The object of `search --json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SearchObject {
     /// Version of this object.
     pub schema_version: u32,
@@ -30,13 +30,13 @@ pub struct SearchObject {
     /// The longest words of an exhaustive search.
     pub exhausted: Option<u32>,
     /// The search in numbers.
-    pub hunt: HuntRow,
+    pub hunt: SearchRow,
     /// Of each cause one.
     pub findings: Vec<FindingRow>,
 }
 
 /// One finding, shrunk.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FindingRow {
     /// Name; its file's too.
     pub name: String,
@@ -67,7 +67,7 @@ pub struct FindingRow {
 }
 
 /// A finding run live, away from its edge.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Confirmed {
     /// The attack sequence; `None` where the region of the finding is too thin to be away from its edge.
     pub word: Option<String>,
@@ -76,7 +76,8 @@ pub struct Confirmed {
     /// Runs that ended in a class that was looked for.
     pub found: u64,
     /// Count of each class.
-    pub outcomes: BTreeMap<&'static str, u64>,
+    #[serde(serialize_with = "evidence::trial::by_name")]
+    pub outcomes: Outcomes,
 }
 
 impl Confirmed {
@@ -84,14 +85,13 @@ impl Confirmed {
     pub fn take(&mut self, outcome: Outcome, found: bool) {
         self.valid += u64::from(outcome != Outcome::Invalid);
         self.found += u64::from(found);
-        *self.outcomes.entry(outcome.name()).or_default() += 1;
+        *self.outcomes.entry(outcome).or_default() += 1;
     }
 
     fn told(&self) -> String {
-        let classes: Vec<String> = self.outcomes.iter().map(|(class, n)| format!("{class} {n}")).collect();
         match &self.word {
             None => "live: not run, the region is thinner than three times the jitter of a live run".to_owned(),
-            Some(word) => format!("live: {} of {} ({}): {word}", self.found, self.valid, classes.join(", ")),
+            Some(word) => format!("live: {} of {} ({}): {word}", self.found, self.valid, by_name(&self.outcomes)),
         }
     }
 }
@@ -111,11 +111,11 @@ impl SearchObject {
             scenario: ground.scenario.name.as_str().to_owned(),
             policy: ground.setup.policy_name.clone(),
             watermark: ground.setup.watermark(),
-            alphabet: ground.alphabet.name.as_str().to_owned(),
+            alphabet: ground.space.name.as_str().to_owned(),
             seed: ground.seed,
             draws,
             exhausted,
-            hunt: hunted.row(&ground.alphabet, strategy),
+            hunt: hunted.row(&ground.space, strategy),
             findings,
         }
     }
@@ -124,7 +124,6 @@ impl SearchObject {
 /// The table for a terminal.
 pub fn search_table(object: &SearchObject) -> String {
     let hunt = &object.hunt;
-    let classes: Vec<String> = hunt.outcomes.iter().map(|(class, n)| format!("{class} {n}")).collect();
     let how = match object.exhausted {
         Some(k) => {
             format!("every word of up to {k} letters of alphabet {}, at its weakest and strongest", object.alphabet)
@@ -142,12 +141,12 @@ pub fn search_table(object: &SearchObject) -> String {
         object.seed,
         hunt.trials,
         hunt.cpu_seconds,
-        classes.join(", "),
+        by_name(&hunt.outcomes),
         hunt.covered,
     ));
     if object.findings.is_empty() {
         // A trial without proof of arrival shows no result.
-        let invalid = hunt.outcomes.get(Outcome::Invalid.name()).copied().unwrap_or_default();
+        let invalid = hunt.outcomes.get(&Outcome::Invalid).copied().unwrap_or_default();
         let valid = hunt.trials - invalid;
         let none = match object.exhausted {
             Some(k) if invalid == 0 => format!("None up to {k}.\n"),
@@ -179,12 +178,18 @@ pub fn search_table(object: &SearchObject) -> String {
     text + "Edges are the twin's: live they lie within its jitter of these.\n"
 }
 
+/// Counts of classes in the alphabetical order of their names, as the object has them.
+fn by_name(outcomes: &Outcomes) -> String {
+    let classes: BTreeMap<&str, u64> = outcomes.iter().map(|(class, n)| (class.name(), *n)).collect();
+    classes.iter().map(|(class, n)| format!("{class} {n}")).collect::<Vec<_>>().join(", ")
+}
+
 /// Nearest approaches of sequences that broke no property: the next question after a search without findings.
-fn nearest_told(hunt: &HuntRow) -> String {
+fn nearest_told(hunt: &SearchRow) -> String {
     let mut table = new_table(&["limit", "came to", "with the word"]);
     for row in &hunt.nearest {
         let percent = format!("{:.1} %", f64::from(row.thousandths) / 10.0);
-        let word = if row.word.is_empty() { "none" } else { &row.word };
+        let word = if row.sequence.is_empty() { "none" } else { &row.sequence };
         table.add_row(vec![row.limit.told().to_owned(), percent, word.to_owned()]);
     }
     format!("{table}\nBeyond 100 % the oracle still allows for clocks and periods, which its verdict has in it.\n")

@@ -2,7 +2,7 @@
 //! oracle has to find a receipt of.
 //!
 //! A new attack is a file here and, in this one, its `mod` and its row of [`with_attacks`]. The keys of scenario files, the
-//! schema, cells' paths, search alphabets, plans and receipts follow from these. The actions that an actor can take at all are
+//! schema, cells' paths, attack spaces of a search, plans and receipts follow from these. The actions that an actor can take at all are
 //! the part of `adversary`; the facts that count as a receipt of each [`Planned`], the oracle's.
 
 pub(super) mod alter;

@@ -3,12 +3,12 @@
 //! A level is read after each event in the twin. It only steers: any choice of levels gives the same probability, a bad
 //! one with more work or a wider interval.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use twin::Twin;
 use wire::mode::Mode;
 
 /// An event that a run may reach.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Event {
     /// The unit enters HOLD_SAFE; levels are the age of its lease, ms.

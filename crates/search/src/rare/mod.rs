@@ -43,8 +43,8 @@ impl Question {
         stop: &Stop,
     ) -> Result<Vec<Repetition>, String> {
         let begin = |seed| {
-            let (cast, twin) = start(&self.scenario, &self.setup, seed, false).map_err(|e| e.to_string())?;
-            Ok(Flight { asked: self, twin, end: cast.duration, since: 0 })
+            let (topology, twin) = start(&self.scenario, &self.setup, seed, false).map_err(|e| e.to_string())?;
+            Ok(Flight { asked: self, twin, end: topology.duration, since: 0 })
         };
         let tried = || {
             progress.step();

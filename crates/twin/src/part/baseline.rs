@@ -1,6 +1,6 @@
 //! A run that is known, and cores that go along with it for as long as they are fed the same.
 //!
-//! A core is a function of its inputs (`tests/properties/mouths.rs`). So while the core of another run, made from the same
+//! A core is a function of its inputs (`tests/properties/journals.rs`). So while the core of another run, made from the same
 //! setup, is fed the same inputs as here, byte for byte and at the same time, its outputs and its next deadline are those
 //! from here, without a computation: neither physics nor inference nor signatures. At the first difference it is forked
 //! from the last snapshot here, is fed the inputs since, and runs by itself from then on. Its outputs are the same
@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use topology::{Cast, Member};
+use topology::{Member, Topology};
 use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
 use wire::time::Instant;
@@ -32,36 +32,36 @@ struct Track {
     member: Member,
     /// Its outputs before its first input, and its first deadline.
     start: (Vec<Output>, Option<Instant>),
-    mouth: Vec<JournalEntry>,
+    journal: Vec<JournalEntry>,
     /// After how many entries, in order; the first after none.
     snapshots: Vec<(usize, Part)>,
 }
 
 impl Baseline {
-    /// Runs `twin`, which has just been made from `cast` and keeps its input journals, to its end.
+    /// Runs `twin`, which has just been made from `topology` and keeps its input journals, to its end.
     ///
     /// # Errors
     /// Which core cannot be made a second time.
-    pub fn record(cast: &Cast, mut twin: Twin, grace: u64) -> Result<Self, AssemblyError> {
+    pub fn record(topology: &Topology, mut twin: Twin, grace: u64) -> Result<Self, AssemblyError> {
         let mut tracks = Vec::new();
-        for (member, node) in cast.members.iter().zip(twin.nodes()) {
+        for (member, node) in topology.members.iter().zip(twin.nodes()) {
             let mut fresh = part(member, twin.local_start(node.host))?;
             let said = std::iter::from_fn(|| fresh.output()).collect();
             let start = (said, fresh.deadline());
             let snapshots = vec![(0, node.part.fork(twin.world))];
-            tracks.push(Track { member: member.clone(), start, mouth: Vec::new(), snapshots });
+            tracks.push(Track { member: member.clone(), start, journal: Vec::new(), snapshots });
         }
         for n in 1..=SNAPSHOTS {
-            twin.run_until(cast.duration * n / SNAPSHOTS);
-            let mouths = twin.mouths().unwrap_or_default();
-            for ((track, node), mouth) in tracks.iter_mut().zip(twin.nodes()).zip(mouths) {
-                track.snapshots.push((mouth.len(), node.part.fork(twin.world)));
+            twin.run_until(topology.duration * n / SNAPSHOTS);
+            let journals = twin.journals().unwrap_or_default();
+            for ((track, node), journal) in tracks.iter_mut().zip(twin.nodes()).zip(journals) {
+                track.snapshots.push((journal.len(), node.part.fork(twin.world)));
             }
         }
         twin.finish(grace);
         let verified = twin.verified().apart();
-        for (track, mouth) in tracks.iter_mut().zip(twin.into_mouths()) {
-            track.mouth = mouth;
+        for (track, journal) in tracks.iter_mut().zip(twin.into_journals()) {
+            track.journal = journal;
         }
         Ok(Self { tracks, verified })
     }
@@ -121,11 +121,11 @@ impl Following {
 
     /// The core in its state after the inputs so far.
     fn leave(&self) -> Part {
-        let Track { mouth, snapshots, .. } = self.track();
+        let Track { journal, snapshots, .. } = self.track();
         let last = snapshots.partition_point(|(fed, _)| *fed <= self.fed) - 1;
         let (from, snapshot) = &snapshots[last];
         let mut part = snapshot.fork(self.world);
-        for JournalEntry { now, input, .. } in &mouth[*from..self.fed] {
+        for JournalEntry { now, input, .. } in &journal[*from..self.fed] {
             part.handle(*now, input);
             while part.output().is_some() {}
         }
@@ -138,7 +138,7 @@ impl Core for Following {
         if let Some(part) = &mut self.left {
             return part.handle(now, input);
         }
-        let known = self.track().mouth.get(self.fed).is_some_and(|known| known.now == now && known.input == *input);
+        let known = self.track().journal.get(self.fed).is_some_and(|known| known.now == now && known.input == *input);
         if known {
             (self.fed, self.said) = (self.fed + 1, 0);
         } else {
@@ -150,7 +150,7 @@ impl Core for Following {
         match (&self.left, self.fed.checked_sub(1)) {
             (Some(part), _) => part.deadline(),
             (None, None) => self.track().start.1,
-            (None, Some(last)) => self.track().mouth[last].deadline,
+            (None, Some(last)) => self.track().journal[last].deadline,
         }
     }
 
@@ -159,7 +159,7 @@ impl Core for Following {
             return part.output();
         }
         let track = self.track();
-        let all = self.fed.checked_sub(1).map_or(&track.start.0, |last| &track.mouth[last].outputs);
+        let all = self.fed.checked_sub(1).map_or(&track.start.0, |last| &track.journal[last].outputs);
         let output = all.get(self.said).cloned();
         self.said += usize::from(output.is_some());
         output

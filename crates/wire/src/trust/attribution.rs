@@ -11,10 +11,10 @@ use super::intent::Screened;
 use super::{BusMessage, Decoded, Evidence, Fresh, Record, SignedReport, SignedStatement, Statement};
 use crate::bus::{self, ChannelKey};
 use crate::command::Intent;
-use crate::hop::Hop;
 use crate::id::{NodeId, PeerId, RecordId, UnitId};
 use crate::policy::{Check, DisplayPolicy, Policy};
 use crate::refusal::Refusal;
+use crate::session::SessionMessage;
 use crate::sign::{Keyring, Purpose, Signed};
 use crate::time::{Age, AgeBound};
 
@@ -71,21 +71,21 @@ impl Decoded<SignedReport<'_>> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionRecord<'b> {
     /// The record.
-    pub hop: Hop<'b>,
+    pub outer: SessionMessage<'b>,
     origin: NodeId,
 }
 
 impl SessionRecord<'_> {
     /// Its identity.
     pub fn id(&self) -> RecordId {
-        RecordId { node: self.origin, boot: self.hop.boot, sequence: self.hop.sequence }
+        RecordId { node: self.origin, boot: self.outer.boot, sequence: self.outer.sequence }
     }
 }
 
-impl<'b> Fresh<Hop<'b>> {
+impl<'b> Fresh<SessionMessage<'b>> {
     /// A session record is the session peer's: the handshake proved it, and the record claims no other.
     pub fn by_session(self, peer: PeerId) -> Record<Attributed, SessionRecord<'b>> {
-        self.next(Attributed::earned()).map(|hop| SessionRecord { hop, origin: node_of(peer) })
+        self.next(Attributed::earned()).map(|outer| SessionRecord { outer, origin: node_of(peer) })
     }
 }
 

@@ -7,10 +7,10 @@ use super::schema::Framed;
 use super::{Accepted, Attributed, BusMessage, Decoded, Exchange, Provenance, Received, Record, SessionRecord, Window};
 use crate::bus;
 use crate::core::Topic;
-use crate::hop::{Hop, MAX_HOP};
 use crate::id::{NodeId, Nonce, PeerId};
 use crate::policy::Policy;
 use crate::refusal::Refusal;
+use crate::session::{MAX_SESSION_MESSAGE, SessionMessage};
 use crate::time::{Age, AgeBound, Instant, Span};
 
 /// The whole way of a session record.
@@ -38,7 +38,10 @@ impl SessionGate<'_> {
         now: Instant,
         bytes: &'b [u8],
     ) -> (Option<Exchange>, Result<Accepted<SessionRecord<'b>>, Refusal>) {
-        let decoded = match Received::new(now, bytes).frame(MAX_HOP).and_then(Record::<Framed, _>::decode_hop) {
+        let decoded = match Received::new(now, bytes)
+            .frame(MAX_SESSION_MESSAGE)
+            .and_then(Record::<Framed, _>::decode_session_message)
+        {
             Ok(decoded) => decoded,
             Err(refusal) => return (None, Err(refusal)),
         };
@@ -49,7 +52,11 @@ impl SessionGate<'_> {
         (Some(exchange), self.judge(now, decoded))
     }
 
-    fn judge<'b>(&mut self, now: Instant, decoded: Decoded<Hop<'b>>) -> Result<Accepted<SessionRecord<'b>>, Refusal> {
+    fn judge<'b>(
+        &mut self,
+        now: Instant,
+        decoded: Decoded<SessionMessage<'b>>,
+    ) -> Result<Accepted<SessionRecord<'b>>, Refusal> {
         let age = self.ages.age(decoded.message.stamp, now);
         let fresh = decoded.fresh(self.policy, age, self.freshness, self.echo_limit)?;
         let attributed = fresh.by_session(self.peer);

@@ -15,7 +15,7 @@
 //! | `Ordered` | `ordering`, and `orders` in it for commands | boot, sequence, command id |
 //! | `Accepted` | `acceptance` | the product's own mark, or the intent that a statement is about |
 //!
-//! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `standing`, `orders`
+//! An intent passes more stages between `Fresh` and `Attributed`, which cost less than its signature: `revocation`, `orders`
 //! and `rate` earn them, `intent` gives their order for each service. Deciding about an accepted record
 //! is left to the services.
 
@@ -26,8 +26,8 @@ mod gates;
 mod intent;
 mod ordering;
 pub mod rate;
+mod revocation;
 mod schema;
-mod standing;
 mod statement;
 
 use crate::policy::{Check, Policy, Requirement, Waived};
@@ -41,8 +41,8 @@ pub use intent::{AtGateway, AtUnit};
 pub use ordering::orders::Counters;
 pub use ordering::{Window, Windows};
 pub use rate::Rates;
+pub use revocation::{Revocation, RevocationList, Validity};
 pub use schema::{BusMessage, Exchange, Received, SignedReport};
-pub use standing::{Revocation, RevocationList, Validity};
 pub use statement::{SignedStatement, Statement};
 
 /// The stages, as types.
@@ -53,8 +53,8 @@ pub mod stage {
     pub use super::ordering::Ordered;
     pub use super::ordering::orders::NotRepeated;
     pub use super::rate::{WithinRate, WorthVerifying};
+    pub use super::revocation::{InRole, NotRevoked};
     pub use super::schema::{Decoded, Framed};
-    pub use super::standing::{InRole, NotRevoked};
 }
 
 /// A record on its way through the boundary: at `stage::S`, with message `M`.

@@ -115,10 +115,10 @@ impl<'b> Attributed<SessionRecord<'b>> {
         window: &mut Window,
     ) -> Result<Record<Ordered, SessionRecord<'b>>, Refusal> {
         let ours = self.judged(policy, Check::Session, |record, _| {
-            let got = record.hop.session;
+            let got = record.outer.session;
             if got == session { Ok(()) } else { Err(Refusal::Session { expected: session, got }) }
         })?;
-        let (boot, sequence) = (ours.message.hop.boot, ours.message.hop.sequence);
+        let (boot, sequence) = (ours.message.outer.boot, ours.message.outer.sequence);
         ours.check(policy, Check::Sequence, Ordered(()), |_, _| window.admit(boot, sequence))
     }
 }

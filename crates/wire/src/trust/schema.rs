@@ -10,11 +10,11 @@ use crate::bus;
 use crate::codec;
 use crate::command::{Intent, IntentHash, MAX_ORDER};
 use crate::core::Topic;
-use crate::hop::{HOP_VERSION, Hop, HopBody};
 use crate::id::{CommandId, NodeId, Nonce};
 use crate::policy::Waived;
 use crate::refusal::Refusal;
 use crate::report::{MAX_REPORT, Report};
+use crate::session::{SESSION_VERSION, SessionBody, SessionMessage};
 use crate::sign::Signed;
 use crate::time::{Echo, Instant, PeerStamp};
 
@@ -56,12 +56,12 @@ impl<'a> Record<Framed, &'a [u8]> {
     }
 
     /// Schema of the session layer, with its version.
-    pub fn decode_hop(self) -> Result<Record<Decoded, Hop<'a>>, Refusal> {
-        let hop = self.decode::<Hop<'a>>()?;
-        if hop.message.version != HOP_VERSION {
-            return Err(Refusal::Version { expected: HOP_VERSION, got: hop.message.version });
+    pub fn decode_session_message(self) -> Result<Record<Decoded, SessionMessage<'a>>, Refusal> {
+        let outer = self.decode::<SessionMessage<'a>>()?;
+        if outer.message.version != SESSION_VERSION {
+            return Err(Refusal::Version { expected: SESSION_VERSION, got: outer.message.version });
         }
-        Ok(hop)
+        Ok(outer)
     }
 
     /// Schema of a shared-memory message on `topic`: header, body of type `M`, tags (kept for attribution).
@@ -113,17 +113,19 @@ pub struct Exchange {
     pub hello: Option<Nonce>,
 }
 
-impl Record<Decoded, Hop<'_>> {
+impl Record<Decoded, SessionMessage<'_>> {
     /// See [`Exchange`].
     pub fn exchange(&self) -> Exchange {
-        let hop = &self.message;
-        let hello = match hop.body {
-            HopBody::Hello(nonce) => Some(nonce),
-            HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
-                None
-            }
+        let outer = &self.message;
+        let hello = match outer.body {
+            SessionBody::Hello(nonce) => Some(nonce),
+            SessionBody::Report(_)
+            | SessionBody::Grant(_)
+            | SessionBody::Teammate(_)
+            | SessionBody::Watch(_)
+            | SessionBody::Revoked(_) => None,
         };
-        Exchange { challenge: hop.challenge, echo: hop.echo, hello }
+        Exchange { challenge: outer.challenge, echo: outer.echo, hello }
     }
 }
 

@@ -9,7 +9,6 @@ use wire::codec;
 use wire::command::{Confirmation, Intent};
 use wire::core::Topic;
 use wire::event::Inconsistency;
-use wire::hop::{Hop, HopBody, MAX_HOP, Teammate};
 use wire::id::{Boot, CommandId, NODES, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Guards, Mode};
@@ -17,6 +16,7 @@ use wire::policy::Policy;
 use wire::refusal::Reason;
 use wire::report::{MAX_REPORT, Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Candidates, Class, Frames, Modalities, Navigation, Pose, ProductMode};
+use wire::session::{MAX_SESSION_MESSAGE, SessionBody, SessionMessage, Teammate};
 use wire::settings::{RANGES, Settings};
 use wire::time::{AgeBound, Echo, Instant, PeerStamp, Span};
 use wire::track::Tracks;
@@ -28,11 +28,11 @@ use crate::values;
 fn offer(bytes: &[u8]) {
     for (_, values) in values::all() {
         if let Some(value) = values.first() {
-            let _ = (value.decode)(bytes, MAX_HOP);
+            let _ = (value.decode)(bytes, MAX_SESSION_MESSAGE);
         }
     }
     let (policy, now) = (Policy::default(), Instant(1_000_000));
-    let _ = Received::new(now, bytes).frame(MAX_HOP);
+    let _ = Received::new(now, bytes).frame(MAX_SESSION_MESSAGE);
     let _ = SignedReport::decode(now, bytes);
     let _ = Decoded::<Intent>::parse(now, bytes, MAX_REPORT);
     let _ = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes);
@@ -99,14 +99,14 @@ proptest! {
         let report: &ByteSlice = content.as_slice().into();
         let via = PeerId::from_name(peer.name()).expect("one set of names for both");
         let body = match kind {
-            0 => HopBody::Hello(Nonce(extra)),
-            1 => HopBody::Report(report),
-            2 => HopBody::Grant(Span(extra)),
-            3 => HopBody::Revoked(report),
-            _ => HopBody::Teammate(Teammate { via, age: Span(extra), report }),
+            0 => SessionBody::Hello(Nonce(extra)),
+            1 => SessionBody::Report(report),
+            2 => SessionBody::Grant(Span(extra)),
+            3 => SessionBody::Revoked(report),
+            _ => SessionBody::Teammate(Teammate { via, age: Span(extra), report }),
         };
         let echo = echo.map(|(nonce, seen)| Echo { nonce: Nonce(nonce), seen: PeerStamp(seen) });
-        let hop = Hop {
+        let outer = SessionMessage {
             version: 1,
             session: Nonce(session),
             boot: Boot(boot),
@@ -116,9 +116,9 @@ proptest! {
             echo,
             body,
         };
-        let bytes = codec::encode(&hop);
-        prop_assert!(bytes.len() <= MAX_HOP, "{} bytes", bytes.len());
-        prop_assert_eq!(codec::decode::<Hop<'_>>(&bytes, MAX_HOP), Ok(hop));
+        let bytes = codec::encode(&outer);
+        prop_assert!(bytes.len() <= MAX_SESSION_MESSAGE, "{} bytes", bytes.len());
+        prop_assert_eq!(codec::decode::<SessionMessage<'_>>(&bytes, MAX_SESSION_MESSAGE), Ok(outer));
     }
 }
 

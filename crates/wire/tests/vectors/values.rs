@@ -11,7 +11,6 @@ use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
@@ -25,6 +24,7 @@ use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
     PixelBox, Pose, ProductMode, ReceiverTime,
 };
+use wire::session::{SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -59,7 +59,7 @@ macro_rules! named {
 pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
     vec![
         ("report", reports()),
-        ("hop", hops()),
+        ("hop", session_messages()),
         ("intent", intents()),
         ("confirmation", vec![named!("of-arm", Confirmation, Confirmation { id: COMMAND, intent: [0xab; 32] })]),
         ("order", orders()),
@@ -154,9 +154,9 @@ fn reports() -> Vec<Named> {
     ]
 }
 
-pub(crate) fn hop(body: HopBody<'static>) -> Hop<'static> {
-    Hop {
-        version: HOP_VERSION,
+pub(crate) fn session_message(body: SessionBody<'static>) -> SessionMessage<'static> {
+    SessionMessage {
+        version: SESSION_VERSION,
         session: Nonce(0x0102_0304_0506_0708),
         boot: Boot(1),
         sequence: Sequence(300),
@@ -167,16 +167,21 @@ pub(crate) fn hop(body: HopBody<'static>) -> Hop<'static> {
     }
 }
 
-fn hops() -> Vec<Named> {
-    let first = Hop { session: Nonce(0), sequence: Sequence(1), echo: None, ..hop(HopBody::Hello(Nonce(99))) };
+fn session_messages() -> Vec<Named> {
+    let first = SessionMessage {
+        session: Nonce(0),
+        sequence: Sequence(1),
+        echo: None,
+        ..session_message(SessionBody::Hello(Nonce(99)))
+    };
     let teammate = Teammate { via: PeerId::UNIT_B, age: Span::ms(12), report: opaque(b"signed") };
     vec![
-        named!("hello-before-any-challenge", Hop<'_>, first),
-        named!("report", Hop<'_>, hop(HopBody::Report(opaque(b"signed")))),
-        named!("grant", Hop<'_>, hop(HopBody::Grant(Span::ms(500)))),
-        named!("teammate", Hop<'_>, hop(HopBody::Teammate(teammate))),
-        named!("watch", Hop<'_>, hop(HopBody::Watch(Nonce(11)))),
-        named!("revoked", Hop<'_>, hop(HopBody::Revoked(opaque(b"signed")))),
+        named!("hello-before-any-challenge", SessionMessage<'_>, first),
+        named!("report", SessionMessage<'_>, session_message(SessionBody::Report(opaque(b"signed")))),
+        named!("grant", SessionMessage<'_>, session_message(SessionBody::Grant(Span::ms(500)))),
+        named!("teammate", SessionMessage<'_>, session_message(SessionBody::Teammate(teammate))),
+        named!("watch", SessionMessage<'_>, session_message(SessionBody::Watch(Nonce(11)))),
+        named!("revoked", SessionMessage<'_>, session_message(SessionBody::Revoked(opaque(b"signed")))),
     ]
 }
 

@@ -15,7 +15,7 @@ pub(super) const ALL: &[Assertion] = &[
         carried_by: None,
     },
     Assertion {
-        name: "forked_half_way_with_mouths_kept_a_trial_decides_the_same",
+        name: "forked_half_way_with_journals_kept_a_trial_decides_the_same",
         holds: |facts| {
             let (once, again) = (&facts.decisions, &facts.witness.decisions);
             none((once != again).then(|| format!("decisions {once}, and {again} when it was run again from a fork")))

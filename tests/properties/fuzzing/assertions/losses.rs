@@ -70,8 +70,8 @@ fn moves_on(facts: &Facts) -> Option<String> {
     })
 }
 
-fn holding_at(alphabet: &str, end: &str, at_ms: f64) -> Facts {
-    let mut facts = trial(alphabet, &[end]);
+fn holding_at(space: &str, end: &str, at_ms: f64) -> Facts {
+    let mut facts = trial(space, &[end]);
     facts.changes.push(change(at_ms, "READY", "HOLD_SAFE"));
     facts
 }

@@ -41,7 +41,7 @@ pub(super) struct Assertion {
     pub(super) holds: fn(&Facts) -> Result<(), String>,
     /// A trial that it holds of, and one that breaks it.
     pub(super) examples: fn() -> (Facts, Facts),
-    /// The check that carries it, and an alphabet that breaks it without.
+    /// The check that carries it, and an attack space that breaks it without.
     pub(super) carried_by: Option<(&'static str, &'static str)>,
 }
 
@@ -70,13 +70,13 @@ fn change(at_ms: f64, from: &str, to: &str) -> Change {
 }
 
 /// A trial that goes as its mission does, with these moves at 3 s for 4 s.
-fn trial(alphabet: &str, moves: &[&str]) -> Facts {
+fn trial(space: &str, moves: &[&str]) -> Facts {
     let deed = |of: &&str| Deed { of: (*of).to_owned(), from_ms: 3_000.0, lasts_ms: 4_000.0, number: 1.0 };
     let mission = vec![change(1_000.0, "IDLE", "READY")];
     Facts {
         changes: mission.clone(),
         mission,
-        deeds: Deeds { alphabet: alphabet.to_owned(), done: moves.iter().map(deed).collect() },
+        deeds: Deeds { space: space.to_owned(), done: moves.iter().map(deed).collect() },
         duration_ms: 9_000.0,
         limits: Limits {
             hold: 1_000.0,
@@ -95,8 +95,8 @@ fn trial(alphabet: &str, moves: &[&str]) -> Facts {
 }
 
 /// The same, but that the unit holds from 4 s on.
-fn holding(alphabet: &str, moves: &[&str]) -> Facts {
-    let mut facts = trial(alphabet, moves);
+fn holding(space: &str, moves: &[&str]) -> Facts {
+    let mut facts = trial(space, moves);
     facts.changes.push(change(4_000.0, "READY", "HOLD_SAFE"));
     facts
 }

@@ -9,7 +9,7 @@ use super::super::reference::{drives, mode_at};
 use super::super::witness::{Given, Taken};
 use super::{Assertion, Facts, holding, none, trial};
 
-/// Alphabets of those who are nowhere in the path of commands, and the moves of `stations` that are.
+/// Attack spaces of those who are nowhere in the path of commands, and the moves of `stations` that are.
 const ELSEWHERE: [&str; 6] = ["teammates", "stations", "roles", "memory", "perception", "sensors"];
 const IN_THE_PATH: [&str; 3] = ["twice", "splice", "take-session"];
 

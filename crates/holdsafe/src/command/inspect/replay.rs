@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
 use runner::checked::{Checked, Unverified};
-use runner::engine::MouthReplay;
+use runner::engine::ReplayRow;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
-use twin::refeed::{Parted, Refed, decisions};
+use twin::replay::{Parted, ReplayedCore, decisions};
 use wire::core::Output;
 
 #[derive(Debug, clap::Args)]
@@ -33,7 +33,7 @@ pub(in crate::command) struct Args {
 struct Replayed {
     schema_version: u32,
     identical: bool,
-    cores: Vec<MouthReplay>,
+    cores: Vec<ReplayRow>,
 }
 
 /// A core under another policy.
@@ -89,12 +89,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let planned = one(context, args)?;
     let Some(policy) = &args.policy else {
-        let refed = engine::again(&engine::eaten(&planned, context.seed)?)?;
-        return same(context, &args.run, refed.iter().map(MouthReplay::from).collect(), &[]);
+        let replayed = engine::again(&engine::journalled(&planned, context.seed)?)?;
+        return same(context, &args.run, replayed.iter().map(ReplayRow::from).collect(), &[]);
     };
     let other = plan::under(context, &planned, policy)?;
-    let refed = engine::otherwise(&engine::eaten(&planned, context.seed)?, &other, context.seed)?;
-    let cores = refed.iter().map(if_otherwise).collect();
+    let replayed = engine::otherwise(&engine::journalled(&planned, context.seed)?, &other, context.seed)?;
+    let cores = replayed.iter().map(if_otherwise).collect();
     let (run, policy) = (args.run.clone(), policy.display().to_string());
     let watermark = other.setup.watermark();
     what_if(context, Counterfactual { schema_version: SCHEMA_VERSION, run, policy, watermark, cores })
@@ -110,9 +110,9 @@ fn one(context: &Context, args: &Args) -> Result<Planned, Failure> {
     planned.into_iter().next().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))
 }
 
-fn same(context: &Context, run: &str, cores: Vec<MouthReplay>, read: &[&Checked]) -> Result<Exit, Failure> {
+fn same(context: &Context, run: &str, cores: Vec<ReplayRow>, read: &[&Checked]) -> Result<Exit, Failure> {
     if cores.is_empty() {
-        return Err(Failure::new(Exit::NoEvidence, format!("{run}: no mouth logs; nothing was fed")));
+        return Err(Failure::new(Exit::NoEvidence, format!("{run}: no input journals; there is no input to replay")));
     }
     let identical = cores.iter().all(|core| core.difference.is_none());
     if !context.json {
@@ -166,7 +166,7 @@ fn what_if(context: &Context, mut asked: Counterfactual) -> Result<Exit, Failure
     Ok(Exit::Fine)
 }
 
-fn if_otherwise(refed: &Refed) -> WhatIf {
+fn if_otherwise(replayed: &ReplayedCore) -> WhatIf {
     let events = |outputs: &[Output]| decisions(outputs).iter().filter_map(|e| serde_json::to_value(e).ok()).collect();
     let first = |p: &Parted| First { at_us: p.at, input: p.input, then: events(&p.then), now: events(&p.now) };
     let otherwise = |((then, now), inputs): (&(String, String), &u64)| {
@@ -174,9 +174,9 @@ fn if_otherwise(refed: &Refed) -> WhatIf {
         Otherwise { then, now, inputs: *inputs }
     };
     WhatIf {
-        core: refed.node.to_string(),
-        inputs: refed.inputs,
-        first: refed.parted.as_ref().map(first),
-        otherwise: refed.otherwise.iter().map(otherwise).collect(),
+        core: replayed.node.to_string(),
+        inputs: replayed.inputs,
+        first: replayed.parted.as_ref().map(first),
+        otherwise: replayed.otherwise.iter().map(otherwise).collect(),
     }
 }

@@ -4,8 +4,8 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use evidence::passed::{Passed, recorded};
-use evidence::{SCHEMA_VERSION, Witnessed, passed};
+use evidence::messages::{Message, recorded};
+use evidence::{SCHEMA_VERSION, Witnessed, messages};
 use perception::stages::Stages;
 use runner::bring::Bring;
 use runner::checked::Checked;
@@ -75,7 +75,7 @@ struct Channel {
 /// The parts of a run to show.
 struct Found {
     entries: Vec<Witnessed>,
-    passed: Vec<Passed>,
+    messages: Vec<Message>,
     scene: Option<Scene>,
     watermark: Option<String>,
     not_kept: u64,
@@ -150,10 +150,10 @@ fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {
     let checked = checked::run(Path::new(args.run))?;
     let found = Recorded::read(&checked)?;
     found.warn(args.run);
-    let passed::Recorded { passed, left_out } = recorded(checked.path(), &found.entries)
-        .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
+    let messages::Recorded { messages, left_out } = recorded(checked.path(), &found.entries)
+        .map_err(|why| Failure::new(Exit::Usage, format!("{}: input journals: {why}", args.run)))?;
     let (entries, checked) = (found.entries, Some(checked));
-    Ok(Found { entries, passed, scene: None, watermark: None, not_kept: left_out, checked })
+    Ok(Found { entries, messages, scene: None, watermark: None, not_kept: left_out, checked })
 }
 
 fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
@@ -169,11 +169,11 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
     // The same run twice: once judged, once with all inputs of its cores kept.
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    let eaten = engine::eaten(one, context.seed)?;
-    let scene = eaten.cast().world().map(|world| world.scene.clone());
+    let journalled = engine::journalled(one, context.seed)?;
+    let scene = journalled.topology().world().map(|world| world.scene.clone());
     Ok(Found {
         entries: evidence.entries,
-        passed: eaten.passed(),
+        messages: journalled.messages(),
         scene,
         watermark: one.setup.watermark(),
         not_kept: 0,
@@ -185,7 +185,7 @@ fn of_scenario(context: &Context, args: &Asked<'_>) -> Result<Found, Failure> {
 fn write(context: &Context, args: &Asked<'_>, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
     let unwritable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.out.display()));
     let stages =
-        found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.options.bring.stages()).transpose()?;
+        found.messages.iter().any(|of| of.topic == Topic::Frames).then(|| args.options.bring.stages()).transpose()?;
     let beside = args.out.with_extension("mcap.new");
     let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
     let whole = match show(context, BufWriter::new(file), found, stages) {
@@ -209,19 +209,19 @@ fn show(
 ) -> Result<Option<(Vec<viewer::Channel>, u64)>, viewer::ViewError> {
     let mut viewer = Viewer::new(file, found.scene, stages)?;
     if let Some(checked) = &found.checked {
-        viewer.custody(&checked.custody().run, &checked.custody().sha256, checked.invalid())?;
+        viewer.verification(&checked.verification().run, &checked.verification().sha256, checked.invalid())?;
     }
-    let mut passed = found.passed.iter().peekable();
+    let mut messages = found.messages.iter().peekable();
     for w in &found.entries {
         if context.stop.asked() {
             return Ok(None);
         }
-        while let Some(of) = passed.next_if(|of| of.at <= w.at) {
+        while let Some(of) = messages.next_if(|of| of.at <= w.at) {
             viewer.message(of.at, of.topic, &of.bytes)?;
         }
         viewer.event(w.at, &w.entry)?;
     }
-    for of in passed {
+    for of in messages {
         viewer.message(of.at, of.topic, &of.bytes)?;
     }
     let unread = viewer.unread();

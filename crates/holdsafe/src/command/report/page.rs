@@ -5,9 +5,8 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use dossier::Dossier;
-use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
-use dossier::summary::Recording;
+use dossier::reader::{MAX_FILE_BYTES, Manifest, Results};
+use dossier::{Dossier, Recording};
 use evidence::SCHEMA_VERSION;
 use results::summary;
 use runner::checked::Checked;
@@ -200,20 +199,20 @@ fn found(path: &Path) -> Result<Given, Failure> {
     Ok(Given::Runs(runs))
 }
 
-fn tell(run: &Checked) -> Result<dossier::summary::RunSummary, Failure> {
+fn tell(run: &Checked) -> Result<results::summary::RunSummary, Failure> {
     let (name, recorded) = (run.path().display().to_string(), Recorded::read(run)?);
     recorded.warn(&name);
     Ok(summary::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
 }
 
 fn recording(of: &Checked) -> Recording {
-    let custody = of.custody();
+    let verification = of.verification();
     Recording {
-        name: custody.run.clone(),
-        sha256: custody.sha256.clone(),
-        holds: custody.holds,
-        outcome: custody.outcome.map(|class| class.name().to_owned()),
-        invalid: custody.reason.clone(),
+        name: verification.run.clone(),
+        sha256: verification.sha256.clone(),
+        holds: verification.holds,
+        outcome: verification.outcome.map(|class| class.name().to_owned()),
+        invalid: verification.reason.clone(),
     }
 }
 

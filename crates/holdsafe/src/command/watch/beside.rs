@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use console::sidecar::{Evidence, Sidecar, Sight};
 use evidence::Micros;
-use evidence::passed::{Passed, recorded};
+use evidence::messages::{Message, recorded};
 use explain::explain;
 use link::input_journal::JournalError;
 use perception::stages::Stages;
@@ -21,7 +21,7 @@ use super::frame::sights;
 
 /// Companion data of a recorded run.
 pub(super) struct Beheld {
-    frames: Vec<Passed>,
+    frames: Vec<Message>,
     /// Stages that process frames once more; absent where there are none.
     stages: Option<Stages>,
     /// Every change of mode, with its reasons: its time, and the words.
@@ -44,9 +44,10 @@ impl Beheld {
         let Recorded { entries, bounds, .. } = Recorded::read(run)?;
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
-        let unread =
-            |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
-        let mut frames = recorded(run.path(), &entries).map_err(unread)?.passed;
+        let unread = |why: JournalError| {
+            Failure::new(Exit::NoEvidence, format!("{}: input journals: {why}", run.path().display()))
+        };
+        let mut frames = recorded(run.path(), &entries).map_err(unread)?.messages;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
         let changes =

@@ -16,12 +16,12 @@ use crate::spec::ServiceSpec;
 use crate::stream::StreamLog;
 use crate::witness::WitnessLog;
 
-type Mouth = Writer<BufWriter<File>>;
+type Journal = Writer<BufWriter<File>>;
 
 /// Both logs, each only where the specification asks for it.
 pub(in crate::drive) struct Logs {
     /// None, too, once it could not be written.
-    mouth: Option<Mouth>,
+    journal: Option<Journal>,
     witness: Option<WitnessLog>,
     /// True if they could not be handed over the last time.
     unflushed: bool,
@@ -29,8 +29,8 @@ pub(in crate::drive) struct Logs {
 
 impl Logs {
     pub(super) fn open(spec: &ServiceSpec) -> std::result::Result<Self, DriveError> {
-        let mouth = (spec.mouth_bytes > 0).then(|| mouth(spec)).transpose().opened("mouth log")?;
-        Ok(Self { mouth, witness: WitnessLog::create(spec).opened("guard's log")?, unflushed: false })
+        let journal = (spec.journal_bytes > 0).then(|| journal(spec)).transpose().opened("input journal")?;
+        Ok(Self { journal, witness: WitnessLog::create(spec).opened("guard's log")?, unflushed: false })
     }
 
     /// Log for the witnesses of byte streams.
@@ -39,17 +39,17 @@ impl Logs {
     }
 
     pub(in crate::drive) fn input(&mut self, now: Instant, input: &Input) {
-        self.note(|mouth| mouth.input(now, input));
+        self.note(|journal| journal.input(now, input));
     }
 
     pub(super) fn output(&mut self, output: &Output) {
-        self.note(|mouth| mouth.output(output));
+        self.note(|journal| journal.output(output));
     }
 
-    fn note(&mut self, write: impl FnOnce(&mut Mouth) -> Result<()>) {
-        if let Some(Err(error)) = self.mouth.as_mut().map(write) {
+    fn note(&mut self, write: impl FnOnce(&mut Journal) -> Result<()>) {
+        if let Some(Err(error)) = self.journal.as_mut().map(write) {
             tracing::warn!(%error, "input journal ended");
-            self.mouth = None;
+            self.journal = None;
         }
     }
 
@@ -61,9 +61,9 @@ impl Logs {
 
     /// Hands both to the operating system.
     pub(in crate::drive) fn flush(&mut self) {
-        let mouth = self.mouth.as_mut().map_or(Ok(()), Mouth::flush);
+        let journal = self.journal.as_mut().map_or(Ok(()), Journal::flush);
         let witness = self.witness.as_ref().map_or(Ok(()), WitnessLog::flush);
-        let flushed = mouth.and(witness);
+        let flushed = journal.and(witness);
         let failed = std::mem::replace(&mut self.unflushed, flushed.is_err());
         // Told once: a full disk says the same ten times a second.
         if let Err(error) = flushed
@@ -79,13 +79,13 @@ impl Logs {
     }
 
     /// Written entries of the input journal, and those without room.
-    pub(super) fn mouth_counts(&self) -> Option<(u64, u64)> {
-        self.mouth.as_ref().map(Mouth::counts)
+    pub(super) fn journal_counts(&self) -> Option<(u64, u64)> {
+        self.journal.as_ref().map(Journal::counts)
     }
 }
 
-fn mouth(spec: &ServiceSpec) -> Result<Mouth> {
+fn journal(spec: &ServiceSpec) -> Result<Journal> {
     let file = files::create(&spec.run_dir.join("mouth").join(spec.log_name()))?;
     let header = Header { node: spec.node, boot: spec.boot, started: spec.started() };
-    Writer::new(BufWriter::with_capacity(1 << 16, file), header, spec.mouth_bytes)
+    Writer::new(BufWriter::with_capacity(1 << 16, file), header, spec.journal_bytes)
 }

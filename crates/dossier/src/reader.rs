@@ -1,0 +1,305 @@
+//! Input of a report: result files, read within bounds, or refused with file, place and remedy.
+//!
+//! The reader of the files stops at [`MAX_FILE_BYTES`] + 1; longer ones are refused here.
+
+use std::collections::BTreeMap;
+
+use evidence::SCHEMA_VERSION;
+use results::report::{
+    Ablation, BenchLive, CampaignObject, CurveObject, Matrix, Reference, RunObject, RunsObject, SearchObject, TwinCost,
+};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+/// The longest result that is read. The matrix of 299 trials is below half a megabyte; a run carries its trials, at about 1 kB each.
+pub const MAX_FILE_BYTES: usize = 64 << 20;
+
+/// The most files that one dossier is made of.
+pub const MAX_FILES: usize = 256;
+
+/// Everything that was given, in the order in which it was.
+#[derive(Clone, Debug, Default)]
+pub struct Results {
+    given: Vec<Given>,
+    folders: BTreeMap<String, String>,
+}
+
+/// One file and its content.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// Its name, as it was given.
+    pub file: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// The result.
+    pub found: Found,
+}
+
+/// A result, by its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Found {
+    /// `matrix`.
+    Matrix(Matrix),
+    /// `run`, or `runs`: one for each scenario.
+    Runs(Vec<RunObject>),
+    /// `reference`.
+    Reference(Reference),
+    /// `campaign`.
+    Campaign(CampaignObject),
+    /// `search`.
+    Search(SearchObject),
+    /// `bench-live`.
+    BenchLive(Box<BenchLive>),
+    /// `curve`.
+    Curve(CurveObject),
+    /// `ablation`.
+    Ablation(Ablation),
+    /// `bench-twin`.
+    TwinCost(TwinCost),
+}
+
+impl Found {
+    /// The name of its kind.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Found::Matrix(_) => "matrix",
+            Found::Runs(_) => "run",
+            Found::Reference(_) => "reference",
+            Found::Campaign(_) => "campaign",
+            Found::Search(_) => "search",
+            Found::BenchLive(_) => "bench-live",
+            Found::Curve(_) => "curve",
+            Found::Ablation(_) => "ablation",
+            Found::TwinCost(_) => "bench-twin",
+        }
+    }
+}
+
+/// The kinds that are read.
+const KINDS: &str = "matrix, run, runs, reference, campaign, search, bench-live, curve, ablation, bench-twin";
+
+/// A refused file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}: {why}")]
+pub struct Refused {
+    /// Its name, as it was given.
+    pub file: String,
+    /// The fault.
+    #[source]
+    pub why: Reason,
+}
+
+/// Fault of a file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Reason {
+    /// It is longer than is read.
+    #[error("longer than {} MiB; give fewer trials a file, or the result without its trials", MAX_FILE_BYTES >> 20)]
+    TooLong,
+    /// More files than one dossier is made of.
+    #[error("more than {MAX_FILES} files; make several dossiers")]
+    TooMany,
+    /// It is there already, and its trials would count twice.
+    #[error("the same result as {0}; give each once")]
+    Twice(String),
+    /// It is not JSON, or not the object that its kind promises.
+    #[error("{0}; give the file that `holdsafe … --json` printed, whole and unchanged")]
+    Unreadable(String),
+    /// It names no kind.
+    #[error("no `kind`; print it again with this version of holdsafe (`--json`)")]
+    NoKind,
+    /// It is none of the kinds that are read.
+    #[error("kind `{0}` has no place in a dossier, which takes {KINDS}")]
+    OtherKind(String),
+    /// It was written by another version.
+    #[error("schema_version {}, and {SCHEMA_VERSION} is read; print it again with this version of holdsafe", told(.0))]
+    OtherVersion(Option<u32>),
+}
+
+fn told(version: &Option<u32>) -> String {
+    version.map_or_else(|| "missing".to_owned(), |version| version.to_string())
+}
+
+#[derive(Deserialize)]
+struct Head {
+    kind: Option<String>,
+    schema_version: Option<u32>,
+}
+
+impl Results {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// The refusal; earlier files stay.
+    pub fn read(&mut self, file: &str, bytes: &[u8]) -> Result<(), Refused> {
+        let refused = |why| Refused { file: file.to_owned(), why };
+        if self.given.len() >= MAX_FILES {
+            return Err(refused(Reason::TooMany));
+        }
+        let found = found(bytes).map_err(refused)?;
+        if let Some(before) = self.given.iter().find(|given| given.found == found) {
+            return Err(refused(Reason::Twice(before.file.clone())));
+        }
+        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        self.given.push(Given { file: file.to_owned(), sha256, found });
+        Ok(())
+    }
+
+    /// The files, in order.
+    pub fn given(&self) -> &[Given] {
+        &self.given
+    }
+
+    /// Names the folders below `scenarios/` that shipped scenarios lie in, each a scenario's name and its folder.
+    pub fn lie_in(&mut self, folders: BTreeMap<String, String>) {
+        self.folders = folders;
+    }
+
+    /// The folder of a shipped scenario.
+    pub(crate) fn folder(&self, scenario: &str) -> Option<&str> {
+        self.folders.get(scenario).map(String::as_str)
+    }
+}
+
+/// `manifest.json` of a run: the inputs that its results depend on.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Manifest {
+    /// SHA-256 of each file, hexadecimal, by its path below the repository's root.
+    pub files: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    pub fn read(file: &str, bytes: &[u8]) -> Result<Self, Refused> {
+        let refused = |why| Refused { file: file.to_owned(), why };
+        let manifest: Self = bounded(bytes).and_then(object).map_err(refused)?;
+        let is_digest = |text: &str| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        match manifest.files.iter().find(|(_, digest)| !is_digest(digest)) {
+            Some((path, _)) => Err(refused(Reason::Unreadable(format!("`{path}` has no SHA-256")))),
+            None => Ok(manifest),
+        }
+    }
+}
+
+fn bounded(bytes: &[u8]) -> Result<&[u8], Reason> {
+    if bytes.len() > MAX_FILE_BYTES { Err(Reason::TooLong) } else { Ok(bytes) }
+}
+
+fn found(bytes: &[u8]) -> Result<Found, Reason> {
+    let bytes = bounded(bytes)?;
+    let head: Head = object(bytes)?;
+    let kind = head.kind.ok_or(Reason::NoKind)?;
+    if head.schema_version != Some(SCHEMA_VERSION) {
+        return Err(Reason::OtherVersion(head.schema_version));
+    }
+    Ok(match kind.as_str() {
+        "matrix" => Found::Matrix(object(bytes)?),
+        "run" => Found::Runs(vec![object(bytes)?]),
+        "runs" => Found::Runs(object::<RunsObject>(bytes)?.runs),
+        "reference" => Found::Reference(object(bytes)?),
+        "campaign" => Found::Campaign(object(bytes)?),
+        "search" => Found::Search(object(bytes)?),
+        "bench-live" => Found::BenchLive(Box::new(object(bytes)?)),
+        "curve" => Found::Curve(object(bytes)?),
+        "ablation" => Found::Ablation(object(bytes)?),
+        "bench-twin" => Found::TwinCost(object(bytes)?),
+        _ => return Err(Reason::OtherKind(kind)),
+    })
+}
+
+fn object<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Reason> {
+    serde_json::from_slice(bytes).map_err(|e| Reason::Unreadable(e.to_string()))
+}
+
+/// A golden result of this kind, which has every field.
+#[cfg(test)]
+pub(crate) fn golden(kind: &str) -> serde_json::Value {
+    let file = format!("{}/../results/tests/golden/{kind}-v1.json", env!("CARGO_MANIFEST_DIR"));
+    serde_json::from_slice(&std::fs::read(file).expect("a golden file")).expect("JSON")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use evidence::trial::Outcome;
+
+    use super::*;
+
+    fn refusal(text: &str) -> String {
+        Results::default().read("x.json", text.as_bytes()).expect_err("a refusal").to_string()
+    }
+
+    #[test]
+    fn a_result_is_read_by_its_kind() {
+        let mut search = golden("search");
+        search["later"] = 7.into();
+        let text = search.to_string();
+        let mut results = Results::default();
+        results.read("x.json", text.as_bytes()).expect("a search");
+        let [given] = results.given() else { panic!("one file") };
+        let Found::Search(search) = &given.found else { panic!("a search") };
+        assert_eq!((search.hunt.trials, search.hunt.outcomes[&Outcome::HoldSafe]), (9, 1));
+        assert_eq!((given.file.as_str(), given.sha256.len()), ("x.json", 64));
+    }
+
+    #[test]
+    fn golden_file_of_every_kind_is_read() {
+        let mut results = Results::default();
+        for kind in KINDS.split(", ") {
+            results.read(kind, golden(kind).to_string().as_bytes()).expect("a result");
+        }
+        let read: BTreeSet<&str> = results.given().iter().map(|given| given.found.kind()).collect();
+        assert_eq!(read.len(), KINDS.split(", ").count() - 1, "`runs` is read as `run`");
+    }
+
+    #[test]
+    fn unreadable_file_is_refused_with_place_and_remedy() {
+        let cut = refusal(r#"{"kind":"matrix","schema_version":1,"#);
+        assert!(
+            cut.contains("x.json") && cut.contains("line 1 column") && cut.contains("whole and unchanged"),
+            "{cut}"
+        );
+        assert!(refusal(r#"{"schema_version":1}"#).contains("no `kind`"));
+        assert!(refusal(r#"{"kind":"doctor","schema_version":1}"#).contains("takes matrix"));
+        assert!(refusal(r#"{"kind":"matrix","schema_version":2}"#).contains("schema_version 2"));
+        assert!(refusal(r#"{"kind":"matrix"}"#).contains("schema_version missing"));
+        let other = refusal(r#"{"kind":"matrix","schema_version":1,"seed":1,"build":"","rows":[{"id":7}]}"#);
+        assert!(other.contains("invalid type") && other.contains("column"), "{other}");
+    }
+
+    #[test]
+    fn lengths_numbers_and_depths_are_bounded() {
+        assert!(refusal(&" ".repeat(MAX_FILE_BYTES + 1)).contains("longer than 64 MiB"));
+        let deep = |key: &str, n: usize| {
+            let (open, close) = ("[".repeat(n), "]".repeat(n));
+            refusal(&format!(r#"{{"kind":"campaign","schema_version":1,"rows":[{{"{key}":{{"x":{open}{close}}}}}]}}"#))
+        };
+        assert!(deep("set", 1 << 20).contains("recursion limit"));
+        assert!(deep("later", 1 << 20).contains("missing field"), "what is not read is passed over without recursion");
+        let mut results = Results::default();
+        let text = |seed| {
+            format!(
+                r#"{{"kind":"reference","schema_version":1,"seed":{seed},"rows":[],"live_latency_ms":[],"as_expected":true}}"#
+            )
+        };
+        for seed in 0..MAX_FILES {
+            results.read("x.json", text(seed).as_bytes()).expect("room");
+        }
+        assert_eq!(results.read("x.json", text(0).as_bytes()).expect_err("full").why, Reason::TooMany);
+    }
+
+    #[test]
+    fn no_result_counts_twice_however_it_is_written() {
+        let mut results = Results::default();
+        let text =
+            r#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"live_latency_ms":[],"as_expected":true}"#;
+        results.read("a.json", text.as_bytes()).expect("room");
+        let again = results.read("b.json", text.replace(',', ", ").as_bytes()).expect_err("the same again");
+        assert!(again.to_string().contains("the same result as a.json"), "{again}");
+    }
+}

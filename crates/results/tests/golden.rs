@@ -1,0 +1,98 @@
+//! Result objects against a golden file for each kind and schema version, `golden/<kind>-v<version>.json`.
+//!
+//! A file has every field of its object at least once. It is read into the object that the program has today and written again, to
+//! the byte: a field that is removed, renamed, moved or of another type does not come back the same, and one that is added without a
+//! default is missed when an older file is read. A new form is a new version with a file of its own; the older file stays.
+//! The objects that only one verb prints, and no program reads, are held likewise in `crates/holdsafe/tests/command/golden.rs`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Trial;
+use results::report::{
+    Ablation, BenchLive, CampaignObject, CurveObject, Matrix, RareObject, Reference, RunObject, RunsObject,
+    SearchObject, TwinCost,
+};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Reads an object and writes it again.
+type Again = fn(&str) -> Result<String, String>;
+
+/// Every kind of version 1, with its object.
+const VERSION_1: [(&str, Again); 12] = [
+    ("ablation", again::<Ablation>),
+    ("bench-live", again::<BenchLive>),
+    ("bench-twin", again::<TwinCost>),
+    ("campaign", again::<CampaignObject>),
+    ("curve", again::<CurveObject>),
+    ("matrix", again::<Matrix>),
+    ("rare", again::<RareObject>),
+    ("reference", again::<Reference>),
+    ("run", again::<RunObject>),
+    ("runs", again::<RunsObject>),
+    ("search", again::<SearchObject>),
+    // The one without a number of its version.
+    ("trial", again::<Trial>),
+];
+
+fn again<T: DeserializeOwned + Serialize>(text: &str) -> Result<String, String> {
+    let object: T = serde_json::from_str(text).map_err(|e| e.to_string())?;
+    serde_json::to_string_pretty(&object).map_err(|e| e.to_string())
+}
+
+fn golden(kind: &str) -> String {
+    let file = format!("tests/golden/{kind}-v1.json");
+    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(&file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+/// The object without the name of its kind, which its printing adds in front.
+fn unnamed(text: &str, kind: &str) -> String {
+    let named = format!("{{\n  \"kind\": \"{kind}\",\n");
+    assert!(text.starts_with(&named), "{kind}: the file names another kind");
+    text.replacen(&named, "{\n", 1)
+}
+
+#[test]
+fn golden_file_is_read_and_written_to_the_byte() {
+    for (kind, again) in VERSION_1 {
+        let text = golden(kind);
+        let written = again(&text).unwrap_or_else(|e| panic!("{kind}-v1.json: {e}"));
+        assert_eq!(written + "\n", unnamed(&text, kind), "{kind}-v1.json");
+    }
+}
+
+#[test]
+fn version_of_today_has_golden_files() {
+    assert_eq!(SCHEMA_VERSION, 1, "the new version needs its own files and table; those of version 1 stay");
+    let folder = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")).unwrap();
+    let files: BTreeSet<String> = folder.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    let named: BTreeSet<String> = VERSION_1.iter().map(|(kind, _)| format!("{kind}-v1.json")).collect();
+    assert_eq!(files, named);
+}
+
+/// Fields that version 1 did not have from the start, by kind and place.
+const ADDED: [(&str, &str, &str); 9] = [
+    ("ablation", "/checks/0", "unchanged_upper_95"),
+    ("curve", "", "detector"),
+    ("curve", "/lines/0/points/0", "believed_m"),
+    ("curve", "/lines/0/points/0", "claims_accepted"),
+    ("run", "", "detector"),
+    ("run", "", "expected"),
+    ("run", "", "mission"),
+    ("run", "/summary", "host_spoilt"),
+    ("run", "/trials/0", "knowledge"),
+];
+
+#[test]
+fn result_from_before_a_field_is_read() {
+    for (kind, place, field) in ADDED {
+        let (_, again) = VERSION_1.into_iter().find(|(of, _)| *of == kind).unwrap();
+        let mut older: serde_json::Value = serde_json::from_str(&golden(kind)).unwrap();
+        let gone = older.pointer_mut(place).and_then(|at| at.as_object_mut()).and_then(|at| at.remove(field));
+        assert!(gone.is_some(), "{kind}{place} has no {field}");
+        again(&older.to_string()).unwrap_or_else(|e| panic!("{kind} without {place}/{field}: {e}"));
+    }
+}

@@ -1,0 +1,155 @@
+//! Revocation: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's signature
+//! over a revocation, and this host's clock.
+//!
+//! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
+//! the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only revoke
+//! that identity, for good.
+
+use core::marker::PhantomData;
+
+use minicbor::{Decode, Encode};
+
+use super::{Received, Record};
+use crate::codec;
+use crate::command::{Intent, MAX_ORDER};
+use crate::id::{NODES, NodeId};
+use crate::policy::{Check, Policy};
+use crate::refusal::Refusal;
+use crate::sign::{Key, Keyring, Purpose, Signed};
+use crate::time::{Instant, Span};
+
+/// The identity that it names may give commands; `S` came before.
+#[derive(Debug)]
+pub struct InRole<S>(PhantomData<S>);
+/// The identity that it names is neither revoked nor past its time; `S` came before.
+#[derive(Debug)]
+pub struct NotRevoked<S>(PhantomData<S>);
+
+/// Statement of the authority: this identity is admitted no longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Revocation {
+    /// Revoked identity.
+    #[n(0)]
+    pub of: NodeId,
+}
+
+impl Revocation {
+    /// The signed statement, by the authority's key.
+    pub fn sign(self, authority: &Key) -> Vec<u8> {
+        authority.sign(Purpose::Revocation, &codec::encode(&self))
+    }
+}
+
+/// For how long an identity is admitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Validity {
+    /// Identity.
+    pub who: NodeId,
+    /// Until so many milliseconds after the start of its judge. A restart of the judge takes off the time passed.
+    pub until_ms: u64,
+}
+
+/// Identities that are admitted no longer.
+#[derive(Clone, Debug)]
+pub struct RevocationList {
+    ends: [Option<Instant>; NODES],
+    revoked: [bool; NODES],
+}
+
+impl RevocationList {
+    /// Everybody is valid, those with an end of validity until then; `now` is the start.
+    pub fn new(mandates: &[Validity], now: Instant) -> Self {
+        let mut ends = [None; NODES];
+        for mandate in mandates {
+            ends[mandate.who.index()] = Some(now + Span::ms(mandate.until_ms));
+        }
+        RevocationList { ends, revoked: [false; NODES] }
+    }
+
+    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked before. The
+    /// authority's signature cannot be waived.
+    pub fn revoke(&mut self, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Option<NodeId>, Refusal> {
+        let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
+        let signed = Signed::parse(framed.message, MAX_ORDER)?;
+        let revocation: Revocation = codec::decode(signed.payload, MAX_ORDER)?;
+        let revoked = &mut self.revoked[revocation.of.index()];
+        if *revoked {
+            return Ok(None);
+        }
+        keys.verify(NodeId::AUTHORITY, Purpose::Revocation, &signed)?;
+        *revoked = true;
+        Ok(Some(revocation.of))
+    }
+
+    /// Checks that `who` is admitted at `now`.
+    pub fn stands(&self, who: NodeId, now: Instant) -> Result<(), Refusal> {
+        if self.revoked[who.index()] {
+            return Err(Refusal::Revoked { got: who });
+        }
+        match self.ends[who.index()] {
+            Some(end) if now >= end => Err(Refusal::Expired { got: who, over: now.since(end) }),
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+impl<S> Record<S, Intent> {
+    /// The identity that it names may give commands at all.
+    pub fn by_role(self, policy: &Policy, operators: &[NodeId]) -> Result<Record<InRole<S>, Intent>, Refusal> {
+        self.check(policy, Check::Role, InRole(PhantomData), |intent, _| {
+            let got = intent.id.operator;
+            if operators.contains(&got) { Ok(()) } else { Err(Refusal::Role { got }) }
+        })
+    }
+
+    /// The operator that it names is still admitted.
+    pub fn admitted(
+        self,
+        policy: &Policy,
+        revoked: &RevocationList,
+        now: Instant,
+    ) -> Result<Record<NotRevoked<S>, Intent>, Refusal> {
+        self.check(policy, Check::Revocation, NotRevoked(PhantomData), |intent, _| {
+            revoked.stands(intent.id.operator, now)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_authority_or_time_ends_validity() {
+        let (authority, operator) = (Key::from_bytes(&[1; 32]), Key::from_bytes(&[2; 32]));
+        let mut keys = Keyring::default();
+        keys.insert(NodeId::AUTHORITY, &authority.public());
+        keys.insert(NodeId::OPERATOR, &operator.public());
+        let mandate = Validity { who: NodeId::OPERATOR, until_ms: 100 };
+        let mut revoked = RevocationList::new(&[mandate], Instant(0));
+        let second = Revocation { of: NodeId::OPERATOR_2 };
+        let at = Instant(99_999);
+        assert!(matches!(revoked.revoke(&keys, at, &second.sign(&operator)), Err(Refusal::Signature { .. })));
+        assert_eq!(revoked.stands(NodeId::OPERATOR_2, at), Ok(()));
+        assert_eq!(revoked.revoke(&keys, at, &second.sign(&authority)), Ok(Some(NodeId::OPERATOR_2)));
+        assert_eq!(revoked.revoke(&keys, at, &second.sign(&authority)), Ok(None));
+        assert_eq!(revoked.stands(NodeId::OPERATOR_2, at), Err(Refusal::Revoked { got: NodeId::OPERATOR_2 }));
+        assert_eq!(revoked.stands(NodeId::OPERATOR, at), Ok(()));
+        let over = Span::ms(1);
+        let expired = Refusal::Expired { got: NodeId::OPERATOR, over };
+        assert_eq!(revoked.stands(NodeId::OPERATOR, Instant(101_000)), Err(expired));
+    }
+
+    #[test]
+    fn revocation_and_other_statements_are_not_interchangeable() {
+        let authority = Key::from_bytes(&[1; 32]);
+        let mut keys = Keyring::default();
+        keys.insert(NodeId::AUTHORITY, &authority.public());
+        let mut revoked = RevocationList::new(&[], Instant(0));
+        let payload = codec::encode(&Revocation { of: NodeId::OPERATOR });
+        let head = authority.sign(Purpose::Head, &payload);
+        assert!(matches!(revoked.revoke(&keys, Instant(0), &head), Err(Refusal::Signature { .. })));
+        assert!(revoked.revoke(&keys, Instant(0), &payload).is_err());
+    }
+}

@@ -1,0 +1,109 @@
+//! Approach of a log to each limit, in thousandths of the way: the gradient of a guided search.
+
+use instrument::{FaultKind, Note, Sensor};
+use oracle::{Limit, Approaches};
+use wire::bounds::Bounds;
+use wire::id::{FrameId, NodeId};
+use wire::mode::{Cause, Mode};
+use wire::sensor::Class;
+
+use super::log::{BOUNDS, Log};
+
+/// So much of a limit, in thousandths.
+fn of(value: u64, limit: u64) -> Option<u32> {
+    Some((value * 1000 / limit) as u32)
+}
+
+fn near(approaches: &Approaches, limit: Limit) -> Option<u32> {
+    approaches.get(&limit).copied()
+}
+
+/// Of records and orders.
+#[test]
+fn quiet_run_approaches_by_its_latencies() {
+    let Bounds { freshness_ms, telemetry_period_ms, command_limit_ms, .. } = BOUNDS;
+    let quiet = Log::whole().approaches();
+    for (limit, way) in [
+        (Limit::Age, of(1, freshness_ms)),
+        (Limit::Display, of(5, freshness_ms + telemetry_period_ms)),
+        (Limit::Order, of(10, command_limit_ms)),
+        (Limit::Fence, Some(0)),
+        (Limit::Authority, Some(1000)),
+        (Limit::Confirmation, None),
+        (Limit::Object, None),
+        (Limit::Loss, None),
+        (Limit::Blindness, None),
+        (Limit::Recovery, None),
+    ] {
+        assert_eq!(near(&quiet, limit), way, "{limit:?}");
+    }
+}
+
+#[test]
+fn outdated_mode_display_counts_from_the_change() {
+    let mut log = Log::whole();
+    log.cut_display(4900).to(5000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
+    log.displayed(5080, Mode::PrepareToAct, 5000);
+    let limit = BOUNDS.freshness_ms + BOUNDS.telemetry_period_ms;
+    assert_eq!(near(&log.approaches(), Limit::Display), of(80, limit));
+    assert_eq!(near(&log.approaches(), Limit::Authority), of(3000, BOUNDS.authority_ms));
+}
+
+#[test]
+fn act_approaches_by_distance_and_confirmation_age() {
+    let mut log = Log::whole();
+    log.confirm_and_act(5000, Class::Vehicle, 700);
+    let approaches = log.approaches();
+    assert_eq!(near(&approaches, Limit::Object), of(700, BOUNDS.designation_mm.into()));
+    assert_eq!(near(&approaches, Limit::Confirmation), of(10, BOUNDS.command_limit_ms));
+}
+
+#[test]
+fn used_fence_distance_counts() {
+    let kept = BOUNDS.fence_margin_mm as i32;
+    let mut log = Log::whole();
+    log.truth(5000, 100, kept / 4).truth(5010, 100, kept / 2);
+    assert_eq!(near(&log.approaches(), Limit::Fence), of((kept - kept / 4) as u64, kept as u64));
+    log.truth(5020, 100, -1);
+    assert_eq!(near(&log.approaches(), Limit::Fence), Some(1000), "beyond it is no further");
+}
+
+#[test]
+fn loss_counts_while_nominal_recovery_by_speed() {
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 4200);
+    assert_eq!(near(&log.approaches(), Limit::Loss), of(200, BOUNDS.to_degraded_ms));
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 9000);
+    log.to(4150, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Thermal));
+    log.to(4150 + 2 * BOUNDS.hysteresis_ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
+    assert_eq!(near(&log.approaches(), Limit::Loss), of(150, BOUNDS.to_degraded_ms));
+    assert_eq!(near(&log.approaches(), Limit::Recovery), Some(500));
+}
+
+#[test]
+fn blindness_counts_while_the_unit_continues() {
+    let mut log = Log::whole();
+    let fault =
+        |active| Note::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+    log.add(4000, NodeId::SIM, fault(true)).add(6000, NodeId::SIM, fault(false));
+    log.altered(4000, Sensor::Localisation, FaultKind::Dropout, NodeId::UNIT_A);
+    log.to(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Localisation));
+    log.to(4700, Mode::Degraded, Mode::HoldSafe, Cause::Unrecovered(wire::mode::Guard::Localisation));
+    assert_eq!(near(&log.approaches(), Limit::Blindness), of(700, BOUNDS.to_hold_safe_ms));
+}
+
+#[test]
+fn link_silence_counts_while_the_unit_continues() {
+    for (node, limit, other) in
+        [(NodeId::GATEWAY, Limit::Uplink, Limit::Downlink), (NodeId::UNIT_A, Limit::Downlink, Limit::Uplink)]
+    {
+        let mut log = Log::whole();
+        log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 5_600_000 && Some(w.entry.node) == node.guard()));
+        let approaches = log.approaches();
+        let (here, there) = (near(&approaches, limit), near(&approaches, other));
+        assert!(here > there, "{node}: {here:?}, {there:?}");
+        log.to(5300, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(wire::mode::Guard::Lease));
+        assert!(near(&log.approaches(), limit) < here, "{node}: it stopped");
+    }
+}
