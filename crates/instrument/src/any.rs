@@ -22,24 +22,6 @@ pub enum Any {
 /// An entry of any chain.
 pub type Entry = audit::Entry<Any>;
 
-impl Any {
-    /// The service's event, if it is one.
-    pub fn service(&self) -> Option<&Event> {
-        match self {
-            Any::Service(event) => Some(event),
-            Any::Instrument(_) => None,
-        }
-    }
-
-    /// The note, if it is one.
-    pub fn instrument(&self) -> Option<&Note> {
-        match self {
-            Any::Service(_) => None,
-            Any::Instrument(note) => Some(note),
-        }
-    }
-}
-
 impl From<Event> for Any {
     fn from(event: Event) -> Any {
         Any::Service(event)
