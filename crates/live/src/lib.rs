@@ -34,7 +34,7 @@ use link::loopback::LoopbackAddr;
 use link::spec::Control;
 use parallel::progress;
 use serde_json::Value;
-use topology::{Topology, RunSecret};
+use topology::{RunSecret, Topology};
 use wire::audit::Head;
 use wire::codec;
 use wire::id::{Boot, NodeId};

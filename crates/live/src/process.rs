@@ -5,7 +5,7 @@
 //! table, a limit by the kernel's answer.
 
 use instrument::{Note, StepName, Suspension};
-use topology::{Topology, ProcessFault, ProcessFaultKind, Turn, next_turn};
+use topology::{ProcessFault, ProcessFaultKind, Topology, Turn, next_turn};
 use wire::id::NodeId;
 
 use super::child::Child;

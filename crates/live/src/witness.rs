@@ -15,7 +15,7 @@ use link::instrument::Frame;
 use link::recorded;
 use link::recorder::Recording;
 use serde_json::Value;
-use topology::{Topology, Member};
+use topology::{Member, Topology};
 use wire::audit::Journal;
 use wire::core::{Output, Side};
 use wire::event::{Account, Event};

@@ -12,7 +12,7 @@ use evidence::log::{decision, kind_of};
 use evidence::messages::{Message, kept};
 use instrument::{Any, Entry};
 use scenario::{Scenario, Setup};
-use topology::{Topology, Member};
+use topology::{Member, Topology};
 use wire::core::{Core, Output};
 use wire::id::NodeId;
 

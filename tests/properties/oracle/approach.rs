@@ -1,7 +1,7 @@
 //! Approach of a log to each limit, in thousandths of the way: the gradient of a guided search.
 
 use instrument::{FaultKind, Note, Sensor};
-use oracle::{Limit, Approaches};
+use oracle::{Approaches, Limit};
 use wire::bounds::Bounds;
 use wire::id::{FrameId, NodeId};
 use wire::mode::{Cause, Mode};

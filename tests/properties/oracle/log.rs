@@ -4,7 +4,7 @@
 
 use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
 use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
-use oracle::{Approaches, judge, approaches};
+use oracle::{Approaches, approaches, judge};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Topic;

@@ -144,7 +144,8 @@ fn trial(place: &Place, seed: u64) -> Result<(), EngineError> {
 /// The most tracks that the display shows at a time in the first trial.
 fn tracks(context: &Context, planned: &Planned) -> Result<u8, Failure> {
     let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
-    let (topology, twin) = start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
+    let (topology, twin) =
+        start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
     let shown = conclude(topology, twin, setup).evidence.entries.into_iter().filter_map(|witnessed| {
         if let Any::Service(Event::Displayed { tracks_fresh, .. }) = witnessed.entry.event {
             Some(tracks_fresh)
