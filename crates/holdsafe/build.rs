@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
-const MADE_OF: [&str; 27] = [
+const MADE_OF: [&str; 28] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
     "crates/wire/src",
+    "crates/instrument/src",
     "crates/link/src",
     "crates/sim/src",
     "crates/perception/src",

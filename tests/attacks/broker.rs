@@ -3,6 +3,7 @@
 use evidence::Witnessed;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use instrument::{Any, Note};
 use twin::trial::Run;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface, ShownAs};
@@ -22,7 +23,9 @@ fn without(name: &str, check: Check) -> Ready {
 /// The unit's answers to orders of this kind, in order: carried out, or the reason.
 fn answers(run: &Run, wanted: &str) -> Vec<Option<Reason>> {
     let answer = |w: &Witnessed| match w.entry.event {
-        Event::Executed { kind, refused, .. } if w.entry.node == NodeId::UNIT_A && kind.name() == wanted => {
+        Any::Service(Event::Executed { kind, refused, .. })
+            if w.entry.node == NodeId::UNIT_A && kind.name() == wanted =>
+        {
             Some(refused)
         }
         _ => None,
@@ -31,18 +34,18 @@ fn answers(run: &Run, wanted: &str) -> Vec<Option<Reason>> {
 }
 
 fn acts(run: &Run) -> usize {
-    run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count()
+    run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))).count()
 }
 
 /// Displays of commands of this kind, in order.
 fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
     let given = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Intended { command, kind } if kind.name() == wanted.name() => Some(command),
+        Any::Service(Event::Intended { command, kind }) if kind.name() == wanted.name() => Some(command),
         _ => None,
     });
     let given: Vec<_> = given.collect();
     let told = |w: &Witnessed| match w.entry.event {
-        Event::CommandShown { command, shown } if given.contains(&command) => Some((w.at, shown)),
+        Any::Service(Event::CommandShown { command, shown }) if given.contains(&command) => Some((w.at, shown)),
         _ => None,
     };
     run.evidence.entries.iter().filter_map(told).collect()
@@ -51,7 +54,11 @@ fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
 /// Orders that the unit refused for this reason, by its closing account.
 fn counted(run: &Run, wanted: Reason) -> u64 {
     let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Count { account: Account::Refused(Interface::Commands, reason), n } if reason == wanted => Some(n),
+        Any::Service(Event::Count { account: Account::Refused(Interface::Commands, reason), n })
+            if reason == wanted =>
+        {
+            Some(n)
+        }
         _ => None,
     });
     of.sum()
@@ -132,11 +139,12 @@ fn repeated_safe_order_is_refused_as_seen() {
     for ready in variations("command_again") {
         let kind = ready.cell.clone().expect("cells are named after orders");
         for run in ready.expect(SEEDS) {
-            let lost = run.evidence.entries.iter().find(|w| matches!(w.entry.event, Event::SessionLost { .. }));
+            let lost =
+                run.evidence.entries.iter().find(|w| matches!(w.entry.event, Any::Service(Event::SessionLost { .. })));
             let lost = lost.expect("the unit lost its session").at;
             let again = run.evidence.entries.iter().filter(|w| w.at > lost && w.entry.node == NodeId::UNIT_A);
             let again = again.filter_map(|w| match w.entry.event {
-                Event::Executed { kind: given, refused, .. } if given.name() == kind => Some(refused),
+                Any::Service(Event::Executed { kind: given, refused, .. }) if given.name() == kind => Some(refused),
                 _ => None,
             });
             let again: Vec<_> = again.collect();
@@ -202,8 +210,10 @@ fn signature_waiver_admits_an_invented_confirmation() {
 fn forged_acknowledgement_is_refused_and_lease_holds() {
     for run in shipped("ack_forge").expect(SEEDS) {
         let refused = run.evidence.entries.iter().filter(|w| {
-            let signature =
-                matches!(w.entry.event, Event::Refused { at: Interface::Acks, reason: Reason::Signature, .. });
+            let signature = matches!(
+                w.entry.event,
+                Any::Service(Event::Refused { at: Interface::Acks, reason: Reason::Signature, .. })
+            );
             w.entry.node == NodeId::GATEWAY && signature
         });
         assert!(refused.count() >= 2);
@@ -227,7 +237,7 @@ fn missing_acknowledgement_shows_within_a_second() {
         let kind = if name == "hold_block" { "hold" } else { "confirm" };
         for run in shipped(name).expect(SEEDS) {
             let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-                Event::Intended { kind: k, .. } if k.name() == kind => Some((w.at, k)),
+                Any::Service(Event::Intended { kind: k, .. }) if k.name() == kind => Some((w.at, k)),
                 _ => None,
             });
             let (given, kind) = given.expect("the operator asked");

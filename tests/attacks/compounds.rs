@@ -3,6 +3,7 @@
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask};
 use holdsafe_tests::{Ready, shipped};
+use instrument::{Any, Note};
 use scenario::Settings;
 use serde_json::{Value, json};
 use wire::event::{Event, Freshness, ShownAs};
@@ -17,7 +18,8 @@ use crate::SEEDS;
 fn combined_link_liveness_and_view_attack_holds() {
     for run in shipped("link_down_view_kept").expect(SEEDS) {
         let bounds = &run.evidence.bounds;
-        let begun = |of: &Event| matches!(of, Event::Step { step, begun: true } if step.as_str() == "cut");
+        let begun =
+            |of: &Any| matches!(of, Any::Instrument(Note::Step { step, begun: true }) if step.as_str() == "cut");
         let cut = run.evidence.entries.iter().find(|w| begun(&w.entry.event)).expect("the link was cut").at;
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
         let took = held.t_ms - cut as f64 / 1000.0;
@@ -25,7 +27,7 @@ fn combined_link_liveness_and_view_attack_holds() {
         // What is shown as fresh was made no longer ago than it takes for the last report to age out.
         let limit = cut + bounds.freshness_ms * 1000;
         let mut shown = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-            Event::Displayed { unit: UnitId::A, freshness, .. } if w.at > limit => Some(freshness),
+            Any::Service(Event::Displayed { unit: UnitId::A, freshness, .. }) if w.at > limit => Some(freshness),
             _ => None,
         });
         assert!(shown.next().is_some_and(|f| f != Freshness::Fresh) && shown.all(|f| f != Freshness::Fresh));
@@ -37,19 +39,20 @@ fn combined_link_liveness_and_view_attack_holds() {
 fn silence_reveals_counter_and_hold_attack() {
     for run in shipped("locked_out_then_drift").expect(SEEDS) {
         let jumps = run.evidence.entries.iter().filter(|w| {
-            let jump = matches!(w.entry.event, Event::Refused { reason: Reason::Jump, .. });
+            let jump = matches!(w.entry.event, Any::Service(Event::Refused { reason: Reason::Jump, .. }));
             jump && w.entry.node == NodeId::UNIT_A
         });
         assert!(jumps.count() > 0, "the lock-out was tried");
         let hold = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-            Event::Intended { kind, .. } if kind.name() == "hold" => Some(w.at as f64 / 1000.0),
+            Any::Service(Event::Intended { kind, .. }) if kind.name() == "hold" => Some(w.at as f64 / 1000.0),
             _ => None,
         });
         let hold = hold.expect("the operator holds");
         let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
         assert_eq!(held.cause, "lost:lease", "nothing arrived, and that was enough");
         assert!((0.0..=run.evidence.bounds.to_hold_safe_ms as f64).contains(&(held.t_ms - hold)), "{held:?}");
-        let told = |event: &Event| matches!(event, Event::CommandShown { shown: ShownAs::NotAcknowledged, .. });
+        let told =
+            |event: &Any| matches!(event, Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. }));
         assert!(run.evidence.entries.iter().any(|w| told(&w.entry.event)), "the operator is told");
     }
 }
@@ -73,7 +76,8 @@ fn each_demo_attack_has_its_stated_effect() {
     for run in shipped("demo").expect(1..4) {
         assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);
         let begun = |name: &str| {
-            let begins = |of: &Event| matches!(of, Event::Step { step, begun: true } if step.as_str() == name);
+            let begins =
+                |of: &Any| matches!(of, Any::Instrument(Note::Step { step, begun: true }) if step.as_str() == name);
             let entry = run.evidence.entries.iter().find(|w| begins(&w.entry.event));
             entry.unwrap_or_else(|| panic!("{name} never began")).at as f64 / 1000.0
         };
@@ -123,7 +127,7 @@ fn masked_attack_is_named_and_other_judged() {
         (
             "localisation_loss",
             vec![("fault.1", jump)],
-            Mask::Hidden(wire::event::Sensor::Localisation, wire::event::FaultKind::Dropout),
+            Mask::Hidden(instrument::Sensor::Localisation, instrument::FaultKind::Dropout),
             Outcome::HoldSafe,
         ),
     ] {

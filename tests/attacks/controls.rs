@@ -3,6 +3,7 @@
 use evidence::Witnessed;
 use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
+use instrument::{Any, Note};
 use oracle::judge;
 use wire::event::{Account, Event};
 use wire::feed::CommandStage;
@@ -13,7 +14,12 @@ use crate::SEEDS;
 #[test]
 fn null_attack_trips_nothing_and_completes_the_mission() {
     for run in shipped("nominal").expect(SEEDS) {
-        let acts = run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count();
+        let acts = run
+            .evidence
+            .entries
+            .iter()
+            .filter(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. })))
+            .count();
         assert_eq!(acts, 1, "{:?}", run.verdict.transitions);
     }
 }
@@ -44,7 +50,11 @@ fn claimed_stream_attack_has_no_receipt() {
         (s.stall, s.cut, s.stream_corrupt) = Default::default();
         let mut quiet = ready.run(1);
         assert!(quiet.verdict.zero.is_none(), "{name}");
-        let claims = attacked.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Tampered { .. }));
+        let claims = attacked
+            .evidence
+            .entries
+            .iter()
+            .filter(|w| matches!(w.entry.event, Any::Instrument(Note::Tampered { .. })));
         quiet.evidence.entries.extend(claims.copied());
         quiet.evidence.entries.sort_by_key(|w| w.at);
         quiet.evidence.planned = attacked.evidence.planned;
@@ -59,7 +69,8 @@ fn sender_may_report_just_after_the_broker() {
     let run = shipped("command_splice").run(1);
     for (lag, receipt) in [(0, true), (20_000, true), (100_000, false)] {
         let mut evidence = run.evidence.clone();
-        let sent = |w: &&mut Witnessed| matches!(w.entry.event, Event::Staged { stage: CommandStage::Sent, .. });
+        let sent =
+            |w: &&mut Witnessed| matches!(w.entry.event, Any::Service(Event::Staged { stage: CommandStage::Sent, .. }));
         evidence.entries.iter_mut().filter(sent).for_each(|w| w.at += lag);
         evidence.entries.sort_by_key(|w| w.at);
         assert_eq!(judge(&evidence).receipt, receipt, "{lag} us later");
@@ -76,7 +87,7 @@ fn outsider_datagrams_leave_class_and_accounts_unchanged() {
         let (at, last) = (evidence.duration, *evidence.entries.last().expect("entries"));
         for node in [NodeId::CAMPAIGN, NodeId::GATEWAY.guard().unwrap(), NodeId::UNIT_A.guard().unwrap()] {
             let mut entry = last.entry;
-            (entry.node, entry.event) = (node, Event::Count { account: Account::Outsiders, n: 7 });
+            (entry.node, entry.event) = (node, Any::Service(Event::Count { account: Account::Outsiders, n: 7 }));
             evidence.entries.push(Witnessed { at, entry });
         }
         let verdict = judge(&evidence);
@@ -86,7 +97,7 @@ fn outsider_datagrams_leave_class_and_accounts_unchanged() {
         assert_eq!(told, [("guard-gateway", 7), ("guard-unit-a", 7), ("relay-telemetry", 7)]);
         // The same in an account of the run's own would not balance.
         for w in &mut evidence.entries {
-            if let Event::Count { account, .. } = &mut w.entry.event
+            if let Any::Service(Event::Count { account, .. }) = &mut w.entry.event
                 && *account == Account::Outsiders
             {
                 *account = Account::Unguarded;
@@ -103,7 +114,7 @@ fn unaccounted_relay_datagram_invalidates_the_run() {
     for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
         let mut evidence = run.evidence.clone();
         let one_less = |w: &mut Witnessed| {
-            if let Event::Count { account: Account::Datagrams, n } = &mut w.entry.event
+            if let Any::Service(Event::Count { account: Account::Datagrams, n }) = &mut w.entry.event
                 && Some(w.entry.node) == node.guard()
             {
                 *n -= 1;

@@ -3,6 +3,7 @@
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned};
 use holdsafe_tests::{shipped, variations};
+use instrument::Any;
 use oracle::judge;
 use scenario::Settings;
 use twin::sabotage::sabotage;
@@ -19,14 +20,14 @@ fn doubts(run: &Run) -> Vec<Modalities> {
     let entries = run.evidence.entries.iter();
     entries
         .filter_map(|w| match w.entry.event {
-            Event::Doubted { class: Class::Vehicle, vetoed, .. } => Some(vetoed),
+            Any::Service(Event::Doubted { class: Class::Vehicle, vetoed, .. }) => Some(vetoed),
             _ => None,
         })
         .collect()
 }
 
 fn authority(run: &Run) -> bool {
-    run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Minted { .. }))
+    run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Service(Event::Minted { .. })))
 }
 
 /// Every trial is refused, by a doubt of each of these modalities, and no unit gets authority.

@@ -8,12 +8,12 @@ use evidence::trial::{Outcome, Trial};
 use evidence::verification::{Held, Life, LogVerifier, Verification};
 use evidence::{Plan, Planned, Witnessed};
 use holdsafe_tests::{root, shipped, variations};
+use instrument::{Any, Entry, Note};
 use oracle::judge;
 use scenario::{DisplayedState, Ending, Process, Settings};
 use topology::is_attacked;
 use twin::sabotage::sabotage;
 use twin::trial::Run;
-use wire::audit::Entry;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
 
@@ -49,8 +49,9 @@ fn receipt_of_one_table_serves_no_other() {
     for (name, node) in [("view_forged", NodeId::INSIDER_GATEWAY), ("role_gateway", NodeId::INSIDER_OPERATOR)] {
         let run = shipped(name).run(1);
         assert!(run.verdict.receipt, "{name}");
-        let deed =
-            |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Event::Attack { .. } | Event::Rogue { .. });
+        let deed = |w: &Witnessed| {
+            w.entry.node == node && matches!(w.entry.event, Any::Instrument(Note::Attack { .. } | Note::Rogue { .. }))
+        };
         let mut plans: Vec<Plan> = run.evidence.planned.clone();
         plans.retain(|plan| matches!(plan.what, Planned::Feed(_) | Planned::Rogue));
         assert!(plans.len() > 1, "{name}: {plans:?}");
@@ -260,10 +261,10 @@ fn life_before_a_restart_rests_on_signatures() {
             }
             old += 1;
             if old == 5 {
-                entry.event = Event::Started;
+                entry.event = Any::Service(Event::Started);
                 one.bytes = wire::codec::encode(&entry);
             }
-            !unsigned || !matches!(entry.event, Event::Signed { .. })
+            !unsigned || !matches!(entry.event, Any::Service(Event::Signed { .. }))
         });
         hands.chain_anew(&mut kept);
         let flaws = judged(&kept, &held).flaws;
@@ -314,11 +315,10 @@ fn anchors_and_log_hold_no_secret() {
         let found = |bytes: &[u8]| bytes.windows(32).any(|window| window == secret.0);
         assert!(!found(&text) && run.log.iter().all(|l| !found(&l.bytes)), "{witness}");
     }
-    assert!(
-        run.log
-            .iter()
-            .any(|l| matches!(wire::audit::Entry::decode(&l.bytes).map(|e| e.event), Ok(Event::Signed { .. })))
-    );
+    assert!(run.log.iter().any(|l| matches!(
+        instrument::Entry::decode(&l.bytes).map(|e| e.event),
+        Ok(Any::Service(Event::Signed { .. }))
+    )));
 }
 
 /// Every trial of one cell of `passive_observer`, within its expected classes.

@@ -3,10 +3,11 @@
 use evidence::Witnessed;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, root, shipped};
+use instrument::{Action, Any, Note};
 use scenario::Setup;
 use twin::trial::Run;
 use wire::core::Topic;
-use wire::event::{Action, Event, Interface};
+use wire::event::{Event, Interface};
 use wire::id::NodeId;
 use wire::mode::Guard;
 use wire::policy::{Check, Requirement};
@@ -17,7 +18,9 @@ use crate::SEEDS;
 /// Refusals by `node` on `topic`, by reason.
 fn refused(run: &Run, node: NodeId, topic: Topic) -> Vec<Reason> {
     let on = |w: &Witnessed| match w.entry.event {
-        Event::Refused { at, reason, .. } if at == Interface::Bus(topic) && w.entry.node == node => Some(reason),
+        Any::Service(Event::Refused { at, reason, .. }) if at == Interface::Bus(topic) && w.entry.node == node => {
+            Some(reason)
+        }
         _ => None,
     };
     run.evidence.entries.iter().filter_map(on).collect()
@@ -25,7 +28,8 @@ fn refused(run: &Run, node: NodeId, topic: Topic) -> Vec<Reason> {
 
 /// Number of a rogue's claims of `wanted`.
 fn did(run: &Run, wanted: Action) -> usize {
-    let one = |w: &&Witnessed| matches!(w.entry.event, Event::Attack { action, .. } if action == wanted);
+    let one =
+        |w: &&Witnessed| matches!(w.entry.event, Any::Instrument(Note::Attack { action, .. }) if action == wanted);
     run.evidence.entries.iter().filter(one).count()
 }
 
@@ -159,15 +163,18 @@ fn services_cannot_impersonate_on_any_channel() {
                 .evidence
                 .entries
                 .iter()
-                .filter(|w| matches!(w.entry.event, Event::MouthSaw { reader, .. } if reader != itself))
+                .filter(|w| matches!(w.entry.event, Any::Instrument(Note::MouthSaw { reader, .. }) if reader != itself))
                 .collect();
             for sight in &sights {
-                let Event::MouthSaw { reader, at, .. } = sight.entry.event else { continue };
+                let Any::Instrument(Note::MouthSaw { reader, at, .. }) = sight.entry.event else { continue };
                 let answered = run.evidence.entries.iter().any(|w| {
                     let by_tag = |at_, reason| at_ == at && reason == Reason::Tag;
                     w.at == sight.at
                         && w.entry.node == reader
-                        && matches!(w.entry.event, Event::Refused { at, reason, .. } if by_tag(at, reason))
+                        && matches!(
+                            w.entry.event,
+                            Any::Service(Event::Refused { at, reason, .. }) if by_tag(at, reason)
+                        )
                 });
                 assert!(answered, "{topic} with the keys of {holder}: {reader} at {} ms", sight.at / 1000);
             }
@@ -213,6 +220,6 @@ fn synthetic_and_replayed_tracks_are_refused() {
 fn fabricated_vehicle_is_stopped_by_consent_alone() {
     shipped("fabricated_track").expect(SEEDS);
     for run in shipped("fabricated_track_declined").expect(SEEDS) {
-        assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::PlantAct { .. })));
+        assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))));
     }
 }

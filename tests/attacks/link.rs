@@ -3,7 +3,8 @@
 use evidence::Witnessed;
 use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
-use wire::event::{Account, Event, GuardVerdict, Interface};
+use instrument::{Any, GuardVerdict, Note};
+use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 
 use crate::SEEDS;
@@ -14,7 +15,7 @@ fn replayed_session_records_are_never_delivered() {
         let gateway = NodeId::GATEWAY.guard().expect("a guard");
         let count = |node: NodeId, wanted: Account| {
             run.evidence.entries.iter().find_map(|w| match w.entry.event {
-                Event::Count { account, n } if account == wanted && w.entry.node == node => Some(n),
+                Any::Service(Event::Count { account, n }) if account == wanted && w.entry.node == node => Some(n),
                 _ => None,
             })
         };
@@ -52,7 +53,7 @@ fn unheard_unit_gets_no_grants_and_holds() {
         let lapsed = run.verdict.transitions.iter().any(|t| t.to == "HOLD_SAFE" && t.cause == "lost:lease");
         assert!(lapsed, "{:?}", run.verdict.transitions);
         let heard = run.evidence.entries.iter().filter(|w| match w.entry.event {
-            Event::Accepted { at: Interface::Downlink, .. } => {
+            Any::Service(Event::Accepted { at: Interface::Downlink, .. }) => {
                 Some(w.at) > run.verdict.zero.map(|zero| zero + 1_000_000)
             }
             _ => false,
@@ -72,10 +73,12 @@ fn silence_beyond_the_bound_holds() {
 #[test]
 fn a_naive_relay_gets_no_record_in() {
     for run in shipped("naive_relay").expect(SEEDS) {
-        let refused =
-            run.evidence.entries.iter().any(
-                |w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == twin::UNKNOWN_PEER),
-            );
+        let refused = run.evidence.entries.iter().any(|w| {
+            matches!(
+                w.entry.event,
+                Any::Instrument(Note::GuardSaw { association, .. }) if association == twin::UNKNOWN_PEER
+            )
+        });
         assert!(refused, "the guard saw the unknown peer");
     }
 }
@@ -93,7 +96,12 @@ fn age_bound_waiver_still_blocks_session_replay() {
 #[test]
 fn keyless_alerts_are_harmless_with_guard() {
     for run in shipped("alert").expect(SEEDS) {
-        assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::Session { open: false, .. })));
+        assert!(
+            run.evidence
+                .entries
+                .iter()
+                .all(|w| !matches!(w.entry.event, Any::Service(Event::Session { open: false, .. })))
+        );
     }
     for seed in SEEDS {
         let run = under("alert", "guard-off").run(seed);
@@ -110,7 +118,7 @@ fn silent_hello_blocks_no_peer() {
         assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
         let unit = |w: &&Witnessed| w.entry.node == NodeId::UNIT_A;
         let sessions = run.evidence.entries.iter().filter(unit).filter_map(|w| match w.entry.event {
-            Event::Session { open, .. } => Some(open),
+            Any::Service(Event::Session { open, .. }) => Some(open),
             _ => None,
         });
         assert_eq!(sessions.collect::<Vec<_>>(), [true, false, true], "ended once and came back");
@@ -120,8 +128,9 @@ fn silent_hello_blocks_no_peer() {
 #[test]
 fn hellos_whose_lengths_lie_are_refused_by_name() {
     for run in shipped("malformed_hello").expect(SEEDS) {
-        let refused =
-            |w: &&Witnessed| matches!(w.entry.event, Event::GuardSaw { verdict: GuardVerdict::Malformed, .. });
+        let refused = |w: &&Witnessed| {
+            matches!(w.entry.event, Any::Instrument(Note::GuardSaw { verdict: GuardVerdict::Malformed, .. }))
+        };
         assert_eq!(run.evidence.entries.iter().filter(refused).count(), 120);
     }
 }

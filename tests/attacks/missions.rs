@@ -4,6 +4,7 @@
 use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, root, shipped};
+use instrument::Any;
 use scenario::{Name, Settings, Setup, parse, template};
 use serde_json::json;
 use twin::trial::Run;
@@ -12,7 +13,7 @@ use wire::event::Event;
 use crate::SEEDS;
 
 fn has_authority(run: &Run) -> bool {
-    run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Minted { .. }))
+    run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Service(Event::Minted { .. })))
 }
 
 /// The shipped scenario with this put into it.

@@ -3,6 +3,7 @@
 use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
+use instrument::{Any, Note};
 use scenario::Settings;
 use twin::trial::Run;
 use wire::command::CommandKind;
@@ -15,7 +16,7 @@ use crate::SEEDS;
 /// The first operator's requests, by kind.
 fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
     let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Intended { command, kind } if kind.name() == wanted => Some((w.at, command)),
+        Any::Service(Event::Intended { command, kind }) if kind.name() == wanted => Some((w.at, command)),
         _ => None,
     });
     of.collect()
@@ -24,7 +25,9 @@ fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
 /// True if the unit carried it out.
 fn executed(run: &Run, wanted: CommandId) -> bool {
     run.evidence.entries.iter().any(|w| match w.entry.event {
-        Event::Executed { command, refused: None, .. } => w.entry.node == NodeId::UNIT_A && command == wanted,
+        Any::Service(Event::Executed { command, refused: None, .. }) => {
+            w.entry.node == NodeId::UNIT_A && command == wanted
+        }
         _ => false,
     })
 }
@@ -37,7 +40,9 @@ fn obeyed(run: &Run, kind: &str) -> bool {
 /// Number of refusals at `at` for this reason that `node` reported.
 fn refused(run: &Run, node: NodeId, at: Interface, wanted: Reason) -> usize {
     let one = |w: &&evidence::Witnessed| match w.entry.event {
-        Event::Refused { at: interface, reason, .. } => (w.entry.node, interface, reason) == (node, at, wanted),
+        Any::Service(Event::Refused { at: interface, reason, .. }) => {
+            (w.entry.node, interface, reason) == (node, at, wanted)
+        }
         _ => false,
     };
     run.evidence.entries.iter().filter(one).count()
@@ -46,11 +51,14 @@ fn refused(run: &Run, node: NodeId, at: Interface, wanted: Reason) -> usize {
 /// The rogue's orders that the unit carried out.
 fn got_through(run: &Run) -> Vec<CommandKind> {
     let rogue = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Rogue { command, kind, .. } => Some((command, kind)),
+        Any::Instrument(Note::Rogue { command, kind, .. }) => Some((command, kind)),
         _ => None,
     });
     let given = |id: &CommandId| {
-        !run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Intended { command, .. } if command == *id))
+        !run.evidence
+            .entries
+            .iter()
+            .any(|w| matches!(w.entry.event, Any::Service(Event::Intended { command, .. }) if command == *id))
     };
     rogue.filter(|(id, _)| given(id) && executed(run, *id)).map(|(_, kind)| kind).collect()
 }
@@ -94,7 +102,8 @@ fn rogue_station_cannot_silence_the_operator() {
         assert_eq!(got_through(&run), [CommandKind::Disarm], "what it did before it was revoked was to stop something");
         let struck = |node| {
             run.evidence.entries.iter().any(|w| {
-                w.entry.node == node && matches!(w.entry.event, Event::Struck { who } if who == NodeId::OPERATOR_2)
+                w.entry.node == node
+                    && matches!(w.entry.event, Any::Service(Event::Struck { who }) if who == NodeId::OPERATOR_2)
             })
         };
         assert!(struck(NodeId::GATEWAY) && struck(NodeId::UNIT_A), "the unit knows it for itself");
@@ -127,7 +136,7 @@ fn stolen_key_cannot_reuse_counted_ids() {
         for run in ready.expect(SEEDS) {
             let given = asked(&run, "hold").last().expect("the operator held").1;
             let rogue = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-                Event::Rogue { command, .. } => Some(command),
+                Any::Instrument(Note::Rogue { command, .. }) => Some(command),
                 _ => None,
             });
             let rogue = rogue.expect("the rogue ordered");
@@ -145,16 +154,16 @@ fn stolen_key_cannot_reuse_counted_ids() {
 fn confirmation_for_another_track_is_refused() {
     for run in shipped("confirm_other_track").expect(SEEDS) {
         let other = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-            Event::Rogue { kind: CommandKind::Confirm(track), .. } => Some(track),
+            Any::Instrument(Note::Rogue { kind: CommandKind::Confirm(track), .. }) => Some(track),
             _ => None,
         });
         let held = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-            Event::Minted { track, .. } => Some(track),
+            Any::Service(Event::Minted { track, .. }) => Some(track),
             _ => None,
         });
         assert!(other.is_some() && held.is_some() && other != held, "{other:?} {held:?}");
         assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock), 1);
-        assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::PlantAct { .. })));
+        assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))));
     }
 }
 
@@ -163,7 +172,9 @@ fn sound_disarm_burst_is_refused_by_rate_only() {
     for run in shipped("disarm_burst").expect(SEEDS) {
         assert!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Rate) > 0);
         let others = run.evidence.entries.iter().filter(|w| match w.entry.event {
-            Event::Refused { at: Interface::Requests | Interface::Commands, reason, .. } => reason != Reason::Rate,
+            Any::Service(Event::Refused { at: Interface::Requests | Interface::Commands, reason, .. }) => {
+                reason != Reason::Rate
+            }
             _ => false,
         });
         assert_eq!(others.count(), 0);
@@ -201,7 +212,11 @@ fn hold_passes_a_flood_in_time() {
             let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("held").t_ms;
             assert!(held <= given as f64 / 1000.0 + 1000.0, "{name}: {held}");
             let counted = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-                Event::Count { account: Account::Refused(interface, Reason::Rate), n } if interface == at => Some(n),
+                Any::Service(Event::Count { account: Account::Refused(interface, Reason::Rate), n })
+                    if interface == at =>
+                {
+                    Some(n)
+                }
                 _ => None,
             });
             assert!(counted.is_some_and(|n| n > 500), "{name}: {counted:?}");
@@ -221,7 +236,7 @@ fn own_key_disarm_flood_cannot_block_hold() {
         assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Rate) > 0, "the flood is one");
         let (given, id) = asked(&run, "hold")[0];
         let at = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-            Event::Executed { command, refused: None, .. } if command == id => Some(w.at),
+            Any::Service(Event::Executed { command, refused: None, .. }) if command == id => Some(w.at),
             _ => None,
         });
         assert!(at.is_some_and(|at| at <= given + 300_000), "given at {given}, executed at {at:?}");

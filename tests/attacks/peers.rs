@@ -3,6 +3,7 @@
 use evidence::claims::Claims;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use instrument::Any;
 use oracle::peers::claims;
 use scenario::Scenario;
 use twin::trial::Run;
@@ -25,7 +26,7 @@ fn forwarded_telemetry_in_every_form_and_policy() {
 #[test]
 fn malformed_but_authenticated_records_are_refused_by_name() {
     for run in shipped("malformed").expect(SEEDS) {
-        let refused = run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Refused { .. }));
+        let refused = run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Service(Event::Refused { .. })));
         assert!(refused);
     }
 }
@@ -55,8 +56,8 @@ fn said(run: &Run) -> Claims {
 
 /// Reasons for which the gateway refused B's records, from `since` on, microseconds.
 fn refusals(run: &Run, since: u64) -> Vec<Reason> {
-    let of = |event: &Event| match event {
-        Event::Refused { at: Interface::Uplink, peer: Some(PeerId::UNIT_B), reason, .. } => Some(*reason),
+    let of = |event: &Any| match event {
+        Any::Service(Event::Refused { at: Interface::Uplink, peer: Some(PeerId::UNIT_B), reason, .. }) => Some(*reason),
         _ => None,
     };
     let later = run.evidence.entries.iter().filter(|w| w.at >= since && w.entry.node == NodeId::GATEWAY);
@@ -64,8 +65,8 @@ fn refusals(run: &Run, since: u64) -> Vec<Reason> {
 }
 
 fn findings(run: &Run) -> Vec<Inconsistency> {
-    let of = |event: &Event| match event {
-        Event::Inconsistent { finding, .. } => Some(*finding),
+    let of = |event: &Any| match event {
+        Any::Service(Event::Inconsistent { finding, .. }) => Some(*finding),
         _ => None,
     };
     run.evidence.entries.iter().filter_map(|w| of(&w.entry.event)).collect()

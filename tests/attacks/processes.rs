@@ -3,6 +3,7 @@
 use evidence::process_fault::ProcessFault;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use instrument::{Any, Note};
 use oracle::judge;
 use scenario::{DisplayedState, Ending, Process, Settings};
 use topology::Role;
@@ -123,14 +124,14 @@ fn restarted_unit_is_idle_and_unarmed() {
     ready.scenario = Settings::one("kill.0.restart_after_s", again).applied_to(&ready.scenario).expect("a restart");
     for run in ready.expect(SEEDS) {
         let restarted = run.evidence.entries.iter().find_map(|w| match w.entry.event {
-            Event::Restarted { node: NodeId::UNIT_A, boot } => Some((w.at, boot.0)),
+            Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, boot }) => Some((w.at, boot.0)),
             _ => None,
         });
         let (at, boot) = restarted.expect("it is started again");
         assert_eq!(boot, 2);
         let heard = |w: &evidence::Witnessed| w.at > at && w.entry.node == NodeId::GATEWAY;
         let reports = run.evidence.entries.iter().filter(|w| heard(w)).any(|w| match w.entry.event {
-            Event::Accepted { record, .. } => record.node == NodeId::UNIT_A && record.boot.0 == 2,
+            Any::Service(Event::Accepted { record, .. }) => record.node == NodeId::UNIT_A && record.boot.0 == 2,
             _ => false,
         });
         assert!(reports, "it reports under its new boot");
@@ -204,7 +205,9 @@ fn claimed_hang_with_writes_is_no_evidence() {
 /// Times at which the gateway accepted a report of the unit's.
 fn reported(run: &twin::trial::Run) -> Vec<u64> {
     let mine = run.evidence.entries.iter().filter(|w| match w.entry.event {
-        Event::Accepted { record, .. } => w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A,
+        Any::Service(Event::Accepted { record, .. }) => {
+            w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A
+        }
         _ => false,
     });
     mine.map(|w| w.at).collect()
@@ -216,7 +219,7 @@ fn longest_pause(times: &[u64]) -> u64 {
 
 /// Time at which the recorder's disk was reported full, or to have room again.
 fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
-    let told = |on: bool| Event::DiskFull { node: NodeId::RECORDER, on };
+    let told = |on: bool| Any::Instrument(Note::DiskFull { node: NodeId::RECORDER, on });
     run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)
 }
 
@@ -252,7 +255,7 @@ fn freed_disk_loses_nothing_and_arms_nothing() {
         let own =
             |w: &&evidence::Witnessed| evidence::log::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER;
         let sealed = run.evidence.entries.iter().rev().find_map(|w| match w.entry.event {
-            Event::Sealed { entries, .. } => Some(entries),
+            Any::Service(Event::Sealed { entries, .. }) => Some(entries),
             _ => None,
         });
         assert_eq!(sealed, Some(run.evidence.entries.iter().filter(own).count() as u64));
@@ -264,7 +267,7 @@ fn claimed_full_disk_needs_a_stalled_recording() {
     for cell in variations("disk_full") {
         let run = cell.run(1);
         let full = disk(&run, true).expect("it is full");
-        let kept = |w: &evidence::Witnessed| matches!(w.entry.event, Event::Kept { .. });
+        let kept = |w: &evidence::Witnessed| matches!(w.entry.event, Any::Instrument(Note::Kept { .. }));
         let mut unseen = run.evidence.clone();
         unseen.entries.retain(|w| !kept(w));
         assert_eq!(judge(&unseen).outcome, Outcome::Invalid, "nobody looked");
@@ -295,7 +298,7 @@ fn late_products_are_a_lost_stage() {
 #[test]
 fn unit_ignoring_its_hang_is_late() {
     let mut run = ending_at(Process::Autonomy, Ending::Hang, ARMING).run(1);
-    let holds = |event: &Event| matches!(event, Event::Transition { to: Mode::HoldSafe, .. });
+    let holds = |event: &Any| matches!(event, Any::Service(Event::Transition { to: Mode::HoldSafe, .. }));
     run.evidence.entries.retain(|w| !holds(&w.entry.event));
     let verdict = judge(&run.evidence);
     // The display heard of the hold, so it is at odds with the cut log as well (P7).

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use evidence::trial::Outcome;
 use evidence::{Fate, Property};
 use holdsafe_tests::{rendered, shipped, variations};
+use instrument::{Any, Note};
 use oracle::judge;
 use scenario::Settings;
 use twin::trial::Run;
@@ -90,21 +91,21 @@ fn chaff_takes_neither_table_nor_track() {
         let events = || run.evidence.entries.iter().map(|w| w.entry.event);
         let acts: Vec<_> = events()
             .filter_map(|event| match event {
-                Event::PlantAct { class, distance_mm, .. } => Some((class, distance_mm)),
+                Any::Instrument(Note::PlantAct { class, distance_mm, .. }) => Some((class, distance_mm)),
                 _ => None,
             })
             .collect();
         let near = run.evidence.bounds.designation_mm;
         assert!(matches!(acts[..], [(Some(Class::Vehicle), mm)] if mm <= near), "{acts:?}");
-        let minted = events().filter(|event| matches!(event, Event::Minted { .. })).count();
+        let minted = events().filter(|event| matches!(event, Any::Service(Event::Minted { .. }))).count();
         assert_eq!(minted, 1, "the operator's, before the chaff came");
         let believed = events().filter_map(|event| match event {
-            Event::Judged { tracks, .. } => Some(tracks),
+            Any::Service(Event::Judged { tracks, .. }) => Some(tracks),
             _ => None,
         });
         let objects: BTreeSet<ObjectId> = events()
             .filter_map(|event| match event {
-                Event::Object { object, .. } => Some(object),
+                Any::Instrument(Note::Object { object, .. }) => Some(object),
                 _ => None,
             })
             .collect();
@@ -116,9 +117,10 @@ fn chaff_takes_neither_table_nor_track() {
 fn painted_chaff_crowds_the_detectors_list() {
     for run in rendered("chaff").expect(1..3) {
         let mut told = run.evidence.entries.iter().map(|w| w.entry.event);
-        assert!(told.any(
-            |event| matches!(event, Event::Crowded { detections, .. } if usize::from(detections) >= perception::CROWD)
-        ));
+        assert!(told.any(|event| matches!(
+            event,
+            Any::Service(Event::Crowded { detections, .. }) if usize::from(detections) >= perception::CROWD
+        )));
     }
 }
 
@@ -227,7 +229,8 @@ fn claimed_sensor_fault_has_no_receipt() {
         assert!(attacked.verdict.receipt, "{name}");
         ready.scenario.fault = Default::default();
         let mut quiet = ready.run(1);
-        let claimed = |e: &Event| matches!(e, Event::Fault { .. } | Event::Imposed { .. } | Event::Altered { .. });
+        let claimed =
+            |e: &Any| matches!(e, Any::Instrument(Note::Fault { .. } | Note::Imposed { .. } | Note::Altered { .. }));
         let claims = attacked.evidence.entries.iter().filter(|w| claimed(&w.entry.event));
         quiet.evidence.entries.extend(claims.copied());
         quiet.evidence.entries.sort_by_key(|w| w.at);
@@ -242,14 +245,21 @@ fn flagged_but_used_fixes_are_a_finding() {
     let run = shipped("localisation_jump").run(1);
     let mut evidence = run.evidence;
     for w in &mut evidence.entries {
-        if let Event::Located { x_mm, y_mm, pose_x_mm, pose_y_mm, distrusted: true, .. } = &mut w.entry.event {
+        if let Any::Service(Event::Located { x_mm, y_mm, pose_x_mm, pose_y_mm, distrusted: true, .. }) =
+            &mut w.entry.event
+        {
             // As if the pose followed the fixes from the second flagged one on.
             (*pose_x_mm, *pose_y_mm) = ((*pose_x_mm + *x_mm) / 2, (*pose_y_mm + *y_mm) / 2);
         }
     }
-    let first = evidence.entries.iter().position(|w| matches!(w.entry.event, Event::Located { distrusted: true, .. }));
+    let first = evidence
+        .entries
+        .iter()
+        .position(|w| matches!(w.entry.event, Any::Service(Event::Located { distrusted: true, .. })));
     let first = first.expect("the jump was flagged");
-    if let Event::Located { pose_x_mm, pose_y_mm, x_mm, y_mm, .. } = &mut evidence.entries[first].entry.event {
+    if let Any::Service(Event::Located { pose_x_mm, pose_y_mm, x_mm, y_mm, .. }) =
+        &mut evidence.entries[first].entry.event
+    {
         (*pose_x_mm, *pose_y_mm) = (2 * *pose_x_mm - *x_mm, 2 * *pose_y_mm - *y_mm);
     }
     let verdict = judge(&evidence);

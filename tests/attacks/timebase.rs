@@ -3,9 +3,10 @@
 use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
+use instrument::{Action, Any, Note};
 use oracle::judge;
 use twin::trial::Run;
-use wire::event::{Action, Event};
+use wire::event::Event;
 use wire::id::Nonce;
 use wire::mode::Guard;
 use wire::policy::{Check, Requirement};
@@ -20,7 +21,7 @@ fn receiver_time_attacks_hold() {
         for run in shipped(name).expect(SEEDS) {
             let lost = run.verdict.transitions.iter().any(|t| t.cause == "lost:time_base");
             assert!(lost, "{name}: {:?}", run.verdict.transitions);
-            let refused = |e: &Event| matches!(e, Event::Refused { .. });
+            let refused = |e: &Any| matches!(e, Any::Service(Event::Refused { .. }));
             let mut after = run.evidence.entries.iter().filter(|w| Some(w.at) >= run.verdict.zero);
             assert!(after.all(|w| !refused(&w.entry.event)), "{name}: no age hangs on that time");
         }
@@ -87,7 +88,7 @@ fn freshness_waiver_accepts_stale_and_is_detected() {
     assert!(stale(&run.verdict.findings), "{:?}", run.verdict.findings);
     // And it rests on the relay's log: a relay that held nothing back leaves nothing to find.
     let mut evidence = run.evidence;
-    evidence.entries.retain(|w| !matches!(w.entry.event, Event::Attack { action: Action::Delay, .. }));
+    evidence.entries.retain(|w| !matches!(w.entry.event, Any::Instrument(Note::Attack { action: Action::Delay, .. })));
     assert!(!stale(&judge(&evidence).findings));
 }
 

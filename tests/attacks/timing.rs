@@ -3,9 +3,10 @@
 use evidence::Witnessed;
 use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under};
+use instrument::{Action, Any, Note};
 use oracle::judge;
 use twin::trial::Run;
-use wire::event::{Action, Event};
+use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
@@ -14,21 +15,21 @@ use crate::SEEDS;
 /// Time at which the step of this name began or ended.
 fn told(run: &Run, name: &str, begun: bool) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Step { step, begun: is } if step.as_str() == name && is == begun => Some(w.at),
+        Any::Instrument(Note::Step { step, begun: is }) if step.as_str() == name && is == begun => Some(w.at),
         _ => None,
     })
 }
 
 fn first(run: &Run, wanted: Action, node: NodeId) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Attack { action, .. } if action == wanted && w.entry.node == node => Some(w.at),
+        Any::Instrument(Note::Attack { action, .. }) if action == wanted && w.entry.node == node => Some(w.at),
         _ => None,
     })
 }
 
 fn entered(run: &Run, mode: Mode) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Transition { to, .. } if to == mode && w.entry.node == NodeId::UNIT_A => Some(w.at),
+        Any::Service(Event::Transition { to, .. }) if to == mode && w.entry.node == NodeId::UNIT_A => Some(w.at),
         _ => None,
     })
 }
@@ -46,7 +47,9 @@ fn link_cut_at_arming_holds() {
 /// Time at which the unit's session opened or ended, from `from` on.
 fn session(run: &Run, is: bool, from: u64) -> Option<u64> {
     run.evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Session { open, .. } if open == is && w.entry.node == NodeId::UNIT_A && w.at >= from => Some(w.at),
+        Any::Service(Event::Session { open, .. }) if open == is && w.entry.node == NodeId::UNIT_A && w.at >= from => {
+            Some(w.at)
+        }
         _ => None,
     })
 }
@@ -64,7 +67,7 @@ fn cut_session_returns_after_the_cut() {
         let opened = session(&run, true, ended).expect("it comes back");
         assert!((over..over + 1_200_000).contains(&opened), "over at {over}, opened at {opened}");
         let dropped = |w: &&Witnessed| match w.entry.event {
-            Event::Attack { action: Action::Drop, length, .. } => HELLOS.contains(&length),
+            Any::Instrument(Note::Attack { action: Action::Drop, length, .. }) => HELLOS.contains(&length),
             _ => false,
         };
         let hellos = run.evidence.entries.iter().filter(dropped).count();
@@ -89,7 +92,8 @@ fn claimed_step_without_effect_is_no_evidence() {
     let mut ready = shipped("cut_at_arming");
     ready.scenario.loss = Default::default();
     let mut quiet = ready.run(1);
-    let claims = attacked.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Step { .. }));
+    let claims =
+        attacked.evidence.entries.iter().filter(|w| matches!(w.entry.event, Any::Instrument(Note::Step { .. })));
     quiet.evidence.entries.extend(claims.copied());
     quiet.evidence.planned = attacked.evidence.planned;
     assert_eq!(judge(&quiet.evidence).outcome, Outcome::Invalid);

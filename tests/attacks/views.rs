@@ -2,6 +2,7 @@
 
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped};
+use instrument::{Any, Note};
 use twin::trial::Run;
 use wire::core::Topic;
 use wire::event::{Event, Freshness, Interface, ShownAs};
@@ -21,8 +22,8 @@ fn without(name: &str, rule: DisplayRule) -> Ready {
 
 /// Reasons for which the console refused the gateway's messages.
 fn refused(run: &Run) -> Vec<Reason> {
-    let reason = |event: &Event| match *event {
-        Event::Refused { at: Interface::Bus(Topic::Feed), reason, .. } => Some(reason),
+    let reason = |event: &Any| match *event {
+        Any::Service(Event::Refused { at: Interface::Bus(Topic::Feed), reason, .. }) => Some(reason),
         _ => None,
     };
     let console = run.evidence.entries.iter().filter(|w| w.entry.node == NodeId::CONSOLE);
@@ -32,7 +33,7 @@ fn refused(run: &Run) -> Vec<Reason> {
 /// Displays of the unit: time, mode, freshness.
 fn displayed(run: &Run) -> Vec<(u64, Mode, Freshness)> {
     let shown = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Displayed { unit: UnitId::A, mode, freshness, .. } => Some((w.at, mode, freshness)),
+        Any::Service(Event::Displayed { unit: UnitId::A, mode, freshness, .. }) => Some((w.at, mode, freshness)),
         _ => None,
     });
     shown.collect()
@@ -78,7 +79,7 @@ fn withheld_reports_age_out_unused() {
         let stale = displayed(&run).into_iter().find(|(at, _, f)| *at >= zero && *f == Freshness::Stale);
         let stale = stale.expect("it ages out").0;
         assert!(stale - zero <= owed, "{} ms", (stale - zero) / 1000);
-        assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::PlantAct { .. })));
+        assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))));
     }
 }
 
@@ -137,10 +138,11 @@ fn swallowed_hold_is_shown_as_unacknowledged() {
             .evidence
             .entries
             .iter()
-            .find(|w| matches!(w.entry.event, Event::Intended { kind, .. } if kind.name() == "hold"));
+            .find(|w| matches!(w.entry.event, Any::Service(Event::Intended { kind, .. }) if kind.name() == "hold"));
         let given = given.expect("the operator held").at;
         let alarm = run.evidence.entries.iter().find(|w| {
-            w.at > given && matches!(w.entry.event, Event::CommandShown { shown: ShownAs::NotAcknowledged, .. })
+            w.at > given
+                && matches!(w.entry.event, Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. }))
         });
         let alarm = alarm.expect("an alarm").at;
         assert!(alarm - given <= 1_050_000, "{} ms", (alarm - given) / 1000);

@@ -3,10 +3,11 @@
 use evidence::Witnessed;
 use explain::{Explanation, Log, Place, Stage, explain, why_not};
 use holdsafe_tests::{Ready, root, shipped};
+use instrument::{Any, Note, Sensor};
 use scenario::AttackSpace;
 use search::{Action, AttackSequence};
 use twin::trial::Run;
-use wire::event::{Event, Interface, Sensor};
+use wire::event::{Event, Interface};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::mode::Mode;
 
@@ -165,7 +166,12 @@ fn ambiguous_link_and_gateway_are_both_named() {
         let mut ready = shipped("nominal");
         ready.scenario = AttackSequence::default().in_scenario(&space("teammates"), &ready.scenario).expect("it fits");
         let (run, _) = lost(ready, of, &[(moved, 5_300, 4_000)]);
-        let of_a_teammate = |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, peer, .. } if *peer != PeerId::UNIT_A);
+        let of_a_teammate = |event: &Any| {
+            matches!(
+                event,
+                Any::Service(Event::Accepted { at: Interface::Uplink, peer, .. }) if *peer != PeerId::UNIT_A
+            )
+        };
         let entries: Vec<Witnessed> =
             run.evidence.entries.into_iter().filter(|w| !of_a_teammate(&w.entry.event)).collect();
         let told = explain(&entries, &run.evidence.bounds);
@@ -229,7 +235,10 @@ fn explanation_needs_only_the_services_logs() {
             let node = w.entry.node;
             let actor = node.is_insider() || node.is_mouth() || node == NodeId::CAMPAIGN;
             let relay = node == NodeId::RELAY_TELEMETRY || node == NodeId::RELAY_COMMAND;
-            let injected = matches!(w.entry.event, Event::Fault { .. } | Event::Imposed { .. } | Event::Object { .. });
+            let injected = matches!(
+                w.entry.event,
+                Any::Instrument(Note::Fault { .. } | Note::Imposed { .. } | Note::Object { .. })
+            );
             actor || relay || injected
         };
         let services: Vec<Witnessed> = all.iter().filter(|w| !outside(w)).copied().collect();

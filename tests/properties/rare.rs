@@ -4,13 +4,13 @@
 
 use evidence::reading::read;
 use holdsafe_tests::shipped;
+use instrument::{Any, Note};
 use parallel::progress::{Progress, Stop, Talk};
 use search::rare::{Event, Plan, Question, Repetition};
 use stats::Share;
 use stats::mean::Mean;
 use twin::Twin;
 use twin::trial::start;
-use wire::event::Event as Told;
 
 /// The estimates of so many repetitions, and the trials of the first stage that got to its end.
 fn ask(question: &Question, levels: &[f64], trials: u64, repetitions: u64) -> (Vec<f64>, u64) {
@@ -59,7 +59,11 @@ fn lease_age_is_the_level_until_hold() {
 fn distance_to_the_fence_is_the_true_one() {
     let twin = flown("nominal", 3);
     let told = read(twin.log()).0.into_iter().rev().find_map(|witnessed| {
-        if let Told::Truth { fence_mm, .. } = witnessed.entry.event { Some(f64::from(fence_mm)) } else { None }
+        if let Any::Instrument(Note::Truth { fence_mm, .. }) = witnessed.entry.event {
+            Some(f64::from(fence_mm))
+        } else {
+            None
+        }
     });
     let told = told.expect("the sim tells the truth ten times a second");
     // Between two entries it drives a third of a metre at most.

@@ -2,14 +2,15 @@
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Property};
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{NodeId, PeerId, TrackId};
 
 use crate::oracle::{Log, command};
 
-const TAKEN: Event = Event::TakenOver { peer: PeerId::UNIT_A };
-const LOST: Event = Event::SessionLost { peer: PeerId::UNIT_A };
+const TAKEN: Any = Any::Service(Event::TakenOver { peer: PeerId::UNIT_A });
+const LOST: Any = Any::Service(Event::SessionLost { peer: PeerId::UNIT_A });
 
 /// A log in which the thief says at 4 s that it joins, and the broker and the unit, where they are among `who`, that the
 /// unit's session was taken and is lost.
@@ -17,7 +18,7 @@ fn taken(who: &[NodeId]) -> Log {
     let mut log = Log::whole();
     let planned = Plan { from: 4_000_000, until: 5_000_000, ..Plan::from(Planned::Takeover(PeerId::UNIT_A)) };
     log.planned.push(planned);
-    log.add(4000, NodeId::IMPOSTOR, Event::Joins { certificate: PeerId::UNIT_A });
+    log.add(4000, NodeId::IMPOSTOR, Note::Joins { certificate: PeerId::UNIT_A });
     for (node, ms, event) in [(NodeId::BROKER, 4100, TAKEN), (NodeId::UNIT_A, 4101, LOST)] {
         if who.contains(&node) {
             log.add(ms, node, event);

@@ -74,7 +74,7 @@ const BLACKOUT: &str = r#"//! `[[blackout]]`: the relay without a key loses ever
 
 use adversary::plan::DatagramAction;
 use evidence::{Planned, Takes};
-use wire::event::Action;
+use instrument::Action;
 
 use super::{Act, Attack, Injection, attacks, during};
 

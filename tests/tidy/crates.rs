@@ -6,36 +6,56 @@ use std::fs;
 
 use super::{CORES, root, sources};
 
-/// Crates that a service may know: it is a core and a process around it, and the process is of `link`.
+/// Crates that a service may know: it is a core and a process around it, and the process is of `link`. Not `instrument`: no service
+/// has a name for an attack, a fault or the truth.
 const SERVICE: &[&str] = &["wire", "link"];
 
+/// Crates that parts of the instrument may know which run like services, and the broker, whose ingress is observed.
+const OBSERVED: &[&str] = &["wire", "instrument", "link"];
+
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 28] = [
+const MAY_KNOW: [(&str, &[&str]); 29] = [
     ("wire", &[]),
     ("parallel", &[]),
     ("stats", &[]),
-    ("link", &["wire"]),
-    ("sim", SERVICE),
+    ("instrument", &["wire"]),
+    ("link", &["wire", "instrument"]),
+    ("sim", OBSERVED),
     ("perception", SERVICE),
     ("autonomy", SERVICE),
     ("gateway", SERVICE),
-    ("broker", SERVICE),
-    ("adversary", SERVICE),
+    ("broker", OBSERVED),
+    ("adversary", OBSERVED),
     ("console", SERVICE),
     ("dataset", &["wire", "sim", "perception"]),
-    ("viewer", &["wire", "sim", "perception"]),
+    ("viewer", &["wire", "instrument", "sim", "perception"]),
     ("trainer", &["wire", "sim", "perception", "dataset"]),
-    ("evidence", &["wire", "link"]),
+    ("evidence", &["wire", "instrument", "link"]),
     // The judge and the explainer read the log: no service, no scenario, no run.
-    ("oracle", &["wire", "evidence"]),
-    ("explain", &["wire", "evidence"]),
-    ("scenario", &["wire", "sim", "perception", "adversary", "parallel", "evidence"]),
-    ("topology", &["wire", "sim", "perception", "autonomy", "gateway", "adversary", "console", "evidence", "scenario"]),
+    ("oracle", &["wire", "instrument", "evidence"]),
+    ("explain", &["wire", "instrument", "evidence"]),
+    ("scenario", &["wire", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
+    (
+        "topology",
+        &[
+            "wire",
+            "instrument",
+            "sim",
+            "perception",
+            "autonomy",
+            "gateway",
+            "adversary",
+            "console",
+            "evidence",
+            "scenario",
+        ],
+    ),
     ("stacks", &["wire", "link", "broker", "evidence", "scenario"]),
     (
         "twin",
         &[
             "wire",
+            "instrument",
             "link",
             "sim",
             "perception",
@@ -54,6 +74,7 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
         "live",
         &[
             "wire",
+            "instrument",
             "link",
             "sim",
             "perception",
@@ -70,8 +91,8 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
             "twin",
         ],
     ),
-    ("search", &["wire", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
-    ("results", &["wire", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
+    ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
+    ("results", &["wire", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),
     (
@@ -96,6 +117,7 @@ const MAY_KNOW: [(&str, &[&str]); 28] = [
         "lab",
         &[
             "wire",
+            "instrument",
             "link",
             "sim",
             "perception",

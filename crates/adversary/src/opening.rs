@@ -4,9 +4,9 @@
 //! that has a name is told to the log as it begins and ends, so that others can wait for it. An action that does
 //! something by itself a counted number of times has its times here too.
 
+use instrument::StepName;
 use wire::core::Side;
 use wire::mode::Mode;
-use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 use crate::plan::{Direction, On, Step, Timed};
@@ -104,8 +104,8 @@ impl Opening {
     }
 
     /// The step `name` is called.
-    pub(crate) fn cue(&mut self, now: Instant, name: StepName) {
-        if self.step.is_some_and(|step| step.name == name) && self.waits_for() == Some(On::Cue) {
+    pub(crate) fn cue(&mut self, now: Instant, name: &str) {
+        if self.step.is_some_and(|step| step.name.as_str() == name) && self.waits_for() == Some(On::Cue) {
             self.begin(now.max(self.earliest));
         }
     }
@@ -207,11 +207,11 @@ mod tests {
     #[test]
     fn early_call_is_kept_others_are_ignored() {
         let mut opening = waiting(On::Cue, 30);
-        opening.cue(at(10), StepName::new("other").unwrap());
+        opening.cue(at(10), "other");
         assert_eq!(opening.opens(), None);
-        opening.cue(at(10), StepName::new("cut").unwrap());
+        opening.cue(at(10), "cut");
         assert_eq!(opening.opens(), Some(at(1030)));
-        opening.cue(at(2000), StepName::new("cut").unwrap());
+        opening.cue(at(2000), "cut");
         assert_eq!(opening.opens(), Some(at(1030)), "a step begins once");
     }
 
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn named_step_logs_its_beginning_and_end() {
         let mut opening = waiting(On::Cue, 0);
-        opening.cue(at(1200), StepName::new("cut").unwrap());
+        opening.cue(at(1200), "cut");
         for (ms, told) in [(1199, None), (1200, Some(true)), (1699, None), (1700, Some(false)), (1800, None)] {
             assert_eq!(opening.tell(at(ms)).map(|(_, begun)| begun), told, "{ms}");
         }

@@ -2,9 +2,11 @@
 
 use std::collections::VecDeque;
 
+use instrument::{Action, Note};
+use minicbor::Encode;
 use wire::audit::Journal;
 use wire::core::{Input, Output, Side};
-use wire::event::{Action, Event, wire_hash};
+use wire::event::{Event, wire_hash};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
@@ -48,7 +50,7 @@ impl Outbox {
     }
 
     /// Writes to the log.
-    pub(crate) fn write(&mut self, now: Instant, event: Event) {
+    pub(crate) fn write(&mut self, now: Instant, event: impl Encode<()>) {
         self.journal.write(now, event, &mut self.out);
     }
 
@@ -56,7 +58,7 @@ impl Outbox {
     /// logged before its cause.
     pub(crate) fn attack(&mut self, now: Instant, action: Action, side: Side, bytes: &[u8], delay: Span) {
         let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
-        self.write(now, Event::Attack { action, side, length, hash: wire_hash(bytes), delay });
+        self.write(now, Note::Attack { action, side, length, hash: wire_hash(bytes), delay });
     }
 
     /// Says or does something.
@@ -76,7 +78,7 @@ impl Outbox {
                 opening.passes(now, side);
             }
             if let Input::Cue { step } = input {
-                opening.cue(now, *step);
+                opening.cue(now, step.as_str());
             }
         }
         self.settle(openings.iter_mut(), now);
@@ -87,7 +89,7 @@ impl Outbox {
         for opening in openings {
             opening.silence(now);
             while let Some((step, begun)) = opening.tell(now) {
-                self.write(now, Event::Step { step, begun });
+                self.write(now, Note::Step { step, begun });
             }
         }
     }

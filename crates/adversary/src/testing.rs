@@ -1,9 +1,9 @@
 //! Helpers of this crate's tests: a setup, and a turn of a core.
 
-use wire::audit::Entry;
+use instrument::{Action, Any, Entry, Note};
 use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output};
-use wire::event::{Account, Action, Event};
+use wire::event::{Account, Event};
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Policy;
 use wire::setup::{Secret, Setup};
@@ -31,7 +31,7 @@ pub(crate) fn at(ms: u64) -> Instant {
 }
 
 /// One input, and its outputs apart from the journal; the journal's entries are added to `said`.
-pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut Vec<Event>) -> Vec<Output> {
+pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut Vec<Any>) -> Vec<Output> {
     core.handle(now, input);
     let mut out = Vec::new();
     while let Some(output) = core.output() {
@@ -45,14 +45,16 @@ pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut 
 }
 
 /// Number of times that the journal has `action`.
-pub(crate) fn times(said: &[Event], wanted: Action) -> usize {
-    said.iter().filter(|event| matches!(event, Event::Attack { action, .. } if *action == wanted)).count()
+pub(crate) fn times(said: &[Any], wanted: Action) -> usize {
+    said.iter()
+        .filter(|event| matches!(event, Any::Instrument(Note::Attack { action, .. }) if *action == wanted))
+        .count()
 }
 
 /// Value in the closing account.
-pub(crate) fn counted(said: &[Event], wanted: Account) -> u64 {
-    let count = |event: &Event| {
-        if let Event::Count { account, n } = event { (*account == wanted).then_some(*n) } else { None }
+pub(crate) fn counted(said: &[Any], wanted: Account) -> u64 {
+    let count = |event: &Any| {
+        if let Any::Service(Event::Count { account, n }) = event { (*account == wanted).then_some(*n) } else { None }
     };
     said.iter().find_map(count).unwrap_or(0)
 }

@@ -8,6 +8,7 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use instrument::{Place, Sight};
 use link::certificates::list::Revocations;
 use link::loopback::LoopbackAddr;
 use link::mqtt::Mqtt;
@@ -21,8 +22,6 @@ use tokio::sync::mpsc;
 use wire::core::{Input, Side, Subject};
 use wire::event::wire_hash;
 use wire::id::{PeerId, UnitId};
-use wire::place::Place;
-use wire::stream::Sight;
 
 use crate::server::{Limits, Server, StartError};
 

@@ -4,10 +4,10 @@
 //! that may be cues. Both go through one [`Watch`], so a step begins by the same rule in both. Delivering the call, and
 //! the delay that goes with it, is left to them.
 
+use instrument::{Any, Note, StepName};
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
-use wire::step::StepName;
 
 /// A step that waits for something on the instrument plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,17 +60,19 @@ impl Watch {
     }
 
     /// Takes an event that `node` wrote at `at`; gives the steps that are now called, each once.
-    pub fn take(&mut self, at: u64, node: NodeId, event: &Event) -> Vec<StepName> {
+    pub fn take(&mut self, at: u64, node: NodeId, event: &Any) -> Vec<StepName> {
         let mut called = Vec::new();
         for (cue, seen) in &mut self.cues {
             let Some(count) = seen else { continue };
             let come = match (cue.on, event) {
-                (Watched::Enters { to, from, nth }, Event::Transition { from: was, to: is, .. }) => {
+                (Watched::Enters { to, from, nth }, Any::Service(Event::Transition { from: was, to: is, .. })) => {
                     let fits = node == NodeId::UNIT_A && *is == to && from.is_none_or(|mode| mode == *was);
                     *count += u32::from(fits && at >= cue.from);
                     fits && at >= cue.from && *count == nth
                 }
-                (Watched::Step { step, begun }, Event::Step { step: told, begun: is }) => step == *told && begun == *is,
+                (Watched::Step { step, begun }, Any::Instrument(Note::Step { step: told, begun: is })) => {
+                    step == *told && begun == *is
+                }
                 (Watched::Enters { .. } | Watched::Step { .. }, _) => false,
             };
             if come {
@@ -89,8 +91,9 @@ mod tests {
     use super::*;
     use wire::mode::{Because, Cause, Guards};
 
-    fn change(from: Mode, to: Mode) -> Event {
-        Event::Transition { from, to, cause: Cause::Operator, because: Because::Itself, failing: Guards::default() }
+    fn change(from: Mode, to: Mode) -> Any {
+        let (cause, because) = (Cause::Operator, Because::Itself);
+        Any::Service(Event::Transition { from, to, cause, because, failing: Guards::default() })
     }
 
     fn step(name: &str) -> StepName {
@@ -118,7 +121,7 @@ mod tests {
     fn two_tables_of_one_step_called_once() {
         let cue = |from| Cue { step: step("b"), on: Watched::Step { step: step("a"), begun: false }, from };
         let mut watch = Watch::new(&[cue(0), cue(5_000)]);
-        let told = |begun| Event::Step { step: step("a"), begun };
+        let told = |begun| Any::Instrument(Note::Step { step: step("a"), begun });
         assert!(watch.take(10, NodeId::RELAY_TELEMETRY, &told(true)).is_empty());
         assert_eq!(watch.take(20, NodeId::RELAY_TELEMETRY, &told(false)), [step("b")]);
         assert!(!watch.waits());

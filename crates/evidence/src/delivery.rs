@@ -8,9 +8,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use wire::audit::Entry;
+use instrument::{Any, Entry, Note};
 use wire::core::{Input, Subject};
-use wire::event::{Event, Interface, wire_hash};
+use wire::event::{Interface, wire_hash};
 use wire::id::NodeId;
 
 /// The hashes that insiders, and sims under a fault, have named so far.
@@ -24,8 +24,8 @@ impl Claims {
             return;
         }
         let hash = match Entry::decode(entry) {
-            Ok(Entry { event: Event::Attack { hash, .. }, .. }) if node.is_insider() => hash,
-            Ok(Entry { event: Event::Altered { hash, .. }, .. }) if node == NodeId::SIM => hash,
+            Ok(Entry { event: Any::Instrument(Note::Attack { hash, .. }), .. }) if node.is_insider() => hash,
+            Ok(Entry { event: Any::Instrument(Note::Altered { hash, .. }), .. }) if node == NodeId::SIM => hash,
             Ok(_) | Err(_) => return,
         };
         self.0.insert(hash);
@@ -36,8 +36,8 @@ impl Claims {
         self.0.is_empty()
     }
 
-    /// Delivery of `input` to `reader`, when it was claimed and `reader` is no insider.
-    pub fn delivered(&self, reader: NodeId, input: &Input) -> Option<Event> {
+    /// Sight of `reader` in `input`, when it was claimed and `reader` is no insider.
+    pub fn delivered(&self, reader: NodeId, input: &Input) -> Option<Note> {
         if self.0.is_empty() || reader.is_insider() {
             return None;
         }
@@ -61,7 +61,7 @@ impl Claims {
         };
         let hash = wire_hash(bytes);
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
-        self.0.contains(&hash).then_some(Event::MouthSaw { reader, at, length, hash })
+        self.0.contains(&hash).then_some(Note::MouthSaw { reader, at, length, hash })
     }
 }
 

@@ -8,6 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use instrument::Any;
 use serde::Serialize;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -49,7 +50,7 @@ pub struct Decided {
     /// Time of the decision.
     pub at_us: Micros,
     /// The decision.
-    pub event: Event,
+    pub event: Any,
 }
 
 /// Number of decisions of a kind.
@@ -88,9 +89,11 @@ fn by_node(log: &[Witnessed]) -> BTreeMap<NodeId, Vec<Decided>> {
     by
 }
 
-fn ageless(event: Event) -> Event {
+fn ageless(event: Any) -> Any {
     match event {
-        Event::Accepted { at, record, peer, age: _, waived } => Event::Accepted { at, record, peer, age: None, waived },
+        Any::Service(Event::Accepted { at, record, peer, age: _, waived }) => {
+            Any::Service(Event::Accepted { at, record, peer, age: None, waived })
+        }
         other => other,
     }
 }
@@ -112,7 +115,7 @@ fn counted(node: NodeId, a: &[Decided], b: &[Decided]) -> Vec<Count> {
 
 #[cfg(test)]
 mod tests {
-    use wire::audit::Entry;
+    use instrument::Entry;
     use wire::codec::Text;
     use wire::event::Interface;
     use wire::id::Boot;
@@ -122,7 +125,7 @@ mod tests {
     use super::*;
 
     fn seen(at: Micros, node: NodeId, reason: Reason) -> Witnessed {
-        let event = Event::Refused { at: Interface::Uplink, peer: None, reason, detail: Text::default() };
+        let event = Any::Service(Event::Refused { at: Interface::Uplink, peer: None, reason, detail: Text::default() });
         let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(at), event, previous: [0; 32] };
         Witnessed { at, entry }
     }

@@ -4,8 +4,8 @@
 //! asked from this injection on (`outcome`): a change of mode, a refusal, an alarm. Where several are delivered, an answer after all of
 //! them counts for each.
 
+use instrument::{FaultKind, Sensor};
 use serde::{Deserialize, Serialize};
-use wire::event::{FaultKind, Sensor};
 use wire::id::NodeId;
 
 use super::{Micros, Plan};

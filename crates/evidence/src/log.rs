@@ -6,6 +6,7 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+use instrument::Any;
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::event::Event;
@@ -61,46 +62,46 @@ pub struct Canonical {
     pub node: NodeId,
     /// The event.
     #[n(2)]
-    pub event: Event,
+    pub event: Any,
 }
 
 /// The event without its world, or none for the chain's own links.
-fn canonical(event: Event) -> Option<Event> {
+fn canonical(event: Any) -> Option<Any> {
     match event {
-        Event::Signed { .. } | Event::Sealed { .. } => None,
-        Event::Minted { world: _, authority, track, command, waived } => {
-            Some(Event::Minted { world: WorldId(0), authority, track, command, waived })
+        Any::Service(Event::Signed { .. } | Event::Sealed { .. }) => None,
+        Any::Service(Event::Minted { world: _, authority, track, command, waived }) => {
+            Some(Any::Service(Event::Minted { world: WorldId(0), authority, track, command, waived }))
         }
-        Event::Acted { world: _, authority, track, command, failing } => {
-            Some(Event::Acted { world: WorldId(0), authority, track, command, failing })
+        Any::Service(Event::Acted { world: _, authority, track, command, failing }) => {
+            Some(Any::Service(Event::Acted { world: WorldId(0), authority, track, command, failing }))
         }
         other => Some(other),
     }
 }
 
 /// The event without the checks that were waived: that is the policy, and no decision.
-fn unwaived(event: Event) -> Event {
+fn unwaived(event: Any) -> Any {
     match event {
-        Event::Accepted { at, record, peer, age, waived: _ } => {
-            Event::Accepted { at, record, peer, age, waived: Waived::default() }
+        Any::Service(Event::Accepted { at, record, peer, age, waived: _ }) => {
+            Any::Service(Event::Accepted { at, record, peer, age, waived: Waived::default() })
         }
-        Event::Minted { world, authority, track, command, waived: _ } => {
-            Event::Minted { world, authority, track, command, waived: Waived::default() }
+        Any::Service(Event::Minted { world, authority, track, command, waived: _ }) => {
+            Any::Service(Event::Minted { world, authority, track, command, waived: Waived::default() })
         }
         other => other,
     }
 }
 
 /// The event as a decision, under any waiver and in any world; none where it is not one.
-pub fn decision(event: Event) -> Option<Event> {
+pub fn decision(event: Any) -> Option<Any> {
     canonical(event).filter(is_decision).map(unwaived)
 }
 
 /// The kind of a decision in a word or two: refusals by their reason, changes of mode by where they lead.
-pub fn kind_of(decision: &Event) -> String {
+pub fn kind_of(decision: &Any) -> String {
     match decision {
-        Event::Refused { reason, .. } => format!("refused: {}", reason.name()),
-        Event::Transition { to, .. } => format!("to {}", to.name()),
+        Any::Service(Event::Refused { reason, .. }) => format!("refused: {}", reason.name()),
+        Any::Service(Event::Transition { to, .. }) => format!("to {}", to.name()),
         other => {
             let named = serde_json::to_value(other).ok();
             named.and_then(|v| v.get("is")?.as_str().map(str::to_owned)).unwrap_or_default()
@@ -108,17 +109,19 @@ pub fn kind_of(decision: &Event) -> String {
     }
 }
 
-fn is_decision(event: &Event) -> bool {
+fn is_decision(event: &Any) -> bool {
     matches!(
         event,
-        Event::Accepted { .. }
-            | Event::Refused { .. }
-            | Event::Transition { .. }
-            | Event::Minted { .. }
-            | Event::Revoked { .. }
-            | Event::Acted { .. }
-            | Event::Staged { .. }
-            | Event::Executed { .. }
-            | Event::Inconsistent { .. }
+        Any::Service(
+            Event::Accepted { .. }
+                | Event::Refused { .. }
+                | Event::Transition { .. }
+                | Event::Minted { .. }
+                | Event::Revoked { .. }
+                | Event::Acted { .. }
+                | Event::Staged { .. }
+                | Event::Executed { .. }
+                | Event::Inconsistent { .. }
+        )
     )
 }

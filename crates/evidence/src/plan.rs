@@ -1,13 +1,11 @@
 //! Injections that the scenario set out to make, one entry for each of its tables, and their times. Each needs its own receipt: the action of
 //! another table of the same kind is none.
 
+use instrument::{Action, FaultKind, Sensor, StepName, StreamEffect};
 use serde::Serialize;
 use wire::core::Side;
-use wire::event::{Action, FaultKind, Sensor};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::sensor::Class;
-use wire::step::StepName;
-use wire::stream::StreamEffect;
 
 use super::Micros;
 

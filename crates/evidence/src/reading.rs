@@ -4,7 +4,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use wire::audit::{ChainError, Chains, Entry, Head};
+use instrument::{Any, Entry};
+use wire::audit::{ChainError, Chains, Head};
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
 use wire::sign::SharedVerifier;
@@ -27,7 +28,7 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
             first_life.insert(logged.node);
         }
     }
-    last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
+    last.into_values().filter_map(|l| Head::of::<Any>(&l.bytes)).map(HeldHead::from).collect()
 }
 
 /// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is
@@ -64,7 +65,7 @@ fn follow_all(
         }
     }
     let broken = entries.iter().find_map(|w| match w.entry.event {
-        Event::ChainBroken { node, counter } => {
+        Any::Service(Event::ChainBroken { node, counter }) => {
             Some(format!("the recorder found the chain of {node} broken at {counter}"))
         }
         _ => None,

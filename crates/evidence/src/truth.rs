@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use wire::event::{Event, Suspension};
+use instrument::{Any, Note, Suspension};
 use wire::id::NodeId;
 
 use crate::{Micros, Witnessed};
@@ -107,26 +107,32 @@ fn deed(w: &Witnessed) -> Option<ToldAction> {
     let node = w.entry.node;
     let phase = |begins: bool| if begins { Phase::Begins } else { Phase::Ends };
     let (what, phase) = match w.entry.event {
-        Event::Fault { sensor, kind, active, .. } => (format!("fault of {sensor:?}: {kind:?}"), phase(active)),
-        Event::Attack { action, .. } => (format!("{node}: {action:?}"), Phase::Once),
-        Event::Tampered { deed, .. } => (format!("{node}: {deed:?} on a byte stream"), Phase::Once),
-        Event::Rogue { kind, key, .. } => {
+        Any::Instrument(Note::Fault { sensor, kind, active, .. }) => {
+            (format!("fault of {sensor:?}: {kind:?}"), phase(active))
+        }
+        Any::Instrument(Note::Attack { action, .. }) => (format!("{node}: {action:?}"), Phase::Once),
+        Any::Instrument(Note::Tampered { deed, .. }) => (format!("{node}: {deed:?} on a byte stream"), Phase::Once),
+        Any::Instrument(Note::Rogue { kind, key, .. }) => {
             (format!("{node}: orders {} with the key of {key}", kind.name()), Phase::Once)
         }
-        Event::Claimed { record, .. } => {
+        Any::Instrument(Note::Claimed { record, .. }) => {
             (format!("{node}: sends a report of {} that is a lie", record.node), Phase::Once)
         }
-        Event::Withheld { record } => {
+        Any::Instrument(Note::Withheld { record }) => {
             (format!("{node}: keeps a report of {} from the display", record.node), Phase::Once)
         }
-        Event::Swallowed { command } => (format!("{node}: swallows {command}"), Phase::Once),
-        Event::Joins { certificate } => (format!("{node}: takes a command session of {certificate}"), Phase::Once),
-        Event::Step { step, begun } => (format!("step {step}"), phase(begun)),
-        Event::Ended { node, killed: true } => (format!("kill of {node}"), Phase::Once),
-        Event::Restarted { node, .. } => (format!("start of {node} again"), Phase::Once),
-        Event::Suspended { node, how: Suspension::Hang, on } => (format!("hang of {node}"), phase(on)),
-        Event::Suspended { node, how: Suspension::Slow { .. }, on } => (format!("slowing of {node}"), phase(on)),
-        Event::DiskFull { node, on } => (format!("full disk of {node}"), phase(on)),
+        Any::Instrument(Note::Swallowed { command }) => (format!("{node}: swallows {command}"), Phase::Once),
+        Any::Instrument(Note::Joins { certificate }) => {
+            (format!("{node}: takes a command session of {certificate}"), Phase::Once)
+        }
+        Any::Instrument(Note::Step { step, begun }) => (format!("step {step}"), phase(begun)),
+        Any::Instrument(Note::Ended { node, killed: true }) => (format!("kill of {node}"), Phase::Once),
+        Any::Instrument(Note::Restarted { node, .. }) => (format!("start of {node} again"), Phase::Once),
+        Any::Instrument(Note::Suspended { node, how: Suspension::Hang, on }) => (format!("hang of {node}"), phase(on)),
+        Any::Instrument(Note::Suspended { node, how: Suspension::Slow { .. }, on }) => {
+            (format!("slowing of {node}"), phase(on))
+        }
+        Any::Instrument(Note::DiskFull { node, on }) => (format!("full disk of {node}"), phase(on)),
         _ => return None,
     };
     Some(ToldAction { what, phase })
@@ -134,15 +140,16 @@ fn deed(w: &Witnessed) -> Option<ToldAction> {
 
 #[cfg(test)]
 mod tests {
-    use wire::audit::Entry;
+    use instrument::{Action, Entry, FaultKind, Sensor};
     use wire::core::Side;
-    use wire::event::{Action, FaultKind, Sensor};
+    use wire::event::Event;
     use wire::id::{Boot, FrameId};
     use wire::time::{Instant, Span};
 
     use super::*;
 
-    fn seen(at: Micros, node: NodeId, local: u64, event: Event) -> Witnessed {
+    fn seen(at: Micros, node: NodeId, local: u64, event: impl Into<Any>) -> Witnessed {
+        let event = event.into();
         let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(local), event, previous: [0; 32] };
         Witnessed { at, entry }
     }
@@ -151,10 +158,10 @@ mod tests {
     fn events_use_console_clock_lasting_ones_once() {
         let attack = |at| {
             let event =
-                Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
+                Note::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
             seen(at, NodeId::RELAY_TELEMETRY, 0, event)
         };
-        let fault = Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active: true, frame: FrameId(1) };
+        let fault = Note::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active: true, frame: FrameId(1) };
         let log = [
             seen(1_000_000, NodeId::CONSOLE, 71_000_000, Event::Started),
             attack(1_200_000),
@@ -174,9 +181,9 @@ mod tests {
 
     #[test]
     fn actions_last_until_their_or_the_logs_end() {
-        let fault = |active| Event::Fault { sensor: Sensor::Rgb, kind: FaultKind::Freeze, active, frame: FrameId(1) };
-        let hang = |on| Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on };
-        let attack = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
+        let fault = |active| Note::Fault { sensor: Sensor::Rgb, kind: FaultKind::Freeze, active, frame: FrameId(1) };
+        let hang = |on| Note::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on };
+        let attack = Note::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
         let log = [
             seen(100, NodeId::SIM, 0, fault(true)),
             seen(200, NodeId::RELAY_TELEMETRY, 0, attack),

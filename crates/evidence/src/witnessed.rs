@@ -1,6 +1,6 @@
 //! An event of the log with the time at which it was seen.
 
-use wire::audit::Entry;
+use instrument::Entry;
 
 /// Microseconds of trace time: true time in the twin, one common host clock live. No core reads it.
 pub type Micros = u64;

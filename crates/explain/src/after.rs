@@ -1,6 +1,7 @@
 //! Consequences of a change of mode: authority, the plant, the display.
 
 use evidence::{Micros, Witnessed};
+use instrument::{Any, Note};
 use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
@@ -19,7 +20,7 @@ pub(super) fn follow(log: &Log, change: &Change) -> (Vec<Step>, Split) {
     if let Some(limit) = speed_limit(log, change) {
         let plant = |wanted: &dyn Fn(i32, i32) -> bool| {
             within(log.first(NodeId::SIM, change.at, |event| match *event {
-                Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, .. } => {
+                Any::Instrument(Note::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, .. }) => {
                     wanted(speed_mm_s, set_speed_mm_s).then_some(speed_mm_s)
                 }
                 _ => None,
@@ -38,7 +39,7 @@ pub(super) fn follow(log: &Log, change: &Change) -> (Vec<Step>, Split) {
         }
     }
     let shown = within(log.first(NodeId::CONSOLE, change.at, |event| match *event {
-        Event::Displayed { unit: UnitId::A, mode, .. } => (mode == change.to).then_some(0),
+        Any::Service(Event::Displayed { unit: UnitId::A, mode, .. }) => (mode == change.to).then_some(0),
         _ => None,
     }));
     if let Some((at_us, _)) = shown {
@@ -63,9 +64,11 @@ fn authority(log: &Log, change: &Change) -> Option<Step> {
     // The step has one time on the unit's clock; what it wrote is taken in one entry after the other.
     let same_step = |w: &&Witnessed| i128::from(w.entry.at.0) == i128::from(change.at) + change.local;
     let what = log.by(NodeId::UNIT_A).filter(same_step).find_map(|w| match w.entry.event {
-        Event::Minted { authority, track, .. } => Some(format!("authority {authority} is minted on track {}", track.0)),
-        Event::Revoked { authority, .. } => Some(format!("authority {authority} is revoked")),
-        Event::Acted { authority, .. } => Some(format!("authority {authority} is used")),
+        Any::Service(Event::Minted { authority, track, .. }) => {
+            Some(format!("authority {authority} is minted on track {}", track.0))
+        }
+        Any::Service(Event::Revoked { authority, .. }) => Some(format!("authority {authority} is revoked")),
+        Any::Service(Event::Acted { authority, .. }) => Some(format!("authority {authority} is used")),
         _ => None,
     })?;
     Some(Step { stage: Stage::Authority, at_us: change.at, by: NodeId::UNIT_A, what })

@@ -20,9 +20,9 @@ mod sensing;
 mod why_not;
 
 use evidence::{Micros, Witnessed};
+use instrument::Sensor;
 use serde::Serialize;
 use wire::bounds::Bounds;
-use wire::event::Sensor;
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Because, Cause, Guards, Mode};
 

@@ -5,6 +5,7 @@
 //! the gateway still hears the unit.
 
 use evidence::Micros;
+use instrument::Any;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface};
 use wire::feed::CommandStage;
@@ -88,7 +89,7 @@ fn downlink(granted: Micros, refused: &[(Micros, String)]) -> Origin {
 fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
     let near = |at: Micros| at + SLACK >= granted && at <= granted + SLACK;
     let (sent, id) = log.by(NodeId::CONSOLE).filter(|w| w.at <= change.at).find_map(|w| match w.entry.event {
-        Event::Intended { command, kind: CommandKind::Hold } => {
+        Any::Service(Event::Intended { command, kind: CommandKind::Hold }) => {
             let sent = stages(log, command, change.at).into_iter().find(|(_, stage)| *stage == CommandStage::Sent)?;
             near(sent.0).then_some((sent.0, command))
         }
@@ -127,13 +128,14 @@ fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
     let owners = [(PeerId::UNIT_A, NodeId::UNIT_A), (PeerId::GATEWAY, NodeId::GATEWAY)];
     owners.into_iter().find_map(|(owner, node)| {
         let taken = log.by(NodeId::BROKER).rev().filter(|w| w.at <= sent).filter_map(|w| match w.entry.event {
-            Event::TakenOver { peer } if peer == owner => Some(w.at),
+            Any::Service(Event::TakenOver { peer }) if peer == owner => Some(w.at),
             _ => None,
         });
         let mut taken = taken.peekable();
         // The owner takes it back in the same way, and then does not lose it.
         let last = *taken.peek().filter(|at| **at + IN_TURNS >= sent)?;
-        let lost = log.first(node, last, |event| matches!(event, Event::SessionLost { .. }).then_some(()));
+        let lost =
+            log.first(node, last, |event| matches!(event, Any::Service(Event::SessionLost { .. })).then_some(()));
         lost.filter(|(at, ())| *at <= last + LOST_WITHIN)?;
         let mut since = last;
         for at in taken {
@@ -153,8 +155,8 @@ fn late_console(log: &Log, sent: Micros) -> Option<(Micros, Micros)> {
     (pause[1] + SLACK >= sent).then_some((pause[0], pause[1]))
 }
 
-fn given(event: &Event, id: CommandId) -> Option<()> {
-    matches!(event, Event::Intended { command, .. } if *command == id).then_some(())
+fn given(event: &Any, id: CommandId) -> Option<()> {
+    matches!(event, Any::Service(Event::Intended { command, .. }) if *command == id).then_some(())
 }
 
 /// Silence of the gateway or of the link: no record passes. A gateway that is gone closes no account, and the broker loses it. Of one
@@ -165,7 +167,7 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);
     let closed = log.by(NodeId::GATEWAY).any(|w| closes(&w.entry.event));
     let lost = log.first(NodeId::BROKER, last, |event| match event {
-        Event::Session { peer: PeerId::GATEWAY, open: false } => Some(()),
+        Any::Service(Event::Session { peer: PeerId::GATEWAY, open: false }) => Some(()),
         _ => None,
     });
     let gateway = |what: &str| from(NodeId::GATEWAY, Place::Gateway, last, what);
@@ -201,9 +203,13 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
 /// True if the gateway went on hearing others after it had heard the unit last; none where it had not heard them as often before, or
 /// wrote of something else meanwhile.
 fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
-    let of_another =
-        |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, peer, .. } if *peer != PeerId::UNIT_A);
-    let within = |from: Micros, to: Micros, wanted: &dyn Fn(&Event) -> bool| {
+    let of_another = |event: &Any| {
+        matches!(
+            event,
+            Any::Service(Event::Accepted { at: Interface::Uplink, peer, .. }) if *peer != PeerId::UNIT_A
+        )
+    };
+    let within = |from: Micros, to: Micros, wanted: &dyn Fn(&Any) -> bool| {
         log.by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && wanted(&w.entry.event)).count()
     };
     // What came before it stood still may be taken in a period after the unit's last word.
@@ -231,8 +237,8 @@ fn wrote_on_regularly(log: &Log, change: &Change, last: Micros) -> bool {
 /// True if the records of the unit that the gateway next hears after `last` come singly, as sent, though late.
 fn one_by_one(log: &Log, last: Micros) -> bool {
     let taken = log.by(NodeId::GATEWAY).filter(|w| w.at > last).filter(|w| match w.entry.event {
-        Event::Accepted { at: Interface::Uplink, peer, .. } => peer == PeerId::UNIT_A,
-        Event::Refused { at: Interface::Uplink, peer, .. } => peer == Some(PeerId::UNIT_A),
+        Any::Service(Event::Accepted { at: Interface::Uplink, peer, .. }) => peer == PeerId::UNIT_A,
+        Any::Service(Event::Refused { at: Interface::Uplink, peer, .. }) => peer == Some(PeerId::UNIT_A),
         _ => false,
     });
     let times: Vec<Micros> = taken.map(|w| w.at).take(2).collect();
@@ -270,11 +276,11 @@ fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
 fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
     let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let gateway = || log.by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);
-    if gateway().any(|e| matches!(e, Event::Session { peer, open: true } if peer != PeerId::UNIT_A)) {
+    if gateway().any(|e| matches!(e, Any::Service(Event::Session { peer, open: true }) if peer != PeerId::UNIT_A)) {
         return None;
     }
     let sent = gateway().find_map(|event| match event {
-        Event::Count { account: Account::Sent, n } => Some(n),
+        Any::Service(Event::Count { account: Account::Sent, n }) => Some(n),
         _ => None,
     })?;
     Some(sent.saturating_sub(heard_in_all(log)).saturating_sub(by_themselves(log, change, Micros::MAX)))
@@ -294,20 +300,22 @@ fn heard_in_all(log: &Log) -> u64 {
 }
 
 /// A session of the unit's with the gateway.
-fn opened(event: &Event) -> Option<()> {
-    matches!(event, Event::Session { peer: PeerId::GATEWAY, open: true }).then_some(())
+fn opened(event: &Any) -> Option<()> {
+    matches!(event, Any::Service(Event::Session { peer: PeerId::GATEWAY, open: true })).then_some(())
 }
 
 /// The gateway's own record that the unit accepted.
-fn heard(event: &Event) -> Option<RecordId> {
+fn heard(event: &Any) -> Option<RecordId> {
     match *event {
-        Event::Accepted { at: Interface::Downlink, record, .. } if record.node == NodeId::GATEWAY => Some(record),
+        Any::Service(Event::Accepted { at: Interface::Downlink, record, .. }) if record.node == NodeId::GATEWAY => {
+            Some(record)
+        }
         _ => None,
     }
 }
 
-fn closes(event: &Event) -> bool {
-    matches!(event, Event::Count { .. })
+fn closes(event: &Any) -> bool {
+    matches!(event, Any::Service(Event::Count { .. }))
 }
 
 fn refused_up(log: &Log, from: Micros, to: Micros) -> Vec<(Micros, String)> {

@@ -1,6 +1,7 @@
 //! Input of an explanation: the services' own words, in order of time.
 
 use evidence::{Micros, Witnessed};
+use instrument::{Any, Note};
 use wire::bounds::Bounds;
 use wire::event::{Event, Interface};
 use wire::feed::CommandStage;
@@ -47,7 +48,7 @@ impl Log {
         let of_unit = self.by(NodeId::UNIT_A);
         of_unit
             .filter_map(|w| match w.entry.event {
-                Event::Transition { from, to, cause, because, failing } => {
+                Any::Service(Event::Transition { from, to, cause, because, failing }) => {
                     let local = i128::from(w.entry.at.0) - i128::from(w.at);
                     Some(Change { at: w.at, local, from, to, cause, because, failing })
                 }
@@ -62,23 +63,13 @@ impl Log {
     }
 
     /// The last entry of `node` before `at` that `wanted` picks.
-    pub(super) fn last<T>(
-        &self,
-        node: NodeId,
-        at: Micros,
-        wanted: impl Fn(&Event) -> Option<T>,
-    ) -> Option<(Micros, T)> {
+    pub(super) fn last<T>(&self, node: NodeId, at: Micros, wanted: impl Fn(&Any) -> Option<T>) -> Option<(Micros, T)> {
         let mut before = self.by(node).rev().skip_while(|w| w.at > at);
         before.find_map(|w| Some((w.at, wanted(&w.entry.event)?)))
     }
 
     /// The first entry of `node` from `at` on that `wanted` picks.
-    pub(super) fn first<T>(
-        &self,
-        node: NodeId,
-        at: Micros,
-        wanted: impl Fn(&Event) -> Option<T>,
-    ) -> Option<(Micros, T)> {
+    pub(super) fn first<T>(&self, node: NodeId, at: Micros, wanted: impl Fn(&Any) -> Option<T>) -> Option<(Micros, T)> {
         let mut after = self.by(node).skip_while(|w| w.at < at);
         after.find_map(|w| Some((w.at, wanted(&w.entry.event)?)))
     }
@@ -94,7 +85,12 @@ impl Log {
     ) -> Vec<Micros> {
         self.by(node)
             .filter(|w| w.at > from && w.at <= to)
-            .filter(|w| matches!(w.entry.event, Event::Accepted { at, peer: p, .. } if at == interface && p == peer))
+            .filter(|w| {
+                matches!(
+                    w.entry.event,
+                    Any::Service(Event::Accepted { at, peer: p, .. }) if at == interface && p == peer
+                )
+            })
             .map(|w| w.at)
             .collect()
     }
@@ -110,7 +106,9 @@ impl Log {
         self.by(node)
             .filter(|w| w.at > from && w.at <= to)
             .filter_map(|w| match w.entry.event {
-                Event::Refused { at, peer, detail, .. } if wanted(at, peer) => Some((w.at, detail.as_str().to_owned())),
+                Any::Service(Event::Refused { at, peer, detail, .. }) if wanted(at, peer) => {
+                    Some((w.at, detail.as_str().to_owned()))
+                }
                 _ => None,
             })
             .collect()
@@ -126,7 +124,10 @@ impl Change {
 
 /// Entry of a service; of the sim its plant's actions and its refusals, not its knowledge or its faults.
 fn is_of_a_service(w: &Witnessed) -> bool {
-    let plant = matches!(w.entry.event, Event::Truth { .. } | Event::PlantAct { .. } | Event::Refused { .. });
+    let plant = matches!(
+        w.entry.event,
+        Any::Instrument(Note::Truth { .. } | Note::PlantAct { .. }) | Any::Service(Event::Refused { .. })
+    );
     SERVICES.contains(&w.entry.node) && (w.entry.node != NodeId::SIM || plant)
 }
 
@@ -135,7 +136,7 @@ pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, Co
     log.by(NodeId::GATEWAY)
         .filter(|w| w.at <= until)
         .filter_map(|w| match w.entry.event {
-            Event::Staged { command, stage } if command == id => Some((w.at, stage)),
+            Any::Service(Event::Staged { command, stage }) if command == id => Some((w.at, stage)),
             _ => None,
         })
         .collect()

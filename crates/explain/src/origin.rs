@@ -1,6 +1,7 @@
 //! From the cause that the unit names to the place where it began.
 
 use evidence::Micros;
+use instrument::Any;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::feed::CommandStage;
 use wire::id::{NodeId, UnitId};
@@ -64,7 +65,7 @@ fn ordered(log: &Log, change: &Change) -> Origin {
         return of_unit(Place::Operator, change.at, "an order that the unit does not name");
     };
     let given = log.last(NodeId::CONSOLE, change.at, |event| match event {
-        Event::Intended { command, kind } if *command == id => Some(*kind),
+        Any::Service(Event::Intended { command, kind }) if *command == id => Some(*kind),
         _ => None,
     });
     let mut origin = match given {
@@ -96,7 +97,7 @@ fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
     // A unit without navigation and without a link writes nothing either; it judges all the same, and finds both lost.
     let blind = change.failing.has(Guard::Localisation) && change.failing.has(Guard::Lease);
     let waited = log.first(NodeId::UNIT_A, change.at, |event| {
-        matches!(event, Event::Accepted { .. } | Event::Refused { .. }).then_some(())
+        matches!(event, Any::Service(Event::Accepted { .. } | Event::Refused { .. })).then_some(())
     });
     let behind = waited.is_some_and(|(at, ())| at - change.at < 50_000);
     let still = gap > UNIT_SPEAKS && (behind || !blind) || gap > BEHIND && behind_everywhere(log, change);
@@ -109,15 +110,19 @@ fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
 /// With its verdict the unit takes in messages that had waited for it, from its own host and from the gateway: these have in common only
 /// the unit.
 fn behind_everywhere(log: &Log, change: &Change) -> bool {
-    let took_in = |wanted: &dyn Fn(&Event) -> bool| {
+    let took_in = |wanted: &dyn Fn(&Any) -> bool| {
         let found = log.first(NodeId::UNIT_A, change.at, |event| wanted(event).then_some(()));
         found.is_some_and(|(at, ())| at - change.at < AT_ONCE)
     };
-    let late = |event: &Event| matches!(event, Event::Refused { at: Interface::Bus(_), reason: Reason::Stale, .. });
-    let heard = |event: &Event| {
+    let late = |event: &Any| {
+        matches!(event, Any::Service(Event::Refused { at: Interface::Bus(_), reason: Reason::Stale, .. }))
+    };
+    let heard = |event: &Any| {
         matches!(
             event,
-            Event::Refused { at: Interface::Downlink, .. } | Event::Accepted { at: Interface::Downlink, .. }
+            Any::Service(
+                Event::Refused { at: Interface::Downlink, .. } | Event::Accepted { at: Interface::Downlink, .. }
+            )
         )
     };
     took_in(&late) && took_in(&heard)
@@ -126,7 +131,7 @@ fn behind_everywhere(log: &Log, change: &Change) -> bool {
 /// A teammate's claim that contradicts something.
 fn claimed(log: &Log, change: &Change) -> Origin {
     let found = log.last(NodeId::UNIT_A, change.at, |event| match *event {
-        Event::Inconsistent { unit, finding, record } => Some((unit, finding, record)),
+        Any::Service(Event::Inconsistent { unit, finding, record }) => Some((unit, finding, record)),
         _ => None,
     });
     let Some((since, (unit, finding, record))) = found else {
@@ -148,7 +153,8 @@ fn contradiction(finding: Inconsistency) -> &'static str {
 
 /// The recorder's seals stopped coming, or were not accepted.
 fn unsealed(log: &Log, change: &Change) -> Origin {
-    let sealed = log.last(NodeId::RECORDER, change.at, |event| matches!(event, Event::Sealed { .. }).then_some(()));
+    let sealed = log
+        .last(NodeId::RECORDER, change.at, |event| matches!(event, Any::Service(Event::Sealed { .. })).then_some(()));
     // The unit's word, where it has one: a seal that was made and not heard of is none.
     let heard = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { change.at };
     let since = sealed.map_or(0, |(at, ())| at).min(heard);

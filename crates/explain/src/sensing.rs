@@ -1,8 +1,9 @@
 //! Losses of perception: products of stages, the unit's place, the designated track.
 
 use evidence::Micros;
+use instrument::{Any, Note, Sensor};
 use wire::core::Topic;
-use wire::event::{Event, Interface, Sensor};
+use wire::event::{Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Because, Cause, Guard};
 use wire::refusal::Reason;
@@ -50,7 +51,7 @@ pub(super) fn place(log: &Log, change: &Change, guard: Guard) -> Origin {
         return origin;
     }
     let seen = log.last(NodeId::UNIT_A, change.at, |event| match *event {
-        Event::NavigationSeen { fix, odometry } => Some((fix, odometry)),
+        Any::Service(Event::NavigationSeen { fix, odometry }) => Some((fix, odometry)),
         _ => None,
     });
     let missing = |since: Micros, sensor: Sensor, what: &str| {
@@ -101,7 +102,7 @@ pub(super) fn designation(log: &Log, change: &Change) -> Origin {
 /// does so for good, since a boot only rises. From then on it places tracks wrongly, or not at all.
 fn misled(log: &Log, change: &Change) -> Option<Origin> {
     let (since, ()) = log.first(NodeId::PERCEPTION, 0, |event| match event {
-        Event::Refused { at: Interface::Bus(Topic::Navigation), reason: Reason::Epoch, .. } => Some(()),
+        Any::Service(Event::Refused { at: Interface::Bus(Topic::Navigation), reason: Reason::Epoch, .. }) => Some(()),
         _ => None,
     })?;
     let what = "perception refuses the world's navigation as of an older boot, and goes by somebody else's";
@@ -130,7 +131,7 @@ fn silent_since(change: &Change) -> Micros {
 
 /// The world stood still or is gone: the plant, which is part of it, writes no more, or did not for a time.
 fn no_world(log: &Log, change: &Change) -> Option<Origin> {
-    let truth = |event: &Event| matches!(event, Event::Truth { .. }).then_some(());
+    let truth = |event: &Any| matches!(event, Any::Instrument(Note::Truth { .. })).then_some(());
     let (last, ()) = log.last(NodeId::SIM, change.at, truth)?;
     let since = (change.at - last > WORLD_SPEAKS).then_some(last).or_else(|| pause(log, change))?;
     Some(from(NodeId::SIM, Place::World, since, "the vehicle's world gave nothing: no frames, no navigation, no plant"))
@@ -151,7 +152,7 @@ fn missing(log: &Log, change: &Change, wanted: impl Fn(Modality) -> bool) -> Opt
     let frames = log.by(NodeId::PERCEPTION).filter(|w| w.at <= change.at);
     let frames: Vec<(Micros, u64, Modalities)> = frames
         .filter_map(|w| match w.entry.event {
-            Event::FrameSeen { frame, present } => Some((w.at, frame.0, present)),
+            Any::Service(Event::FrameSeen { frame, present }) => Some((w.at, frame.0, present)),
             _ => None,
         })
         .collect();
@@ -168,7 +169,9 @@ fn lacking(log: &Log, change: &Change, since: Micros, frame: u64, modality: Moda
     let name = modality.name();
     let limit = log.bounds.product_limit_ms;
     let like = log.last(NodeId::PERCEPTION, since, |event| match *event {
-        Event::Repeated { modality: m, frame: at, first } if (m, at.0) == (modality, frame) => Some(first.0),
+        Any::Service(Event::Repeated { modality: m, frame: at, first }) if (m, at.0) == (modality, frame) => {
+            Some(first.0)
+        }
         _ => None,
     });
     let noticed = since;
@@ -192,7 +195,7 @@ fn lacking(log: &Log, change: &Change, since: Micros, frame: u64, modality: Moda
 fn distrusted_since(log: &Log, change: &Change) -> Micros {
     let located = log.by(NodeId::UNIT_A).filter(|w| w.at <= change.at);
     let flags = located.filter_map(|w| match w.entry.event {
-        Event::Located { distrusted, .. } => Some((w.at, distrusted)),
+        Any::Service(Event::Located { distrusted, .. }) => Some((w.at, distrusted)),
         _ => None,
     });
     let flags: Vec<(Micros, bool)> = flags.collect();

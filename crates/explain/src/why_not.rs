@@ -4,6 +4,7 @@
 //! modality or fix, a lease without grants, seals without news. A guard without a sign of its own is told as it was last.
 
 use evidence::Micros;
+use instrument::Any;
 use serde::Serialize;
 use wire::event::{Event, Interface};
 use wire::id::{NodeId, PeerId};
@@ -70,14 +71,14 @@ fn needed(mode: Mode, wanted: Mode) -> Option<&'static str> {
 fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
     let mut given =
         log.by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= at).filter_map(|w| match w.entry.event {
-            Event::Intended { command, kind: k } if k.name() == kind => Some((w.at, command)),
+            Any::Service(Event::Intended { command, kind: k }) if k.name() == kind => Some((w.at, command)),
             _ => None,
         });
     let Some((asked, id)) = given.next_back() else {
         return format!("no operator asked for {kind} since {} ms", since / 1000);
     };
     let judged = log.first(NodeId::UNIT_A, asked, |event| match *event {
-        Event::Executed { command, refused, .. } if command == id => Some(refused),
+        Any::Service(Event::Executed { command, refused, .. }) if command == id => Some(refused),
         _ => None,
     });
     let asked = format!("{kind} was asked for at {} ms", asked / 1000);
@@ -92,13 +93,13 @@ fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
 fn lacking(log: &Log, change: Option<&Change>, at: Micros) -> Vec<String> {
     let mut found = Vec::new();
     let seen = log.last(NodeId::PERCEPTION, at, |event| match *event {
-        Event::FrameSeen { present, .. } => Some(present),
+        Any::Service(Event::FrameSeen { present, .. }) => Some(present),
         _ => None,
     });
     let without = |m: &Modality| seen.is_some_and(|(_, present)| !present.has(*m));
     found.extend(Modality::ALL.into_iter().filter(without).map(|m| format!("frames come without {}", m.name())));
     let navigation = log.last(NodeId::UNIT_A, at, |event| match *event {
-        Event::NavigationSeen { fix, odometry } => Some((fix, odometry)),
+        Any::Service(Event::NavigationSeen { fix, odometry }) => Some((fix, odometry)),
         _ => None,
     });
     if let Some((_, (fix, odometry))) = navigation {
@@ -109,7 +110,8 @@ fn lacking(log: &Log, change: Option<&Change>, at: Micros) -> Vec<String> {
     let granted = log.accepted(NodeId::UNIT_A, Interface::Downlink, PeerId::GATEWAY, at.saturating_sub(lease), at);
     found.extend(granted.is_empty().then(|| format!("nothing of the gateway was accepted for {} ms", lease / 1000)));
     let limit = log.bounds.seal_limit_ms * 1000;
-    let sealed = log.last(NodeId::RECORDER, at, |event| matches!(event, Event::Sealed { .. }).then_some(()));
+    let sealed =
+        log.last(NodeId::RECORDER, at, |event| matches!(event, Any::Service(Event::Sealed { .. })).then_some(()));
     let stale = sealed.is_none_or(|(sealed, ())| at - sealed > limit);
     found.extend(stale.then(|| format!("no seal for {} ms", limit / 1000)));
     if let Some(Change { at, cause: Cause::Lost(guard) | Cause::Unrecovered(guard), .. }) = change

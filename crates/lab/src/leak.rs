@@ -9,10 +9,10 @@ pub mod guess;
 pub mod measure;
 
 use evidence::log::Logged;
+use instrument::{Any, Entry};
 use topology::Topology;
 use twin::Twin;
 use twin::clock::HostClock;
-use wire::audit::Entry;
 use wire::core::{Input, Side};
 use wire::event::Event;
 use wire::id::NodeId;
@@ -132,7 +132,7 @@ fn piece(at: u64, input: &Input) -> Option<Piece> {
 fn changes(log: &[Logged]) -> Vec<(u64, Mode)> {
     let of_unit = log.iter().filter(|logged| logged.node == NodeId::UNIT_A);
     let change = |logged: &Logged| match Entry::decode(&logged.bytes) {
-        Ok(Entry { event: Event::Transition { to, .. }, .. }) => Some((logged.at, to)),
+        Ok(Entry { event: Any::Service(Event::Transition { to, .. }), .. }) => Some((logged.at, to)),
         Ok(_) | Err(_) => None,
     };
     of_unit.filter_map(change).collect()

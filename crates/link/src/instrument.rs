@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc as blocking;
 use std::time::Duration;
 
+use ::instrument::Any;
 use minicbor::{Decode, Encode};
 use serde::Serialize;
 use tokio::io::AsyncReadExt;
@@ -40,7 +41,7 @@ pub fn head(last: &[u8]) -> serde_json::Value {
         let hash: String = head.hash.iter().map(|byte| format!("{byte:02x}")).collect();
         serde_json::json!({ "boot": head.boot, "counter": head.counter, "hash": hash })
     };
-    Head::of(last).map_or(serde_json::Value::Null, told)
+    Head::of::<Any>(last).map_or(serde_json::Value::Null, told)
 }
 
 /// One audit entry on its way.

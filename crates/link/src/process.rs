@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use ::instrument::Any;
 use nix::sys::signal::{SigSet, Signal};
 use serde::Deserialize;
 use wire::audit::Recorder;
@@ -38,7 +39,7 @@ fn survive_limits() {
     }
 }
 
-fn recorder() -> Result<(ServiceSpec, Recorder), Box<dyn std::error::Error>> {
+fn recorder() -> Result<(ServiceSpec, Recorder<Any>), Box<dyn std::error::Error>> {
     let spec = ServiceSpec::from_stdin()?;
     let making: Making = spec.config()?;
     let seals = making.channels.iter().find(|c| c.topic == Topic::Seals).ok_or(NoChannel(Topic::Seals))?;

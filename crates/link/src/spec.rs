@@ -7,12 +7,12 @@
 use std::io::{self, BufRead, Read, Write};
 use std::path::PathBuf;
 
+use ::instrument::StepName;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId};
 use wire::setup::Secret;
-use wire::step::StepName;
 use wire::time::Instant;
 
 use crate::clock::HostClock;
@@ -227,7 +227,7 @@ pub struct RecorderSpec {
     pub socket: PathBuf,
     /// Directory of recordings; files are named `audit-<n>.mcap`.
     pub directory: PathBuf,
-    /// True if the launcher is told of entries that a step of an attack may wait for ([`wire::audit::is_awaited`]).
+    /// True if the launcher is told of entries that a step of an attack may wait for ([`::instrument::is_awaited`]).
     #[serde(default)]
     pub tell: bool,
 }

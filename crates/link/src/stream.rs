@@ -1,7 +1,7 @@
 //! Delivery witness of a byte stream: the bytes that arrive at an end, their time, and the stream's end, as the second
 //! witness of a relay's statements.
 //!
-//! It stands below TLS and sees only ciphertext, as anyone on the path does; names and places are `wire::place`'s.
+//! It stands below TLS and sees only ciphertext, as anyone on the path does; names and places are `instrument::Place`'s.
 //! Bytes beyond the log's room are not logged, and so prove nothing. Judging is left to the oracle.
 
 use std::io::{Error, Result};
@@ -11,11 +11,10 @@ use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, ready};
 
+use ::instrument::{Place, Sight};
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::{TcpStream, UnixStream};
 use wire::event::wire_hash;
-use wire::place::Place;
-use wire::stream::Sight;
 
 use crate::clock::trace_us;
 use crate::witness::{StreamSight, WitnessLog};

@@ -10,13 +10,14 @@ use std::io::{BufWriter, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use ::instrument::{Note, Sight};
+use minicbor::Encode;
 use serde_json::Value;
 use wire::audit::{Journal, MAX_ENTRY};
 use wire::core::Output;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::sign::Key;
-use wire::stream::Sight;
 use wire::time::Instant;
 
 use crate::clock::trace_us;
@@ -97,7 +98,7 @@ impl WitnessLog {
     pub(crate) fn sighted(&self, seen: &StreamSight) {
         let StreamSight { trace_us, sight, stream, offset, length, hash } = *seen;
         let mut log = self.log();
-        log.note(trace_us, Event::StreamSaw { sight, stream, offset, length, hash });
+        log.note(trace_us, Note::StreamSaw { sight, stream, offset, length, hash });
         log.flush_or_end();
     }
 
@@ -134,7 +135,7 @@ impl WitnessLog {
 }
 
 impl Log {
-    fn note(&mut self, at: u64, event: Event) {
+    fn note(&mut self, at: u64, event: impl Encode<()>) {
         if self.out.is_none() {
             return;
         }
@@ -220,7 +221,8 @@ mod tests {
     use crate::clock::HostClock;
     use crate::recorded;
     use crate::spec::WitnessSpec;
-    use wire::audit::{Chains, Entry};
+    use ::instrument::{Any, Entry};
+    use wire::audit::Chains;
     use wire::id::Boot;
     use wire::setup::Secret;
 
@@ -249,13 +251,13 @@ mod tests {
         let mut chains = Chains::default();
         let read: Vec<Entry> = entries.iter().map(|bytes| chains.follow(bytes).unwrap().0).collect();
         assert!(read.iter().all(|entry| (entry.node, entry.boot) == (NodeId::GATEWAY.guard().unwrap(), Boot(2))));
-        assert!(matches!(read.last().unwrap().event, Event::Signed { .. }));
-        let seen = read.iter().filter(|entry| matches!(entry.event, Event::StreamSaw { .. })).count();
-        let signed = read.iter().filter(|entry| matches!(entry.event, Event::Signed { .. })).count();
+        assert!(matches!(read.last().unwrap().event, Any::Service(Event::Signed { .. })));
+        let seen = read.iter().filter(|entry| matches!(entry.event, Any::Instrument(Note::StreamSaw { .. }))).count();
+        let signed = read.iter().filter(|entry| matches!(entry.event, Any::Service(Event::Signed { .. }))).count();
         // Behind each sight, a second apart, and at the end; of the closing account too, where that comes a second later.
         assert!((6..=7).contains(&signed), "{signed}");
         assert_eq!((seen, read.len()), (5, 5 + signed + 10));
-        assert!(read.iter().any(|e| e.event == Event::Count { account: Account::Delivered, n: 3 }));
+        assert!(read.iter().any(|e| e.event == Any::Service(Event::Count { account: Account::Delivered, n: 3 })));
         assert_eq!(head, instrument::head(entries.last().unwrap()));
         assert!(WitnessLog::create(&spec).is_err(), "over what is there");
     }

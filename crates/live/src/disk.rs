@@ -7,8 +7,8 @@
 
 use std::path::{Path, PathBuf};
 
+use instrument::Note;
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
-use wire::event::Event;
 
 /// Has the kernel refuse (or take again) whatever the process `pid` writes to files. True only when the kernel then says so.
 pub(super) fn fill(pid: u32, full: bool) -> bool {
@@ -34,10 +34,10 @@ impl Growth {
     }
 
     /// Tells of the recording's length when it is longer than ever before.
-    pub(super) fn look(&mut self) -> Option<Event> {
+    pub(super) fn look(&mut self) -> Option<Note> {
         let bytes = length(&self.folder).ok().filter(|bytes| *bytes > self.bytes)?;
         self.bytes = bytes;
-        Some(Event::Kept { bytes })
+        Some(Note::Kept { bytes })
     }
 }
 
@@ -55,9 +55,9 @@ mod tests {
         let mut growth = Growth::of(folder.path().to_owned());
         assert_eq!(growth.look(), None);
         std::fs::write(folder.path().join("audit-0.mcap"), [0; 10]).unwrap();
-        assert_eq!((growth.look(), growth.look()), (Some(Event::Kept { bytes: 10 }), None));
+        assert_eq!((growth.look(), growth.look()), (Some(Note::Kept { bytes: 10 }), None));
         std::fs::write(folder.path().join("audit-1.mcap"), [0; 5]).unwrap();
-        assert_eq!(growth.look(), Some(Event::Kept { bytes: 15 }));
+        assert_eq!(growth.look(), Some(Note::Kept { bytes: 15 }));
     }
 
     /// That of no process is not.

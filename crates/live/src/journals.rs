@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 use topology::{Member, Topology};
 use twin::part::Part;
 use twin::part::make::part;
-use wire::audit;
 use wire::core::{Core, Input, Output};
 use wire::event::wire_hash;
 use wire::id::NodeId;
@@ -76,7 +75,7 @@ fn diverged(differs: &Divergence) -> String {
 fn output(of: Option<&Output>) -> String {
     let Some(output) = of else { return "nothing".to_owned() };
     if let Output::Audit { bytes } = output
-        && let Ok(entry) = audit::Entry::decode(bytes)
+        && let Ok(entry) = instrument::Entry::decode(bytes)
     {
         let event: String = serde_json::to_string(&entry.event).unwrap_or_default().chars().take(120).collect();
         return format!("entry {} at {} us, {event}", entry.counter, entry.at.0);

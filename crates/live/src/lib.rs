@@ -28,20 +28,19 @@ use std::time::Duration;
 use evidence::cue::Watch;
 use evidence::log::Logged;
 use evidence::verification::{Held, HeldHead, Stop, Verification};
+use instrument::{Any, Entry, Note, StepName, Suspension};
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
 use parallel::progress;
 use serde_json::Value;
 use topology::{RunSecret, Topology};
-use wire::audit::{Entry, Head};
+use wire::audit::Head;
 use wire::codec;
-use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
 use wire::person::{Act, Numbered, Role};
 use wire::policy::Requirement;
 use wire::sign::Key;
-use wire::step::StepName;
 use wire::time::Span;
 
 use child::{Child, Line, Services};
@@ -212,18 +211,18 @@ fn gathered(
         false => witness::on_the_runs_time(kept.clone(), start_us),
     };
     log.extend(witness::on_the_runs_time(guards.clone(), start_us));
-    let mut told = stayed.events.clone();
-    told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
-    told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event)));
-    told.extend(witness::deliveries(topology, run_dir, start_us, &log));
-    told.extend(witness::running(topology, run_dir, start_us));
+    let mut told: Vec<(u64, Any)> = stayed.events.iter().map(|(at, note)| (*at, (*note).into())).collect();
+    told.push((stayed.lasted, Note::Stalled { by: Span(stayed.overslept) }.into()));
+    told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event.into())));
+    let seen = witness::deliveries(topology, run_dir, start_us, &log).into_iter();
+    told.extend(seen.chain(witness::running(topology, run_dir, start_us)).map(|(at, note)| (at, note.into())));
     // One chain, whose order has to be that of the times in it.
     told.sort_by_key(|(at, _)| *at);
     let end = told.last().map_or(stayed.lasted, |(at, _)| *at);
     let key = topology.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
     let notes = witness::notes(key, &told, end);
     witness::keep_notes(run_dir, &notes)?;
-    held.heads.extend(notes.last().and_then(|last| Head::of(&last.bytes)).map(HeldHead::from));
+    held.heads.extend(notes.last().and_then(|last| Head::of::<Any>(&last.bytes)).map(HeldHead::from));
     kept.extend(guards);
     kept.extend(notes.iter().cloned());
     log.extend(notes);
@@ -242,11 +241,10 @@ fn own_address(run: u32) -> LoopbackAddr {
 }
 
 /// Times at which the launcher stopped processes, by its own record, on the recording's clock.
-fn stops(events: &[(u64, Event)], start_us: u64) -> Vec<Stop> {
+fn stops(events: &[(u64, Note)], start_us: u64) -> Vec<Stop> {
     let mut stops: Vec<Stop> = Vec::new();
     for (at, event) in events {
-        let (Event::Suspended { node, how: Suspension::Hang, on: begins } | Event::Halted { node, on: begins }) =
-            *event
+        let (Note::Suspended { node, how: Suspension::Hang, on: begins } | Note::Halted { node, on: begins }) = *event
         else {
             continue;
         };
@@ -266,7 +264,7 @@ type Again<'a> = &'a mut dyn FnMut(NodeId, Boot) -> Result<Child, String>;
 /// Events while the run was on.
 struct Stayed {
     /// Process faults and their effects, in order.
-    events: Vec<(u64, Event)>,
+    events: Vec<(u64, Note)>,
     /// By how much the host overslept at most.
     overslept: u64,
     /// Duration of the run, microseconds.
@@ -275,13 +273,13 @@ struct Stayed {
 
 impl Stayed {
     fn ended(&self, node: NodeId) -> bool {
-        self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
+        self.events.iter().any(|(_, event)| matches!(event, Note::Ended { node: n, .. } if *n == node))
     }
 
     /// True if the recording lacks its end: the recorder was dead or its disk full at the end.
     fn cut_short(&self) -> bool {
         let disk = self.events.iter().rev().find_map(|(_, event)| {
-            let Event::DiskFull { on, .. } = event else { return None };
+            let Note::DiskFull { on, .. } = event else { return None };
             Some(*on)
         });
         self.ended(NodeId::RECORDER) || disk == Some(true)
@@ -289,7 +287,7 @@ impl Stayed {
 
     fn lost(&self) -> Option<(u64, NodeId)> {
         self.events.iter().find_map(|(at, event)| {
-            let Event::Ended { node, killed: false } = event else { return None };
+            let Note::Ended { node, killed: false } = event else { return None };
             Some((*at, *node))
         })
     }
@@ -423,10 +421,10 @@ impl Company<'_> {
                 if let Some(node) = process_faults.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
                     let boot = Boot(2);
                     self.take_in(again(node, boot)?);
-                    process_faults.note(clock(), Event::Restarted { node, boot });
+                    process_faults.note(clock(), Note::Restarted { node, boot });
                 }
                 let told = process_faults.events().iter().skip(watched);
-                let called = told.flat_map(|(at, event)| watch.take(*at, NodeId::CAMPAIGN, event)).collect();
+                let called = told.flat_map(|(at, note)| watch.take(*at, NodeId::CAMPAIGN, &(*note).into())).collect();
                 watched = process_faults.events().len();
                 self.call(topology, &mut process_faults, called, clock());
                 continue;
@@ -458,7 +456,7 @@ impl Company<'_> {
                 Ok((node, Line::Ended)) if !process_faults.ended(node) => {
                     // With its process the window is gone too.
                     self.window &= node != NodeId::CONSOLE;
-                    process_faults.note(clock(), Event::Ended { node, killed: false });
+                    process_faults.note(clock(), Note::Ended { node, killed: false });
                 }
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),

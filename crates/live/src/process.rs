@@ -4,10 +4,9 @@
 //! the size of files. Only observed effects are reported: a kill by the wait status, a stop by the kernel's process
 //! table, a limit by the kernel's answer.
 
+use instrument::{Note, StepName, Suspension};
 use topology::{ProcessFault, ProcessFaultKind, Topology, Turn, next_turn};
-use wire::event::{Event, Suspension};
 use wire::id::NodeId;
-use wire::step::StepName;
 
 use super::child::Child;
 use super::disk::fill;
@@ -20,7 +19,7 @@ pub(super) struct ProcessFaults {
     /// Pending turns: time, fault, turn.
     turns: Vec<(u64, usize, Turn)>,
     /// Applied and observed faults, in order.
-    events: Vec<(u64, Event)>,
+    events: Vec<(u64, Note)>,
 }
 
 impl ProcessFaults {
@@ -49,13 +48,13 @@ impl ProcessFaults {
     }
 
     /// Applied and observed faults so far, in order.
-    pub(super) fn events(&self) -> &[(u64, Event)] {
+    pub(super) fn events(&self) -> &[(u64, Note)] {
         &self.events
     }
 
     /// True if `node` was ended on purpose.
     pub(super) fn ended(&self, node: NodeId) -> bool {
-        self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
+        self.events.iter().any(|(_, event)| matches!(event, Note::Ended { node: n, .. } if *n == node))
     }
 
     /// Carries out the turn that is due at `now`, if one is; `clock` gives the time of the run after slow operations.
@@ -80,13 +79,13 @@ impl ProcessFaults {
                 let done = child.is_some_and(|child| if halts { child.halt() } else { child.go_on() });
                 let when = if halts { clock() } else { before };
                 if matches!(how, Suspension::Slow { .. }) {
-                    self.events.extend(done.then_some((when, Event::Halted { node: fault.node, on: halts })));
+                    self.events.extend(done.then_some((when, Note::Halted { node: fault.node, on: halts })));
                 }
                 if left > 0 {
                     let (next, after) = next_turn(turn, how, left);
                     self.turns.push((at + after, i, next));
                 } else {
-                    let over = Event::Suspended { node: fault.node, how, on: false };
+                    let over = Note::Suspended { node: fault.node, how, on: false };
                     self.events.extend(done.then_some((before, over)));
                     self.tell_step(clock(), fault, false);
                 }
@@ -95,7 +94,7 @@ impl ProcessFaults {
             (Turn::Release, ProcessFaultKind::Fill { .. }) => {
                 let before = clock();
                 let done = child.is_some_and(|child| fill(child.pid(), false));
-                self.events.extend(done.then_some((before, Event::DiskFull { node: fault.node, on: false })));
+                self.events.extend(done.then_some((before, Note::DiskFull { node: fault.node, on: false })));
                 self.tell_step(clock(), fault, false);
             }
             (Turn::Halt, ProcessFaultKind::Fill { .. })
@@ -116,15 +115,15 @@ impl ProcessFaults {
         match kind {
             ProcessFaultKind::Kill { restart } => {
                 let killed = child.is_some_and(Child::kill);
-                self.events.push((now, Event::Ended { node, killed }));
+                self.events.push((now, Note::Ended { node, killed }));
                 self.turns.extend(restart.map(|after| (now + after, i, Turn::Restart)));
             }
             ProcessFaultKind::Suspend { how, lasts } => {
                 if child.is_some_and(Child::halt) {
                     let at = clock();
-                    self.events.push((at, Event::Suspended { node, how, on: true }));
+                    self.events.push((at, Note::Suspended { node, how, on: true }));
                     if matches!(how, Suspension::Slow { .. }) {
-                        self.events.push((at, Event::Halted { node, on: true }));
+                        self.events.push((at, Note::Halted { node, on: true }));
                     }
                 }
                 let (next, after) = next_turn(Turn::Halt, how, lasts);
@@ -132,18 +131,18 @@ impl ProcessFaults {
             }
             ProcessFaultKind::Fill { lasts } => {
                 let done = child.is_some_and(|child| fill(child.pid(), true));
-                self.events.extend(done.then_some((clock(), Event::DiskFull { node, on: true })));
+                self.events.extend(done.then_some((clock(), Note::DiskFull { node, on: true })));
                 self.turns.push((now + lasts, i, Turn::Release));
             }
         }
     }
 
     /// An event of the launcher's own.
-    pub(super) fn note(&mut self, at: u64, event: Event) {
+    pub(super) fn note(&mut self, at: u64, event: Note) {
         self.events.push((at, event));
     }
 
     fn tell_step(&mut self, at: u64, fault: ProcessFault, begun: bool) {
-        self.events.extend(fault.step.map(|step| (at, Event::Step { step, begun })));
+        self.events.extend(fault.step.map(|step| (at, Note::Step { step, begun })));
     }
 }

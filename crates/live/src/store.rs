@@ -13,6 +13,7 @@ use console::site::Site;
 use evidence::log::{Logged, by_recorder, hex};
 use evidence::verification::Held;
 use evidence::{Evidence, Micros, SCHEMA_VERSION, Witnessed, truth};
+use instrument::{Entry, Note, Suspension};
 use link::files;
 use link::input_journal;
 use link::instrument::Frame;
@@ -21,9 +22,7 @@ use serde::Deserialize;
 use serde_json::json;
 use sha2::{Digest, Sha256};
 use topology::Topology;
-use wire::audit::Entry;
 use wire::bounds::Bounds;
-use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
 use wire::time::{Instant, Span};
 
@@ -189,31 +188,31 @@ enum Launched {
 }
 
 #[derive(Deserialize)]
-struct Note {
+struct Line {
     #[serde(flatten)]
     mark: Mark,
     local_us: u64,
     event: Launched,
 }
 
-impl Note {
+impl Line {
     fn read(line: &str) -> Option<Witnessed> {
-        let Note { mark: Mark { t_us, node, boot, counter }, local_us, event } = serde_json::from_str(line).ok()?;
+        let Line { mark: Mark { t_us, node, boot, counter }, local_us, event } = serde_json::from_str(line).ok()?;
         let of = |name: &str| NodeId::from_name(name);
         let event = match event {
-            Launched::Ended { node, killed } => Event::Ended { node: of(&node)?, killed },
-            Launched::Restarted { node, boot } => Event::Restarted { node: of(&node)?, boot },
+            Launched::Ended { node, killed } => Note::Ended { node: of(&node)?, killed },
+            Launched::Restarted { node, boot } => Note::Restarted { node: of(&node)?, boot },
             Launched::Suspended { node, how, on } => {
                 // How slow does not matter to who looks on.
                 let slow = Suspension::Slow { quota: 0, period: Span::ZERO };
                 let how = if how == "hang" { Suspension::Hang } else { slow };
-                Event::Suspended { node: of(&node)?, how, on }
+                Note::Suspended { node: of(&node)?, how, on }
             }
-            Launched::DiskFull { node, on } => Event::DiskFull { node: of(&node)?, on },
+            Launched::DiskFull { node, on } => Note::DiskFull { node: of(&node)?, on },
             Launched::Other => return None,
         };
         let node = of(&node).filter(|node| *node == NodeId::CAMPAIGN)?;
-        let entry = Entry { node, boot, counter, at: Instant(local_us), event, previous: [0; 32] };
+        let entry = Entry { node, boot, counter, at: Instant(local_us), event: event.into(), previous: [0; 32] };
         Some(Witnessed { at: t_us, entry })
     }
 }
@@ -224,7 +223,7 @@ pub fn launched(directory: &Path) -> Vec<Witnessed> {
     let Ok(log) = files::open(&directory.join(EVENTS)) else { return Vec::new() };
     let lines = std::io::BufReader::new(log.take(MAX_LOG_BYTES)).lines().map_while(Result::ok);
     // Lines of others are told apart before they are taken for anything.
-    lines.filter(|line| line.contains(LAUNCHER)).filter_map(|line| Note::read(&line)).take(MAX_MOMENTS).collect()
+    lines.filter(|line| line.contains(LAUNCHER)).filter_map(|line| Line::read(&line)).take(MAX_MOMENTS).collect()
 }
 
 /// Reads the first lines of the log's JSON lines, no more than a bounded number of bytes.

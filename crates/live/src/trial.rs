@@ -107,8 +107,8 @@ mod tests {
     use super::*;
 
     use evidence::verification::Flaw;
+    use instrument::{Any, Entry, Note};
     use std::path::Path;
-    use wire::audit::Entry;
     use wire::event::{Account, Event};
     use wire::id::{Boot, NodeId};
     use wire::time::{Instant, Span};
@@ -121,7 +121,7 @@ mod tests {
         let (topology, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
         let mut evidence = twin::trial::conclude(topology, twin, &setup).evidence;
         evidence.stall_limit = crate::OVERSLEPT_US;
-        let (at, event) = (evidence.duration, Event::Stalled { by: Span(by) });
+        let (at, event) = (evidence.duration, Any::Instrument(Note::Stalled { by: Span(by) }));
         let entry =
             Entry { node: NodeId::CAMPAIGN, boot: Boot(1), counter: 9_999, at: Instant(at), event, previous: [0; 32] };
         evidence.entries.push(evidence::Witnessed { at, entry });
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(found(&stalled, None), (Outcome::Invalid, Some(312_000)));
         let mut unbalanced = stalled.clone();
         for w in &mut unbalanced.entries {
-            if let Event::Count { account: Account::Datagrams, n } = &mut w.entry.event {
+            if let Any::Service(Event::Count { account: Account::Datagrams, n }) = &mut w.entry.event {
                 *n += 1;
             }
         }

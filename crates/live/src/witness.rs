@@ -9,13 +9,14 @@ use adversary::insider::{InsiderRecorder, Kept};
 use evidence::delivery::{Claims, Running};
 use evidence::log::Logged;
 use evidence::verification::HeldHead;
+use instrument::{Any, Entry, Note};
 use link::input_journal;
 use link::instrument::Frame;
 use link::recorded;
 use link::recorder::Recording;
 use serde_json::Value;
 use topology::{Member, Topology};
-use wire::audit::{Entry, Journal};
+use wire::audit::Journal;
 use wire::core::{Output, Side};
 use wire::event::{Account, Event};
 use wire::id::{Boot, NodeId};
@@ -85,7 +86,7 @@ pub(super) fn journals(topology: &Topology, run_dir: &Path, start_us: u64) -> Ve
 
 /// Inputs of the cores among the messages that insiders in `log` claim to have sent. These are the launcher's statements,
 /// read from each reader's own records.
-pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Event)> {
+pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Note)> {
     let mut claims = Claims::default();
     log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
     let mut seen = Vec::new();
@@ -100,7 +101,7 @@ pub(super) fn deliveries(topology: &Topology, run_dir: &Path, start_us: u64, log
 }
 
 /// Input times of cores in processes that were to be stopped, by their journals.
-pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<(u64, Event)> {
+pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec<(u64, Note)> {
     let watched = topology.watched();
     let mut running = Running::new(&watched);
     let mut seen = Vec::new();
@@ -108,7 +109,7 @@ pub(super) fn running(topology: &Topology, run_dir: &Path, start_us: u64) -> Vec
         let node = member.node();
         each_entry(topology, member, run_dir, start_us, |at, entry| {
             if matches!(entry, input_journal::Entry::Input { .. }) && running.told(node, at) {
-                seen.push((at, Event::Ran { node }));
+                seen.push((at, Note::Ran { node }));
             }
         });
     }
@@ -209,7 +210,7 @@ pub(super) fn keep_notes(run_dir: &Path, notes: &[Logged]) -> Result<(), LiveErr
 }
 
 /// The launcher's notes, in order of time, as a chain that it signs at the end of the run.
-pub(super) fn notes(key: Option<Key>, told: &[(u64, Event)], end: u64) -> Vec<Logged> {
+pub(super) fn notes(key: Option<Key>, told: &[(u64, Any)], end: u64) -> Vec<Logged> {
     let (mut journal, mut log) = (Journal::new(NodeId::CAMPAIGN, Boot(1), key), Vec::new());
     let mut take = |at: u64, out: VecDeque<Output>| {
         for output in out {

@@ -8,9 +8,10 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Micros};
+use instrument::{Any, Note, Sensor};
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
-use wire::event::{Event, Freshness, Sensor};
+use wire::event::{Event, Freshness};
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Cause, Mode};
 
@@ -109,21 +110,21 @@ pub fn approaches(evidence: &Evidence) -> Approaches {
 }
 
 /// Margins that one event shows by itself.
-fn seen(at: Micros, event: &Event, evidence: &Evidence, line: &Timeline) -> Vec<(Limit, u32)> {
+fn seen(at: Micros, event: &Any, evidence: &Evidence, line: &Timeline) -> Vec<(Limit, u32)> {
     let bounds = &evidence.bounds;
     let timed = |limit: Limit, us: u64| (limit, part(us, limit_us(limit, bounds)));
     match *event {
-        Event::Accepted { age: Some(age), .. } => vec![timed(Limit::Age, age.0)],
-        Event::Displayed { unit: UnitId::A, freshness: Freshness::Fresh, age, mode, .. } => {
+        Any::Service(Event::Accepted { age: Some(age), .. }) => vec![timed(Limit::Age, age.0)],
+        Any::Service(Event::Displayed { unit: UnitId::A, freshness: Freshness::Fresh, age, mode, .. }) => {
             vec![timed(Limit::Display, age.0.max(at - last_in(line, mode, at)))]
         }
-        Event::Truth { unit: UnitId::A, fence_mm, .. } => {
+        Any::Instrument(Note::Truth { unit: UnitId::A, fence_mm, .. }) => {
             // How much of the distance that is kept to the fence is used up.
             let kept = u64::from(bounds.fence_margin_mm);
             let left = u64::try_from(fence_mm).unwrap_or(0).min(kept);
             vec![(Limit::Fence, part(kept - left, kept))]
         }
-        Event::PlantAct { command, distance_mm, .. } => {
+        Any::Instrument(Note::PlantAct { command, distance_mm, .. }) => {
             let given = line.intended.iter().find(|(_, id, _)| *id == command).map(|(given, ..)| *given);
             let confirmed = given.map(|given| timed(Limit::Confirmation, at.saturating_sub(given)));
             let off = (Limit::Object, part(u64::from(distance_mm), u64::from(bounds.designation_mm)));

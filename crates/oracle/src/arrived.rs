@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use evidence::{Mask, Micros, Plan};
-use wire::event::{FaultKind, Sensor};
+use instrument::{FaultKind, Sensor};
 
 /// Facts established about the injections.
 #[derive(Clone, Debug, Default)]

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Finding, Property};
+use instrument::Any;
 use wire::core::Side;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
@@ -92,7 +93,7 @@ fn beside(accounts: &Accounts, to: NodeId) -> String {
 fn accounts(evidence: &Evidence) -> Accounts {
     let mut accounts = Accounts::new();
     for w in &evidence.entries {
-        if let Event::Count { account, n } = w.entry.event {
+        if let Any::Service(Event::Count { account, n }) = w.entry.event {
             accounts.insert((w.entry.node, account), n);
         }
     }

@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness};
 use wire::id::{CommandId, NodeId, RecordId};
@@ -26,30 +27,32 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut found = Vec::new();
     for w in &evidence.entries {
         match w.entry.event {
-            Event::Accepted { record, .. } if w.entry.node == NodeId::GATEWAY => {
+            Any::Service(Event::Accepted { record, .. }) if w.entry.node == NodeId::GATEWAY => {
                 accepted.insert(record);
             }
-            Event::Accepted { record, .. } if w.entry.node == NodeId::UNIT_A => {
+            Any::Service(Event::Accepted { record, .. }) if w.entry.node == NodeId::UNIT_A => {
                 at_unit.insert(record);
             }
-            Event::Inconsistent { unit, record, .. }
+            Any::Service(Event::Inconsistent { unit, record, .. })
                 if w.entry.node == NodeId::UNIT_A && !at_unit.contains(&record) =>
             {
                 let what = format!("{} is found out by {record}, which the unit never accepted", unit.node());
                 found.push(finding(Property::P5, w.at, what));
             }
-            Event::Displayed { unit, report, freshness, .. }
+            Any::Service(Event::Displayed { unit, report, freshness, .. })
                 if freshness != Freshness::Lost && report.node != unit.node() =>
             {
                 found.push(finding(Property::P5, w.at, format!("{report} is displayed as of {}", unit.node())));
             }
-            Event::Rogue { command, kind, key, .. } => rogues.entry(command).or_default().push((kind, key)),
-            Event::Displayed { report, freshness, .. }
+            Any::Instrument(Note::Rogue { command, kind, key, .. }) => {
+                rogues.entry(command).or_default().push((kind, key))
+            }
+            Any::Service(Event::Displayed { report, freshness, .. })
                 if freshness != Freshness::Lost && !accepted.contains(&report) =>
             {
                 found.push(finding(Property::P5, w.at, format!("{report} is displayed and was never accepted")));
             }
-            Event::Executed { command, kind, refused: None } if !line.gave(command, kind, w.at) => {
+            Any::Service(Event::Executed { command, kind, refused: None }) if !line.gave(command, kind, w.at) => {
                 let rogues = rogues.get(&command).map_or(&[][..], Vec::as_slice);
                 let excused = rogues.iter().any(|rogue| stops(evidence, command, kind, *rogue, w.at));
                 if !excused {
@@ -76,7 +79,7 @@ fn admitted(evidence: &Evidence, who: NodeId, at: Micros) -> bool {
     let until = evidence.operators.iter().find(|(operator, _)| *operator == who).map(|(_, until)| *until);
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let struck = evidence.entries.iter().take_while(|w| w.at <= at).any(|w| match w.entry.event {
-        Event::Struck { who: struck } if struck == who => match w.entry.node {
+        Any::Service(Event::Struck { who: struck }) if struck == who => match w.entry.node {
             NodeId::UNIT_A => w.at < at,
             NodeId::GATEWAY => at - w.at > th,
             _ => false,

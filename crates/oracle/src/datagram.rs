@@ -1,8 +1,9 @@
 //! Receipts of the relay's actions on a datagram: the guard's log shows its very bytes, or that they never came.
 
 use evidence::{Evidence, Micros};
+use instrument::{Action, Any, GuardVerdict, Note};
 use wire::core::Side;
-use wire::event::{Account, Action, Event, GuardVerdict};
+use wire::event::{Account, Event};
 use wire::id::NodeId;
 
 use super::link;
@@ -17,7 +18,7 @@ const LEAST_DELAY: Micros = 10_000;
 /// Times at which any guard saw these bytes.
 fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::GuardSaw { hash, .. } if hash == wanted => Some(w.at),
+        Any::Instrument(Note::GuardSaw { hash, .. }) if hash == wanted => Some(w.at),
         _ => None,
     })
 }
@@ -25,7 +26,7 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
 /// The relay's first entry of `action` within `window` with bytes that the target's guard confirms.
 pub(super) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action: a, side, length, hash, delay }
+        Any::Instrument(Note::Attack { action: a, side, length, hash, delay })
             if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.has(w.at) =>
         {
             Some((w.at, side, length, hash, delay.0))
@@ -33,9 +34,9 @@ pub(super) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Op
         _ => None,
     });
     // Only a guard that kept a log and closed its account is a witness of an absence.
-    let wrote = |test: &dyn Fn(&Event) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
-    let guarded = wrote(&|e| matches!(e, Event::GuardSaw { .. }))
-        && wrote(&|e| matches!(e, Event::Count { account: Account::GuardIn, .. }));
+    let wrote = |test: &dyn Fn(&Any) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
+    let guarded = wrote(&|e| matches!(e, Any::Instrument(Note::GuardSaw { .. })))
+        && wrote(&|e| matches!(e, Any::Service(Event::Count { account: Account::GuardIn, .. })));
     let confirmed = |(at, side, length, hash, delay): (Micros, Side, u16, u64, Micros)| match action {
         Action::Drop => guarded && seen(evidence, hash).next().is_none() && link::missed(evidence, side, at),
         Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
@@ -53,7 +54,9 @@ pub(super) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Op
 fn in_pieces(evidence: &Evidence, at: Micros, side: Side, length: u16) -> bool {
     let target = if side == Side::Server { NodeId::GATEWAY } else { NodeId::UNIT_A };
     let pieces = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::GuardSaw { length, verdict, .. } if Some(w.entry.node) == target.guard() && w.at >= at => {
+        Any::Instrument(Note::GuardSaw { length, verdict, .. })
+            if Some(w.entry.node) == target.guard() && w.at >= at =>
+        {
             Some((w.at, u32::from(length), verdict != GuardVerdict::Passed))
         }
         _ => None,

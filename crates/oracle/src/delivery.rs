@@ -5,7 +5,8 @@
 //! one of its own would do for that.
 
 use evidence::{Evidence, Micros};
-use wire::event::{Account, Action, Event, Interface};
+use instrument::{Action, Any, Note};
+use wire::event::{Account, Event, Interface};
 use wire::id::{Boot, NodeId};
 use wire::refusal::Reason;
 
@@ -33,7 +34,9 @@ pub(super) fn took(evidence: &Evidence, reader: NodeId, hash: u64, from: Micros)
 
 fn claims(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> impl Iterator<Item = (Micros, u64)> {
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::Attack { action, hash, .. } if action == wanted && who.contains(&w.entry.node) => Some((w.at, hash)),
+        Any::Instrument(Note::Attack { action, hash, .. }) if action == wanted && who.contains(&w.entry.node) => {
+            Some((w.at, hash))
+        }
         _ => None,
     })
 }
@@ -43,8 +46,8 @@ pub(super) fn refused_on_the_bus(evidence: &Evidence, zero: Micros) -> bool {
     let answers = |s: &Seen| {
         evidence.entries.iter().any(|w| match w.entry.event {
             // Of an older boot is the one whose place a rogue took, not the rogue.
-            Event::Refused { reason: Reason::Epoch, .. } => false,
-            Event::Refused { at, .. } => {
+            Any::Service(Event::Refused { reason: Reason::Epoch, .. }) => false,
+            Any::Service(Event::Refused { at, .. }) => {
                 at == s.interface && w.entry.node == s.reader && w.at >= s.at && w.at - s.at <= VERDICT
             }
             _ => false,
@@ -59,7 +62,9 @@ pub(super) fn refused_on_the_bus(evidence: &Evidence, zero: Micros) -> bool {
 fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
     let of_reader = || evidence.entries.iter().filter(|w| w.entry.node == s.reader);
     let counts = of_reader().filter_map(|w| match w.entry.event {
-        Event::Count { account: Account::Refused(at, reason), n } if at == s.interface && reason != Reason::Epoch => {
+        Any::Service(Event::Count { account: Account::Refused(at, reason), n })
+            if at == s.interface && reason != Reason::Epoch =>
+        {
             Some((w.entry.boot, n))
         }
         _ => None,
@@ -68,7 +73,7 @@ fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
     let Some(boot) = counts.iter().map(|(boot, _)| *boot).max() else { return false };
     let counted: u64 = counts.iter().filter(|(of, _)| *of == boot).map(|(_, n)| n).sum();
     let written = of_reader().filter(|w| w.entry.boot == boot).filter_map(|w| match w.entry.event {
-        Event::Refused { at, reason, .. } if at == s.interface => Some((w.at, reason != Reason::Epoch)),
+        Any::Service(Event::Refused { at, reason, .. }) if at == s.interface => Some((w.at, reason != Reason::Epoch)),
         _ => None,
     });
     let (written, last) =
@@ -86,7 +91,7 @@ struct Seen {
 
 fn seen(evidence: &Evidence) -> impl Iterator<Item = Seen> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::MouthSaw { reader, at, hash, .. } if w.entry.node == NodeId::CAMPAIGN => {
+        Any::Instrument(Note::MouthSaw { reader, at, hash, .. }) if w.entry.node == NodeId::CAMPAIGN => {
             Some(Seen { at: w.at, reader, interface: at, hash })
         }
         _ => None,

@@ -9,7 +9,8 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use evidence::{Evidence, Micros, Planned, Witnessed};
-use wire::event::{Event, FaultKind};
+use instrument::{Any, FaultKind, Note};
+use wire::event::Event;
 use wire::id::{FrameId, NodeId, ObjectId};
 use wire::sensor::{Camera, Class};
 
@@ -29,7 +30,8 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
 /// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it
 /// followed it, or doubted its true class or the class aimed at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
-    let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
+    let told =
+        |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Any::Instrument(Note::Printed { object });
     let since = evidence.entries.iter().find(|w| told(w))?.at;
     if !given(evidence, since..Micros::MAX) {
         return None;
@@ -41,7 +43,7 @@ pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window:
 /// the one aimed at before it ended: an object followed already is not told anew.
 pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Fault { kind: FaultKind::Perturbation, active, .. } if w.entry.node == NodeId::SIM => {
+        Any::Instrument(Note::Fault { kind: FaultKind::Perturbation, active, .. }) if w.entry.node == NodeId::SIM => {
             Some((w.at, active))
         }
         _ => None,
@@ -61,7 +63,7 @@ fn given(evidence: &Evidence, within: Range<Micros>) -> bool {
 /// Colour images that a node tells of: when, and which frame's, with its hash.
 fn pictures(evidence: &Evidence, by: NodeId) -> impl Iterator<Item = (Micros, (FrameId, u64))> {
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::Pictured { frame, hash } if w.entry.node == by => Some((w.at, (frame, hash))),
+        Any::Service(Event::Pictured { frame, hash }) if w.entry.node == by => Some((w.at, (frame, hash))),
         _ => None,
     })
 }
@@ -81,7 +83,7 @@ fn others(evidence: &Evidence, aim: Class) -> BTreeSet<ObjectId> {
 /// Classes of objects, by the sim.
 fn objects(evidence: &Evidence) -> impl Iterator<Item = (ObjectId, Class)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Object { object, class, .. } => Some((object, class)),
+        Any::Instrument(Note::Object { object, class, .. }) => Some((object, class)),
         _ => None,
     })
 }
@@ -117,11 +119,11 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
     let (mut place, mut unit) = (None, None);
     evidence.entries.iter().filter_map(move |w| {
         let told = match w.entry.event {
-            Event::Object { object: of, x_mm, y_mm, .. } if of == object => {
+            Any::Instrument(Note::Object { object: of, x_mm, y_mm, .. }) if of == object => {
                 place = Some((f64::from(x_mm), f64::from(y_mm)));
                 return None;
             }
-            Event::Truth { unit: wire::id::UnitId::A, x_mm, y_mm, yaw_mrad, .. } => {
+            Any::Instrument(Note::Truth { unit: wire::id::UnitId::A, x_mm, y_mm, yaw_mrad, .. }) => {
                 unit = Some((f64::from(x_mm), f64::from(y_mm), f64::from(yaw_mrad)));
                 return None;
             }
@@ -130,11 +132,11 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
         };
         let (east, north) = place?;
         match told {
-            Event::Followed { class, x_mm, y_mm, .. } => {
+            Any::Service(Event::Followed { class, x_mm, y_mm, .. }) => {
                 let near = libm::hypot(f64::from(x_mm) - east, f64::from(y_mm) - north) <= NEAR_MM;
                 near.then_some(Sight { at: w.at, class, doubted: false })
             }
-            Event::Doubted { class, bearing_mrad, .. } => {
+            Any::Service(Event::Doubted { class, bearing_mrad, .. }) => {
                 let apart = wrapped(f64::from(bearing_mrad) - bearing(unit?, (east, north)));
                 (apart.abs() <= TOWARDS_MRAD).then_some(Sight { at: w.at, class, doubted: true })
             }

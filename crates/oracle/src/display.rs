@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::Any;
 use wire::event::{Event, Freshness};
 use wire::id::{RecordId, UnitId};
 use wire::mode::Mode;
@@ -31,7 +32,9 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     }
     let mut found = Vec::new();
     for w in &evidence.entries {
-        let Event::Displayed { unit, freshness: Freshness::Fresh, report, .. } = w.entry.event else { continue };
+        let Any::Service(Event::Displayed { unit, freshness: Freshness::Fresh, report, .. }) = w.entry.event else {
+            continue;
+        };
         if let Some(at) = accepted.get(&report).filter(|at| w.at.saturating_sub(**at) > limit) {
             let what = format!("{report} shown fresh {} ms after it was accepted", (w.at - at) / 1000);
             found.push(finding(Property::P7, w.at, what));
@@ -46,8 +49,10 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 }
 
 /// Part of a picture shown as fresh that was not so at any instant of `[from, to]`.
-fn wrong(line: &Timeline, shown: &Event, from: Micros, to: Micros, speed_mm_s: f64) -> Option<String> {
-    let Event::Displayed { mode, authority, failing, place, tracks_fresh, .. } = *shown else { return None };
+fn wrong(line: &Timeline, shown: &Any, from: Micros, to: Micros, speed_mm_s: f64) -> Option<String> {
+    let Any::Service(Event::Displayed { mode, authority, failing, place, tracks_fresh, .. }) = *shown else {
+        return None;
+    };
     if !line.was_in(mode, from, to) {
         let was = line.mode_at(to).name();
         return Some(format!("{} shown fresh while the unit is {was}", mode.name()));

@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};
@@ -71,7 +72,7 @@ fn unsaid(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut once = BTreeSet::new();
     let mut found = Vec::new();
     for w in evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A) {
-        let Event::Transition { to, because: Because::Command(id), .. } = w.entry.event else { continue };
+        let Any::Service(Event::Transition { to, because: Because::Command(id), .. }) = w.entry.event else { continue };
         let executed = line.executed.iter().any(|(at, command, _)| *command == id && at.abs_diff(w.at) <= SLACK);
         let died = dead.iter().any(|(from, _)| (w.at..=w.at + SLACK).contains(from));
         if !executed && !died {
@@ -88,7 +89,7 @@ fn unsaid(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 fn acted_twice(evidence: &Evidence) -> Vec<Finding> {
     let mut once = BTreeSet::new();
     let acts = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::PlantAct { command, .. } => Some((w.at, command)),
+        Any::Instrument(Note::PlantAct { command, .. }) => Some((w.at, command)),
         _ => None,
     });
     let again = acts.filter(|(_, command)| !once.insert(*command));

@@ -7,6 +7,7 @@
 //! `properties`; that the object is of its class is P11.
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -25,7 +26,7 @@ const TRUTH_GAP: Micros = 250_000;
 /// Judges every act at the plant.
 pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let acts = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::PlantAct { authority, .. } => Some((w.at, authority)),
+        Any::Instrument(Note::PlantAct { authority, .. }) => Some((w.at, authority)),
         _ => None,
     });
     acts.flat_map(|(at, authority)| {
@@ -101,7 +102,7 @@ fn sensors(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<String>
 fn unsealed(evidence: &Evidence, at: Micros) -> Option<String> {
     let limit = evidence.bounds.seal_limit_ms;
     let seals = evidence.entries.iter().filter(|w| w.at <= at && w.entry.node == NodeId::RECORDER);
-    let last = seals.filter(|w| matches!(w.entry.event, Event::Sealed { .. })).map(|w| w.at).next_back();
+    let last = seals.filter(|w| matches!(w.entry.event, Any::Service(Event::Sealed { .. }))).map(|w| w.at).next_back();
     let open = last.is_none_or(|last| at - last > limit * 1000 + SLACK);
     open.then(|| format!("with no seal of the recorder's for more than {limit} ms"))
 }

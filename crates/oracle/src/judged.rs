@@ -6,7 +6,8 @@ use evidence::claims::Claims;
 use evidence::log::hashes;
 use evidence::trial::{Knowledge, StepRow, Trial};
 use evidence::{Evidence, InjectionRow, Micros, Verdict};
-use wire::event::{Account, Event, GuardVerdict, Interface};
+use instrument::{Any, GuardVerdict, Note};
+use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 
 use crate::peers;
@@ -45,13 +46,13 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         cpu_seconds: 0.0,
     };
     for w in &evidence.entries {
-        if let Event::Count { account, n } = w.entry.event {
+        if let Any::Service(Event::Count { account, n }) = w.entry.event {
             add(&mut trial, w.entry.node, account, n);
         }
-        if let Event::Step { step, begun: true } = w.entry.event {
+        if let Any::Instrument(Note::Step { step, begun: true }) = w.entry.event {
             trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
         }
-        if let Event::GuardSaw { verdict, .. } = w.entry.event
+        if let Any::Instrument(Note::GuardSaw { verdict, .. }) = w.entry.event
             && verdict != GuardVerdict::Passed
         {
             *trial.guard_refused.entry(verdict.name().to_owned()).or_default() += 1;

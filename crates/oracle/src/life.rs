@@ -5,10 +5,10 @@
 
 use evidence::log::by_recorder;
 use evidence::{Evidence, Micros, Witnessed};
-use wire::event::{Event, Suspension};
+use instrument::{Any, Note, Sight, Suspension};
+use wire::event::Event;
 use wire::feed::CommandStage;
 use wire::id::NodeId;
-use wire::stream::Sight;
 
 use super::window::Window;
 
@@ -26,10 +26,13 @@ type Span = (Micros, Micros);
 
 /// Times at which `node` did not live: from each end to the start after it, if there is one.
 pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
-    let ended = evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Ended { node: n, .. } if n == node));
+    let ended = evidence
+        .entries
+        .iter()
+        .filter(|w| matches!(w.entry.event, Any::Instrument(Note::Ended { node: n, .. }) if n == node));
     let again = |from: Micros| {
         let mut later = evidence.entries.iter().filter(|w| w.at >= from);
-        later.find(|w| matches!(w.entry.event, Event::Restarted { node: n, .. } if n == node))
+        later.find(|w| matches!(w.entry.event, Any::Instrument(Note::Restarted { node: n, .. }) if n == node))
     };
     ended.map(|w| (w.at, again(w.at).map_or(Micros::MAX, |w| w.at))).collect()
 }
@@ -39,7 +42,7 @@ pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
 pub(super) fn silent(evidence: &Evidence, node: NodeId, (from, to): Span) -> bool {
     let from = from.saturating_add(LAST_WORDS);
     !evidence.entries.iter().filter(|w| w.at > from && w.at < to.min(evidence.duration)).any(|w| match w.entry.event {
-        Event::StreamSaw { sight: Sight::Delivered, .. } if node == NodeId::BROKER => true,
+        Any::Instrument(Note::StreamSaw { sight: Sight::Delivered, .. }) if node == NodeId::BROKER => true,
         _ => leaves(w, node),
     })
 }
@@ -47,7 +50,7 @@ pub(super) fn silent(evidence: &Evidence, node: NodeId, (from, to): Span) -> boo
 /// True if an entry is a mark of that process.
 fn leaves(w: &Witnessed, node: NodeId) -> bool {
     match w.entry.event {
-        Event::Ran { node: ran } => ran == node && w.entry.node == NodeId::CAMPAIGN,
+        Any::Instrument(Note::Ran { node: ran }) => ran == node && w.entry.node == NodeId::CAMPAIGN,
         _ => w.entry.node == node,
     }
 }
@@ -61,14 +64,16 @@ pub(super) fn killed(evidence: &Evidence, wanted: NodeId, window: Window) -> Opt
         !of.any(|w| Some(w.entry.boot) == boot && w.at > at + LAST_WORDS)
     };
     let dead = |at: Micros| silent(at) && (wanted != NodeId::BROKER || cut_off(evidence, at, evidence.duration));
-    let ends = |w: &&Witnessed| matches!(w.entry.event, Event::Ended { node, killed: true } if node == wanted);
+    let ends =
+        |w: &&Witnessed| matches!(w.entry.event, Any::Instrument(Note::Ended { node, killed: true }) if node == wanted);
     evidence.entries.iter().filter(ends).map(|w| w.at).find(|at| window.has(*at) && dead(*at))
 }
 
 /// True if the unit's ingress saw its stream to the broker end.
 fn cut_off(evidence: &Evidence, from: Micros, to: Micros) -> bool {
     evidence.entries.iter().any(|w| {
-        let ended = matches!(w.entry.event, Event::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. });
+        let ended =
+            matches!(w.entry.event, Any::Instrument(Note::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. }));
         Some(w.entry.node) == NodeId::UNIT_A.guard() && ended && w.at >= from && w.at < to
     })
 }
@@ -77,12 +82,15 @@ fn cut_off(evidence: &Evidence, from: Micros, to: Micros) -> bool {
 /// and would have left some: by how often it did otherwise.
 pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
     let mut begins = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Suspended { node, how, on: true } if node == wanted && window.has(w.at) => Some((w.at, how)),
+        Any::Instrument(Note::Suspended { node, how, on: true }) if node == wanted && window.has(w.at) => {
+            Some((w.at, how))
+        }
         _ => None,
     });
     let (from, how) = begins.next()?;
     let over = |w: &&Witnessed| {
-        w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
+        w.at > from
+            && matches!(w.entry.event, Any::Instrument(Note::Suspended { node, on: false, .. }) if node == wanted)
     };
     // At the end of a run everybody is let go on; the dead are not.
     let died = dead(evidence, wanted).into_iter().map(|(at, _)| at).find(|at| *at > from).unwrap_or(Micros::MAX);
@@ -101,7 +109,7 @@ pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> 
 pub(super) fn filled(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
     let told = |wanted_on: bool, after: Micros| {
         let turned = move |w: &&Witnessed| match w.entry.event {
-            Event::DiskFull { node, on } => node == wanted && on == wanted_on && w.at >= after,
+            Any::Instrument(Note::DiskFull { node, on }) => node == wanted && on == wanted_on && w.at >= after,
             _ => false,
         };
         evidence.entries.iter().filter(turned).map(|w| w.at)
@@ -111,7 +119,9 @@ pub(super) fn filled(evidence: &Evidence, wanted: NodeId, window: Window) -> Opt
     let to = freed.unwrap_or(evidence.duration);
     let quiet = from + LAST_WORDS;
     let grew = |from: Micros, to: Micros| {
-        let kept = |w: &Witnessed| matches!(w.entry.event, Event::Kept { .. }) && w.entry.node == NodeId::CAMPAIGN;
+        let kept = |w: &Witnessed| {
+            matches!(w.entry.event, Any::Instrument(Note::Kept { .. })) && w.entry.node == NodeId::CAMPAIGN
+        };
         evidence.entries.iter().any(|w| w.at > from && w.at < to && kept(w))
     };
     let due = |w: &&Witnessed| w.at > quiet && w.at < to && w.entry.node != wanted && by_recorder(w.entry.node);
@@ -126,8 +136,8 @@ fn halts(evidence: &Evidence, wanted: NodeId, span: Span) -> Vec<Span> {
     let mut since = None;
     for w in evidence.entries.iter().filter(|w| w.at >= span.0 && w.at <= span.1) {
         match w.entry.event {
-            Event::Halted { node, on: true } if node == wanted => since = Some(w.at),
-            Event::Halted { node, on: false } if node == wanted => {
+            Any::Instrument(Note::Halted { node, on: true }) if node == wanted => since = Some(w.at),
+            Any::Instrument(Note::Halted { node, on: false }) if node == wanted => {
                 stops.extend(since.take().map(|since| (since, w.at)))
             }
             _ => {}
@@ -156,10 +166,11 @@ fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span], died: Micros
 /// True if publications to the broker while it was stopped came out of it after that, and none came out meanwhile; or
 /// the unit gave it up.
 fn held_up(evidence: &Evidence, stops: &[Span]) -> bool {
-    let delivered = |w: &Witnessed| matches!(w.entry.event, Event::StreamSaw { sight: Sight::Delivered, .. });
+    let delivered =
+        |w: &Witnessed| matches!(w.entry.event, Any::Instrument(Note::StreamSaw { sight: Sight::Delivered, .. }));
     let given = |w: &Witnessed| match w.entry.event {
-        Event::Staged { stage: CommandStage::Sent, .. } => w.entry.node == NodeId::GATEWAY,
-        Event::Executed { .. } => w.entry.node == NodeId::UNIT_A,
+        Any::Service(Event::Staged { stage: CommandStage::Sent, .. }) => w.entry.node == NodeId::GATEWAY,
+        Any::Service(Event::Executed { .. }) => w.entry.node == NodeId::UNIT_A,
         _ => false,
     };
     let any = |test: &dyn Fn(&Witnessed) -> bool, from: Micros, to: Micros| {

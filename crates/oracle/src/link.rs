@@ -7,8 +7,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::{Any, GuardVerdict, Note};
 use wire::core::Side;
-use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, PeerId};
 use wire::mode::Mode;
 
@@ -36,10 +36,10 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
     let mut found = Vec::new();
     for w in evidence.entries.iter().filter(|w| Some(w.entry.node) == target.guard()) {
         match w.entry.event {
-            Event::Associated { association, peer } => {
+            Any::Instrument(Note::Associated { association, peer }) => {
                 peers.insert(association, peer);
             }
-            Event::GuardSaw { association, epoch: 1.., sequence, hash, verdict, .. }
+            Any::Instrument(Note::GuardSaw { association, epoch: 1.., sequence, hash, verdict, .. })
                 if peers.get(&association) == Some(&other) =>
             {
                 found.push(Arrival { at: w.at, association, sequence, hash, verdict });

@@ -5,11 +5,11 @@
 //! another, by the other's receipt. Where none of that holds for the whole time of the plan, it stays without proof.
 
 use evidence::{Evidence, Mask, Micros, Plan, Planned, Takes, Witnessed};
+use instrument::{Action, Any, FaultKind, Note, Sight, Suspension};
 use wire::core::Side;
-use wire::event::{Action, Event, FaultKind, Interface, Suspension};
+use wire::event::{Event, Interface};
 use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId};
-use wire::stream::Sight;
 
 use super::arrived::Befallen;
 use super::datagram;
@@ -75,13 +75,20 @@ fn ended(evidence: &Evidence, node: NodeId) -> Vec<Span> {
 fn away(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     let hung = evidence.entries.iter().filter(|w| {
         let hangs = |how| how == Suspension::Hang;
-        let of = matches!(w.entry.event, Event::Suspended { node: n, how, on: true } if n == node && hangs(how));
+        let of = matches!(
+            w.entry.event,
+            Any::Instrument(Note::Suspended { node: n, how, on: true }) if n == node && hangs(how)
+        );
         of && w.entry.node == NodeId::CAMPAIGN
     });
     let on = |from: Micros| {
         let later = evidence.entries.iter().filter(move |w| w.at > from);
-        let goes_on =
-            |w: &&Witnessed| matches!(w.entry.event, Event::Suspended { node: n, on: false, .. } if n == node);
+        let goes_on = |w: &&Witnessed| {
+            matches!(
+                w.entry.event,
+                Any::Instrument(Note::Suspended { node: n, on: false, .. }) if n == node
+            )
+        };
         later.filter(goes_on).map(|w| w.at).next().unwrap_or(evidence.duration)
     };
     let hung = hung.map(|w| (w.at, on(w.at)));
@@ -92,22 +99,28 @@ fn away(evidence: &Evidence, node: NodeId) -> Vec<Span> {
 /// True if the actor says that it took hold of a message in that time.
 fn claimed(evidence: &Evidence, planned: Planned, window: Window) -> bool {
     evidence.entries.iter().filter(|w| window.has(w.at)).any(|w| match (planned, w.entry.event) {
-        (Planned::Action(of), Event::Attack { action, .. }) => {
+        (Planned::Action(of), Any::Instrument(Note::Attack { action, .. })) => {
             action == of && w.entry.node == NodeId::RELAY_TELEMETRY && !is_dropped(evidence, w)
         }
-        (Planned::Stream(of), Event::Tampered { deed, .. }) => deed == of && w.entry.node == NodeId::RELAY_COMMAND,
-        (Planned::Broker(of), Event::Attack { action, .. }) => action == of && w.entry.node == NodeId::INSIDER_BROKER,
-        (Planned::Feed(_) | Planned::Late(_), Event::Withheld { .. }) => w.entry.node == NodeId::INSIDER_GATEWAY,
-        (Planned::Swallowed, Event::Swallowed { .. }) => w.entry.node == NodeId::INSIDER_GATEWAY,
+        (Planned::Stream(of), Any::Instrument(Note::Tampered { deed, .. })) => {
+            deed == of && w.entry.node == NodeId::RELAY_COMMAND
+        }
+        (Planned::Broker(of), Any::Instrument(Note::Attack { action, .. })) => {
+            action == of && w.entry.node == NodeId::INSIDER_BROKER
+        }
+        (Planned::Feed(_) | Planned::Late(_), Any::Instrument(Note::Withheld { .. })) => {
+            w.entry.node == NodeId::INSIDER_GATEWAY
+        }
+        (Planned::Swallowed, Any::Instrument(Note::Swallowed { .. })) => w.entry.node == NodeId::INSIDER_GATEWAY,
         _ => false,
     })
 }
 
 /// True if the relay says of the same bytes that it then dropped them.
 fn is_dropped(evidence: &Evidence, told: &Witnessed) -> bool {
-    let Event::Attack { hash: of, .. } = told.entry.event else { return false };
+    let Any::Instrument(Note::Attack { hash: of, .. }) = told.entry.event else { return false };
     let dropped = |w: &Witnessed| {
-        matches!(w.entry.event, Event::Attack { action: Action::Drop, hash, .. } if hash == of)
+        matches!(w.entry.event, Any::Instrument(Note::Attack { action: Action::Drop, hash, .. }) if hash == of)
             && w.entry.node == NodeId::RELAY_TELEMETRY
     };
     evidence.entries.iter().any(|w| w.at >= told.at && dropped(w))
@@ -133,7 +146,7 @@ fn nothing(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask> {
         }
         Takes::Reports => {
             let accepted = evidence.entries.iter().any(|w| match w.entry.event {
-                Event::Accepted { at: Interface::Uplink, record, .. } => {
+                Any::Service(Event::Accepted { at: Interface::Uplink, record, .. }) => {
                     w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A && within((since, span.1), w.at)
                 }
                 _ => false,
@@ -150,7 +163,9 @@ fn within((from, to): Span, at: Micros) -> bool {
 /// Orders that the console says an operator gave: time, identity, command.
 fn given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId, &'static str)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Intended { command, kind } if w.entry.node == NodeId::CONSOLE => Some((w.at, command, kind.name())),
+        Any::Service(Event::Intended { command, kind }) if w.entry.node == NodeId::CONSOLE => {
+            Some((w.at, command, kind.name()))
+        }
         _ => None,
     })
 }
@@ -160,18 +175,20 @@ fn published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Sp
     let about =
         |command: CommandId| asks.is_none_or(|asks| given(evidence).all(|(_, id, kind)| id != command || kind == asks));
     evidence.entries.iter().filter(|w| within(span, w.at)).any(|w| match w.entry.event {
-        Event::Staged { command, stage: CommandStage::Sent } => {
+        Any::Service(Event::Staged { command, stage: CommandStage::Sent }) => {
             to != Some(Side::Server) && w.entry.node == NodeId::GATEWAY && about(command)
         }
-        Event::Executed { command, .. } => to != Some(Side::Client) && w.entry.node == NodeId::UNIT_A && about(command),
-        Event::Rogue { .. } => to != Some(Side::Server),
+        Any::Service(Event::Executed { command, .. }) => {
+            to != Some(Side::Client) && w.entry.node == NodeId::UNIT_A && about(command)
+        }
+        Any::Instrument(Note::Rogue { .. }) => to != Some(Side::Server),
         _ => false,
     })
 }
 
 /// True if an ingress at either end of the command streams saw bytes come.
 fn arrived(evidence: &Evidence, span: Span) -> bool {
-    let came = |w: &Witnessed| matches!(w.entry.event, Event::StreamSaw { sight: Sight::Arrived, .. });
+    let came = |w: &Witnessed| matches!(w.entry.event, Any::Instrument(Note::StreamSaw { sight: Sight::Arrived, .. }));
     evidence.entries.iter().any(|w| within(span, w.at) && came(w))
 }
 

@@ -7,6 +7,7 @@
 //! the display. The success of the mission is `properties`' to judge.
 
 use evidence::{Evidence, Micros, Planned};
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness};
 use wire::id::{CommandId, NodeId, UnitId};
@@ -27,7 +28,8 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Mis
     let steps = carried(evidence, line);
     let until = receipt.zero.unwrap_or(evidence.duration);
     let owed = owed(evidence);
-    let acted = evidence.entries.iter().find(|w| matches!(w.entry.event, Event::PlantAct { .. })).map(|w| w.at);
+    let acted =
+        evidence.entries.iter().find(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))).map(|w| w.at);
     let reached = |at: Option<Micros>| at.is_some_and(|at| at <= until);
     let ready = |m: Mode| matches!(m, Mode::Ready | Mode::PrepareToAct);
     let armed = line.minted.first().map(|(at, ..)| *at);
@@ -128,7 +130,9 @@ fn carried(evidence: &Evidence, line: &Timeline) -> Vec<Carried> {
 /// Reason that an order that was given was not executed.
 fn unanswered(evidence: &Evidence, given: Micros, ids: &[(Micros, CommandId)]) -> String {
     let refused = evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Executed { command, refused: Some(reason), .. } if ids.iter().any(|(_, id)| *id == command) => {
+        Any::Service(Event::Executed { command, refused: Some(reason), .. })
+            if ids.iter().any(|(_, id)| *id == command) =>
+        {
             Some(reason)
         }
         _ => None,
@@ -141,14 +145,13 @@ fn unanswered(evidence: &Evidence, given: Micros, ids: &[(Micros, CommandId)]) -
 
 /// Which of a step's conditions was never displayed while it waited.
 fn unseen(evidence: &Evidence, step: &Due, until: Micros) -> String {
-    let shown = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Displayed { unit: UnitId::A, mode, freshness: Freshness::Fresh, authority, .. }
-            if w.entry.node == NodeId::CONSOLE && w.at <= until =>
-        {
-            Some((w.at, mode, authority.is_some()))
-        }
-        _ => None,
-    });
+    let shown =
+        evidence.entries.iter().filter_map(|w| match w.entry.event {
+            Any::Service(Event::Displayed {
+                unit: UnitId::A, mode, freshness: Freshness::Fresh, authority, ..
+            }) if w.entry.node == NodeId::CONSOLE && w.at <= until => Some((w.at, mode, authority.is_some())),
+            _ => None,
+        });
     let shown: Vec<(Micros, Mode, bool)> = shown.collect();
     // What was displayed last before it was due stands then, too.
     let first = shown.partition_point(|(at, ..)| *at <= step.at_us).saturating_sub(1);
@@ -181,7 +184,7 @@ fn is(verb: Verb, kind: CommandKind) -> bool {
 /// The way that the plant went, by its truth, metres.
 fn driven(evidence: &Evidence) -> f64 {
     let places = evidence.entries.iter().filter(|w| w.at <= evidence.duration).filter_map(|w| match w.entry.event {
-        Event::Truth { unit: UnitId::A, x_mm, y_mm, .. } => Some((f64::from(x_mm), f64::from(y_mm))),
+        Any::Instrument(Note::Truth { unit: UnitId::A, x_mm, y_mm, .. }) => Some((f64::from(x_mm), f64::from(y_mm))),
         _ => None,
     });
     let places: Vec<(f64, f64)> = places.collect();

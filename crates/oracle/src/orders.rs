@@ -5,6 +5,7 @@
 //! that very command.
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{CommandId, NodeId, PeerId};
@@ -20,7 +21,9 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
     let bounds = &evidence.bounds;
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).saturating_sub(REACTION_MS);
     let set = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Executed { kind: CommandKind::Configure(values), refused: None, .. } => Some((w.at, values)),
+        Any::Service(Event::Executed { kind: CommandKind::Configure(values), refused: None, .. }) => {
+            Some((w.at, values))
+        }
         _ => None,
     });
     let unsafe_values = set.filter(|(_, v)| u64::from(v.speed_mm_s) * blind_ms / 1000 > u64::from(v.margin_mm));
@@ -33,7 +36,9 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
 /// certificate under which it was published.
 pub(super) fn receipt(evidence: &Evidence, window: Window) -> Option<Micros> {
     let orders = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Rogue { command, certificate, .. } if w.entry.node == NodeId::INSIDER_OPERATOR && window.has(w.at) => {
+        Any::Instrument(Note::Rogue { command, certificate, .. })
+            if w.entry.node == NodeId::INSIDER_OPERATOR && window.has(w.at) =>
+        {
             Some((w.at, command, certificate))
         }
         _ => None,
@@ -48,9 +53,11 @@ fn judged(evidence: &Evidence, from: Micros, order: CommandId, certificate: Opti
     evidence.entries.iter().any(|w| {
         w.at >= from
             && match w.entry.event {
-                Event::Executed { command, .. } => w.entry.node == NodeId::UNIT_A && command == order,
-                Event::Staged { command, .. } => w.entry.node == NodeId::GATEWAY && command == order,
-                Event::Refused { at: Interface::Broker, peer, .. } => peer.is_some() && peer == certificate,
+                Any::Service(Event::Executed { command, .. }) => w.entry.node == NodeId::UNIT_A && command == order,
+                Any::Service(Event::Staged { command, .. }) => w.entry.node == NodeId::GATEWAY && command == order,
+                Any::Service(Event::Refused { at: Interface::Broker, peer, .. }) => {
+                    peer.is_some() && peer == certificate
+                }
                 _ => false,
             }
     })

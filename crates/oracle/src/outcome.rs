@@ -4,8 +4,8 @@
 
 use evidence::trial::{Latency, Outcome};
 use evidence::{Evidence, Fate, Finding, Injection, Mask, Micros, Property, Verdict};
+use instrument::{Any, GuardVerdict, Note, Sight};
 use wire::mode::{Cause, Mode};
-use wire::stream::Sight;
 
 use super::arrived::Receipt;
 use super::finding;
@@ -92,18 +92,20 @@ fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<In
 /// True if there was a refusal of a boundary after the injection: by a service by name, by the guard, or by the secure layer;
 /// perception saw through a disguise; or the display told the operator that something is amiss.
 fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
-    use wire::event::{Account, Event, Freshness, GuardVerdict, ShownAs};
+    use wire::event::{Account, Event, Freshness, ShownAs};
     use wire::id::UnitId;
     let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
     let below = evidence.entries.iter().any(|w| match w.entry.event {
-        Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
-        Event::StreamSaw { sight: Sight::Refused, .. } => w.at >= zero,
-        Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } | Event::LossesShown { .. } => w.at >= zero,
+        Any::Instrument(Note::GuardSaw { verdict, .. }) => w.at >= zero && verdict != GuardVerdict::Passed,
+        Any::Instrument(Note::StreamSaw { sight: Sight::Refused, .. }) => w.at >= zero,
+        Any::Service(Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } | Event::LossesShown { .. }) => {
+            w.at >= zero
+        }
         // After the end everything falls silent, and the display says so.
-        Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. } => {
+        Any::Service(Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. }) => {
             (zero..evidence.duration).contains(&w.at)
         }
-        Event::Count { account: Account::Discarded, n } => n > 0,
+        Any::Service(Event::Count { account: Account::Discarded, n }) => n > 0,
         _ => false,
     });
     by_service || below || delivery::refused_on_the_bus(evidence, zero) || disguise::seen_through(evidence, zero)
@@ -150,7 +152,7 @@ fn overslept(by: Micros, limit: Micros) -> String {
 /// The longest time by which the host overslept, microseconds, if above its limit.
 pub fn stalled(evidence: &Evidence) -> Option<Micros> {
     let stalls = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        wire::event::Event::Stalled { by } => Some(by.0),
+        Any::Instrument(Note::Stalled { by }) => Some(by.0),
         _ => None,
     });
     stalls.max().filter(|by| *by > evidence.stall_limit)

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Micros};
+use instrument::{Any, Note};
 use wire::event::{Event, Interface};
 use wire::id::{PeerId, RecordId};
 
@@ -19,13 +20,14 @@ const WAY: Micros = 1_000_000;
 pub fn claims(evidence: &Evidence, reaction: Option<Micros>) -> Claims {
     let mut let_in: BTreeMap<RecordId, Vec<Micros>> = BTreeMap::new();
     for w in &evidence.entries {
-        if let Event::Accepted { at: Interface::Uplink, record, peer: PeerId::UNIT_B, .. } = w.entry.event {
+        if let Any::Service(Event::Accepted { at: Interface::Uplink, record, peer: PeerId::UNIT_B, .. }) = w.entry.event
+        {
             let_in.entry(record).or_default().push(w.at);
         }
     }
     let mut claims = Claims::default();
     for w in &evidence.entries {
-        let Event::Claimed { record, off_mm } = w.entry.event else { continue };
+        let Any::Instrument(Note::Claimed { record, off_mm }) = w.entry.event else { continue };
         claims.said += 1;
         let times = let_in.get(&record).map_or(&[][..], Vec::as_slice);
         let Some(at) = times.iter().find(|at| **at >= w.at && **at - w.at <= WAY) else { continue };

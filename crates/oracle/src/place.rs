@@ -3,7 +3,8 @@
 //! Two witnesses: the sim's truth, and the place that autonomy says it drives by. Sim and autonomy share a host, so their stamps compare.
 
 use evidence::{Evidence, Finding, Micros, Property};
-use wire::event::{Event, Sensor};
+use instrument::{Any, Note, Sensor};
+use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::time::Instant;
@@ -39,7 +40,7 @@ fn sights(evidence: &Evidence) -> Vec<Sight> {
     let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
     of_unit
         .filter_map(|w| match w.entry.event {
-            Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. } => {
+            Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. }) => {
                 Some(Sight { at: w.at, stamp, pose: (f64::from(pose_x_mm), f64::from(pose_y_mm)), distrusted })
             }
             _ => None,
@@ -51,7 +52,7 @@ fn sights(evidence: &Evidence) -> Vec<Sight> {
 struct Series<const N: usize>(Vec<(Instant, [f64; N])>);
 
 impl<const N: usize> Series<N> {
-    fn of(evidence: &Evidence, pick: impl Fn(&Event, Instant) -> Option<(Instant, [f64; N])>) -> Self {
+    fn of(evidence: &Evidence, pick: impl Fn(&Any, Instant) -> Option<(Instant, [f64; N])>) -> Self {
         let of_sim = evidence.entries.iter().filter(|w| w.entry.node == NodeId::SIM);
         let mut values: Vec<_> = of_sim.filter_map(|w| pick(&w.entry.event, w.entry.at)).collect();
         values.sort_by_key(|(at, _)| *at);
@@ -74,7 +75,9 @@ impl<const N: usize> Series<N> {
 
 fn truth(evidence: &Evidence) -> Series<2> {
     Series::of(evidence, |event, at| match *event {
-        Event::Truth { unit: UnitId::A, x_mm, y_mm, .. } => Some((at, [f64::from(x_mm), f64::from(y_mm)])),
+        Any::Instrument(Note::Truth { unit: UnitId::A, x_mm, y_mm, .. }) => {
+            Some((at, [f64::from(x_mm), f64::from(y_mm)]))
+        }
         _ => None,
     })
 }
@@ -128,8 +131,10 @@ fn without_odometry(evidence: &Evidence) -> Vec<(Micros, Micros)> {
     let mut spans: Vec<(Micros, Micros)> = Vec::new();
     for w in &evidence.entries {
         match w.entry.event {
-            Event::Fault { sensor: Sensor::Odometry, active: true, .. } => spans.push((w.at, Micros::MAX)),
-            Event::Fault { sensor: Sensor::Odometry, active: false, .. } => {
+            Any::Instrument(Note::Fault { sensor: Sensor::Odometry, active: true, .. }) => {
+                spans.push((w.at, Micros::MAX))
+            }
+            Any::Instrument(Note::Fault { sensor: Sensor::Odometry, active: false, .. }) => {
                 spans.iter_mut().for_each(|(_, to)| *to = w.at.min(*to));
             }
             _ => {}

@@ -8,13 +8,13 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Finding, Micros, Property, Witnessed};
+use instrument::{Action, Any, Note, Sight};
 use wire::command::CommandKind;
 use wire::core::Side;
-use wire::event::{Action, Event, ShownAs};
+use wire::event::{Event, ShownAs};
 use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId};
 use wire::mode::Mode;
-use wire::stream::Sight;
 
 use super::SLACK;
 use super::timeline::Timeline;
@@ -32,7 +32,7 @@ const ON_THE_WAY: Micros = 1_000_000;
 /// The first entry of `wanted` within `window` that the client's ingress confirms.
 pub(super) fn broker(evidence: &Evidence, wanted: Action, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action, side, hash, delay, .. }
+        Any::Instrument(Note::Attack { action, side, hash, delay, .. })
             if action == wanted && w.entry.node == NodeId::INSIDER_BROKER && window.has(w.at) =>
         {
             Some((w.at, side, hash, delay.0))
@@ -62,7 +62,9 @@ fn delivered(evidence: &Evidence, side: Side, wanted: Option<u64>) -> impl Itera
         Side::Server => NodeId::GATEWAY.guard(),
     };
     evidence.entries.iter().filter(move |w| Some(w.entry.node) == client).filter_map(move |w| match w.entry.event {
-        Event::StreamSaw { sight: Sight::Delivered, hash, .. } if wanted.is_none_or(|wanted| wanted == hash) => {
+        Any::Instrument(Note::StreamSaw { sight: Sight::Delivered, hash, .. })
+            if wanted.is_none_or(|wanted| wanted == hash) =>
+        {
             Some(w.at)
         }
         _ => None,
@@ -74,8 +76,10 @@ fn delivered(evidence: &Evidence, side: Side, wanted: Option<u64>) -> impl Itera
 fn sent(evidence: &Evidence, side: Side, at: Micros) -> bool {
     let before = |w: &&Witnessed| w.at <= at + SLACK && at <= w.at + ON_THE_WAY;
     evidence.entries.iter().filter(before).any(|w| match (side, w.entry.event) {
-        (Side::Client, Event::Staged { stage: CommandStage::Sent, .. }) => w.entry.node == NodeId::GATEWAY,
-        (Side::Server, Event::Executed { .. }) => w.entry.node == NodeId::UNIT_A,
+        (Side::Client, Any::Service(Event::Staged { stage: CommandStage::Sent, .. })) => {
+            w.entry.node == NodeId::GATEWAY
+        }
+        (Side::Server, Any::Service(Event::Executed { .. })) => w.entry.node == NodeId::UNIT_A,
         _ => false,
     })
 }
@@ -87,7 +91,7 @@ pub(super) fn commands_shown(evidence: &Evidence, line: &Timeline) -> Vec<Findin
     let mut due: BTreeMap<CommandId, Micros> = BTreeMap::new();
     let within = ANSWER_WITHIN + SLACK;
     for w in evidence.entries.iter().filter(|w| w.entry.node == NodeId::CONSOLE) {
-        let Event::CommandShown { command, shown } = w.entry.event else { continue };
+        let Any::Service(Event::CommandShown { command, shown }) = w.entry.event else { continue };
         let one_step = line.intended.iter().any(|(_, id, kind)| *id == command && kind.towards_safe());
         match shown {
             ShownAs::Requested | ShownAs::Released => {

@@ -9,9 +9,9 @@
 mod owed;
 
 use evidence::{Evidence, Finding, Micros, Property, Witnessed};
+use instrument::{Any, Note, Suspension};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
-use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
@@ -47,10 +47,12 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
     let (mut responses, mut findings) = (Vec::new(), Vec::new());
     for w in &evidence.entries {
         let (node, fate) = match w.entry.event {
-            Event::Ended { node, killed: true } => (node, ProcessFault::Kill),
-            Event::Suspended { node, how: Suspension::Hang, on: true } => (node, ProcessFault::Hang),
-            Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, ProcessFault::Slow),
-            Event::DiskFull { node, on: true } => (node, ProcessFault::Full),
+            Any::Instrument(Note::Ended { node, killed: true }) => (node, ProcessFault::Kill),
+            Any::Instrument(Note::Suspended { node, how: Suspension::Hang, on: true }) => (node, ProcessFault::Hang),
+            Any::Instrument(Note::Suspended { node, how: Suspension::Slow { .. }, on: true }) => {
+                (node, ProcessFault::Slow)
+            }
+            Any::Instrument(Note::DiskFull { node, on: true }) => (node, ProcessFault::Full),
             _ => continue,
         };
         let Some(owed) = owed(node) else { continue };
@@ -72,9 +74,13 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
 fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
     let mut later = evidence.entries.iter().filter(|l| l.at >= w.at);
     match w.entry.event {
-        Event::Suspended { node, how, .. } => {
-            let over =
-                |l: &&Witnessed| matches!(l.entry.event, Event::Suspended { node: n, on: false, .. } if n == node);
+        Any::Instrument(Note::Suspended { node, how, .. }) => {
+            let over = |l: &&Witnessed| {
+                matches!(
+                    l.entry.event,
+                    Any::Instrument(Note::Suspended { node: n, on: false, .. }) if n == node
+                )
+            };
             // At the end of a run everybody is let go on, to close its account.
             let end = later.find(over).map_or(evidence.duration, |l| l.at.min(evidence.duration));
             match how {
@@ -84,12 +90,18 @@ fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
                 }
             }
         }
-        Event::Ended { node, .. } => {
-            let again = |l: &&Witnessed| matches!(l.entry.event, Event::Restarted { node: n, .. } if n == node);
+        Any::Instrument(Note::Ended { node, .. }) => {
+            let again =
+                |l: &&Witnessed| matches!(l.entry.event, Any::Instrument(Note::Restarted { node: n, .. }) if n == node);
             later.find(again).map_or(Micros::MAX, |l| l.at)
         }
-        Event::DiskFull { node, .. } => {
-            let room = |l: &&Witnessed| matches!(l.entry.event, Event::DiskFull { node: n, on: false } if n == node);
+        Any::Instrument(Note::DiskFull { node, .. }) => {
+            let room = |l: &&Witnessed| {
+                matches!(
+                    l.entry.event,
+                    Any::Instrument(Note::DiskFull { node: n, on: false }) if n == node
+                )
+            };
             later.find(room).map_or(Micros::MAX, |l| l.at)
         }
         _ => w.at,
@@ -99,8 +111,10 @@ fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
 /// Time at which `wanted` could next judge or act: `at`, or one judgement after it runs again where it hung then.
 pub(super) fn can_judge(evidence: &Evidence, wanted: NodeId, at: Micros) -> Micros {
     let hung = evidence.entries.iter().filter(|w| {
-        matches!(w.entry.event, Event::Suspended { node, how: Suspension::Hang, on: true } if node == wanted)
-            && w.at <= at
+        matches!(
+            w.entry.event,
+            Any::Instrument(Note::Suspended { node, how: Suspension::Hang, on: true }) if node == wanted
+        ) && w.at <= at
     });
     let judges = hung.map(|w| runs_again(evidence, w)).max().map(|runs| runs + judgement(evidence));
     at.max(judges.unwrap_or(0))
@@ -294,7 +308,7 @@ impl Death<'_> {
     fn on_purpose(&self) -> bool {
         let near = self.evidence.entries.iter().filter(|w| w.at <= self.killed && self.killed - w.at < TRUTH_PERIOD);
         near.filter(|w| w.entry.node == NodeId::CAMPAIGN)
-            .any(|w| matches!(w.entry.event, Event::Step { begun: true, .. }))
+            .any(|w| matches!(w.entry.event, Any::Instrument(Note::Step { begun: true, .. })))
     }
 
     /// A unit that did not run for as long as its supervision lease holds at its first judgement; one that was started
@@ -355,7 +369,8 @@ impl Death<'_> {
     /// Time for which the plant's world did not go on, of stops that began from `from` to `to`: no plant brakes in it meanwhile.
     fn world_stood_still(&self, from: Micros, to: Micros) -> Micros {
         let began = self.evidence.entries.iter().filter(|w| {
-            matches!(w.entry.event, Event::Suspended { node: NodeId::SIM, on: true, .. }) && (from..=to).contains(&w.at)
+            matches!(w.entry.event, Any::Instrument(Note::Suspended { node: NodeId::SIM, on: true, .. }))
+                && (from..=to).contains(&w.at)
         });
         began.map(|w| runs_again(self.evidence, w) - w.at).sum()
     }

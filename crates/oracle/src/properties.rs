@@ -4,8 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Evidence, Finding, Micros, Plan, Planned, Property};
+use instrument::{Any, FaultKind, Note, Sensor};
 use wire::command::CommandKind;
-use wire::event::{Event, FaultKind, Sensor};
+use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
@@ -46,13 +47,15 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
         .entries
         .iter()
         .filter_map(|w| match w.entry.event {
-            Event::Acted { authority, failing, .. } => Some((authority, failing.is_empty())),
+            Any::Service(Event::Acted { authority, failing, .. }) => Some((authority, failing.is_empty())),
             _ => None,
         })
         .collect();
     let mut used = BTreeSet::new();
     for w in &evidence.entries {
-        let Event::PlantAct { authority, command, class, distance_mm, .. } = w.entry.event else { continue };
+        let Any::Instrument(Note::PlantAct { authority, command, class, distance_mm, .. }) = w.entry.event else {
+            continue;
+        };
         let minted = line.minted.iter().any(|(at, serial, _)| *serial == authority && *at <= w.at);
         let revoked = line.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
         if !minted || revoked || !used.insert(authority) {
@@ -88,7 +91,7 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut found = Vec::new();
     for w in &evidence.entries {
-        let Event::Minted { track, command, .. } = w.entry.event else { continue };
+        let Any::Service(Event::Minted { track, command, .. }) = w.entry.event else { continue };
         let ordered = line.executed.iter().any(|(_, id, kind)| *id == command && *kind == CommandKind::Arm(track));
         if w.entry.node == NodeId::UNIT_A && !ordered {
             found.push(finding(

@@ -9,9 +9,8 @@
 //! faults `life`'s.
 
 use evidence::{Evidence, Micros, Planned};
-use wire::event::{Action, Event, Sensor};
+use instrument::{Action, Any, Note, Sensor, StepName};
 use wire::id::NodeId;
-use wire::step::StepName;
 
 use super::arrived::{Befallen, Receipt};
 use super::window::Window;
@@ -75,7 +74,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
 
 fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
     for w in &evidence.entries {
-        let Event::Attack { action, hash, .. } = w.entry.event else { continue };
+        let Any::Instrument(Note::Attack { action, hash, .. }) = w.entry.event else { continue };
         match action {
             // What was dropped may be put back by another part of the same attack: it was held until then.
             Action::Delay | Action::Reorder | Action::Drop => {
@@ -101,20 +100,23 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
 
 /// True if the actor of `wanted` says that it began.
 fn begun(evidence: &Evidence, wanted: StepName) -> bool {
-    evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
+    evidence
+        .entries
+        .iter()
+        .any(|w| matches!(w.entry.event, Any::Instrument(Note::Step { step, begun: true }) if step == wanted))
 }
 
 /// Sensor faults that the sim applied and with readings that the other side took in.
 fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
-        let Event::Fault { sensor, kind, active: true, .. } = w.entry.event else { continue };
+        let Any::Instrument(Note::Fault { sensor, kind, active: true, .. }) = w.entry.event else { continue };
         if w.entry.node != NodeId::SIM {
             continue;
         }
         let rest = &evidence.entries[i..];
         let end = rest.iter().find_map(|e| match e.entry.event {
-            Event::Fault { sensor: s, kind: k, active: false, .. }
+            Any::Instrument(Note::Fault { sensor: s, kind: k, active: false, .. })
                 if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM =>
             {
                 Some(e.at)
@@ -124,7 +126,9 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
         let end = end.unwrap_or(evidence.duration);
         // What a fault changed is told of while it lasts, and may come in a little later.
         let changed = rest.iter().take_while(|e| e.at <= end).filter_map(|e| match e.entry.event {
-            Event::Altered { sensor: s, kind: k, hash } if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM => {
+            Any::Instrument(Note::Altered { sensor: s, kind: k, hash })
+                if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM =>
+            {
                 Some((e.at, hash))
             }
             _ => None,

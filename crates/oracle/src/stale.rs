@@ -7,7 +7,8 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Finding, Micros, Property};
-use wire::event::{Event, GuardVerdict, Interface};
+use instrument::{Any, GuardVerdict, Note};
+use wire::event::{Event, Interface};
 use wire::id::NodeId;
 
 use super::arrived::Receipt;
@@ -37,14 +38,18 @@ fn at_end(evidence: &Evidence, taken: &BTreeMap<u64, Micros>, node: NodeId, inte
         .iter()
         .filter(|w| Some(w.entry.node) == node.guard())
         .filter_map(|w| match w.entry.event {
-            Event::GuardSaw { hash, epoch: 1.., verdict: GuardVerdict::Passed, .. } => Some((w.at, hash)),
+            Any::Instrument(Note::GuardSaw { hash, epoch: 1.., verdict: GuardVerdict::Passed, .. }) => {
+                Some((w.at, hash))
+            }
             _ => None,
         })
         .collect();
     let accepted: Vec<Micros> = evidence
         .entries
         .iter()
-        .filter(|w| w.entry.node == node && matches!(w.entry.event, Event::Accepted { at, .. } if at == interface))
+        .filter(|w| {
+            w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Accepted { at, .. }) if at == interface)
+        })
         .map(|w| w.at)
         .collect();
     let near = |a: Micros, b: Micros| a.abs_diff(b) <= JUDGED;

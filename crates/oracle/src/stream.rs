@@ -5,10 +5,9 @@
 //! ended, without this end having hung up first. A relay that says so and does otherwise has no receipt.
 
 use evidence::{Evidence, Micros};
+use instrument::{Any, Note, Sight, StreamEffect};
 use wire::core::Side;
-use wire::event::Event;
 use wire::id::NodeId;
-use wire::stream::{Sight, StreamEffect};
 
 use super::window::Window;
 
@@ -41,7 +40,7 @@ struct Seen {
 /// The first entry of `wanted` within `window` that the ingress of its far end confirms.
 pub(super) fn receipt(evidence: &Evidence, wanted: StreamEffect, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Tampered { deed, side, stream, offset, length, hash, delay }
+        Any::Instrument(Note::Tampered { deed, side, stream, offset, length, hash, delay })
             if deed == wanted && w.entry.node == NodeId::RELAY_COMMAND && window.has(w.at) =>
         {
             Some(Told { at: w.at, side, stream, offset, length, hash, delay: delay.0 })
@@ -82,7 +81,7 @@ fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
         Side::Server => NodeId::BROKER.guard(),
     };
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::StreamSaw { sight, stream, offset, length, hash }
+        Any::Instrument(Note::StreamSaw { sight, stream, offset, length, hash })
             if stream == told.stream && Some(w.entry.node) == ingress =>
         {
             Some(Seen { at: w.at, sight, offset, length, hash })

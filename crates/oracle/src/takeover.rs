@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use evidence::{Evidence, Finding, Micros, Property};
+use instrument::{Any, Note};
 use wire::event::{Event, Freshness};
 use wire::id::{NodeId, PeerId, UnitId};
 
@@ -23,10 +24,13 @@ const SHOWN_WITHIN: Micros = 1_000_000;
 pub(super) fn receipt(evidence: &Evidence, peer: PeerId, window: Window) -> Option<Micros> {
     let owner = NodeId::from_name(&peer.to_string())?;
     let joins = evidence.entries.iter().filter(|w| match w.entry.event {
-        Event::Joins { certificate } => w.entry.node == NodeId::IMPOSTOR && certificate == peer && window.has(w.at),
+        Any::Instrument(Note::Joins { certificate }) => {
+            w.entry.node == NodeId::IMPOSTOR && certificate == peer && window.has(w.at)
+        }
         _ => false,
     });
     let said = |from: Micros, by: NodeId, event: Event| {
+        let event = Any::Service(event);
         let mut entries = evidence.entries.iter().filter(|w| w.entry.node == by && w.entry.event == event);
         entries.any(|w| (from..from + DIALLED_WITHIN).contains(&w.at))
     };
@@ -48,12 +52,12 @@ fn silent(evidence: &Evidence) -> Vec<Finding> {
     let mut counts: BTreeMap<PeerId, u32> = BTreeMap::new();
     let mut found = Vec::new();
     for w in &evidence.entries {
-        let Event::SessionLost { peer } = w.entry.event else { continue };
+        let Any::Service(Event::SessionLost { peer }) = w.entry.event else { continue };
         let count = counts.entry(peer).or_default();
         *count += 1;
         let by = w.at + SHOWN_WITHIN;
         let told = evidence.entries.iter().any(|w| match w.entry.event {
-            Event::LossesShown { peer: shown, times } => shown == peer && times >= *count && w.at <= by,
+            Any::Service(Event::LossesShown { peer: shown, times }) => shown == peer && times >= *count && w.at <= by,
             _ => false,
         });
         if !told && by < evidence.duration && fresh_at(evidence, w.entry.node, by) {
@@ -75,7 +79,7 @@ fn fresh_at(evidence: &Evidence, who: NodeId, by: Micros) -> bool {
     }
     let of = who.unit().unwrap_or(UnitId::A);
     let shown = evidence.entries.iter().rev().find_map(|w| match w.entry.event {
-        Event::Displayed { unit, freshness, .. } if unit == of && w.at <= by => Some(freshness),
+        Any::Service(Event::Displayed { unit, freshness, .. }) if unit == of && w.at <= by => Some(freshness),
         _ => None,
     });
     shown == Some(Freshness::Fresh)
@@ -88,11 +92,11 @@ fn stale_orders(evidence: &Evidence) -> Vec<Finding> {
     let mut latest = None;
     for w in &evidence.entries {
         match w.entry.event {
-            Event::Intended { command, .. } => {
+            Any::Service(Event::Intended { command, .. }) => {
                 given.insert(command, w.at);
             }
-            Event::SessionLost { .. } if w.entry.node == NodeId::UNIT_A => latest = Some(w.at),
-            Event::Executed { command, kind, refused: None } if w.entry.node == NodeId::UNIT_A => {
+            Any::Service(Event::SessionLost { .. }) if w.entry.node == NodeId::UNIT_A => latest = Some(w.at),
+            Any::Service(Event::Executed { command, kind, refused: None }) if w.entry.node == NodeId::UNIT_A => {
                 let before = given.get(&command).zip(latest).is_some_and(|(given, taken)| *given < taken);
                 if before && !kind.towards_safe() {
                     let what = format!("{command} was given before the session was lost, and is executed after");

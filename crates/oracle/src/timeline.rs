@@ -2,7 +2,7 @@
 
 use evidence::trial::TransitionRow;
 use evidence::{Evidence, Micros};
-use wire::audit::Entry;
+use instrument::{Any, Entry, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId, RecordId, TrackId, UnitId};
@@ -95,28 +95,36 @@ impl Timeline {
         let node = entry.node;
         let unit_a = node == NodeId::UNIT_A;
         match entry.event {
-            Event::Transition { from, to, cause, .. } if unit_a => self.changes.push(Change { at, from, to, cause }),
+            Any::Service(Event::Transition { from, to, cause, .. }) if unit_a => {
+                self.changes.push(Change { at, from, to, cause })
+            }
             // A unit that is started again knows of no mode before.
-            Event::Restarted { node: NodeId::UNIT_A, .. } => {
+            Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, .. }) => {
                 let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
                 self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
             }
-            Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. } => {
+            Any::Instrument(Note::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. }) => {
                 self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
             }
-            Event::Judged { failing, placed, tracks } if unit_a => {
+            Any::Service(Event::Judged { failing, placed, tracks }) if unit_a => {
                 self.judged.push((at, Judged { failing, placed, tracks }));
             }
-            Event::Located { stamp, pose_x_mm, pose_y_mm, .. } if unit_a => {
+            Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, .. }) if unit_a => {
                 let fixed = at.saturating_sub(entry.at.since(stamp).0);
                 self.poses.push(Stood { at, fixed, place: (pose_x_mm, pose_y_mm) });
             }
-            Event::Minted { authority, track, .. } if unit_a => self.minted.push((at, authority, track)),
-            Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
-            Event::Intended { command, kind } if node == NodeId::CONSOLE => self.intended.push((at, command, kind)),
-            Event::Executed { command, kind, refused: None } if unit_a => self.executed.push((at, command, kind)),
-            Event::Accepted { record, .. } if node == NodeId::GATEWAY => self.accepted.push((at, record)),
-            Event::Refused { at: interface, .. } if !matches!(interface, wire::event::Interface::Bus(_)) => {
+            Any::Service(Event::Minted { authority, track, .. }) if unit_a => self.minted.push((at, authority, track)),
+            Any::Service(Event::Revoked { authority, .. }) if unit_a => self.revoked.push((at, authority)),
+            Any::Service(Event::Intended { command, kind }) if node == NodeId::CONSOLE => {
+                self.intended.push((at, command, kind))
+            }
+            Any::Service(Event::Executed { command, kind, refused: None }) if unit_a => {
+                self.executed.push((at, command, kind))
+            }
+            Any::Service(Event::Accepted { record, .. }) if node == NodeId::GATEWAY => self.accepted.push((at, record)),
+            Any::Service(Event::Refused { at: interface, .. })
+                if !matches!(interface, wire::event::Interface::Bus(_)) =>
+            {
                 self.refused.push((at, node));
             }
             _ => {}

@@ -4,7 +4,8 @@
 //! command that it was about, against the honest half's acceptance and the display.
 
 use evidence::{Evidence, Micros, Witnessed};
-use wire::event::{Action, Event};
+use instrument::{Action, Any, Note};
+use wire::event::Event;
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 
 use super::delivery;
@@ -26,7 +27,7 @@ pub(super) fn feed(evidence: &Evidence, wanted: Action, window: Window) -> Optio
 /// The reports that the insider says it kept, and that the honest half had accepted.
 fn kept(evidence: &Evidence, window: Window) -> impl Iterator<Item = (Micros, RecordId)> {
     let told = evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::Withheld { record } if w.entry.node == NodeId::INSIDER_GATEWAY && window.has(w.at) => {
+        Any::Instrument(Note::Withheld { record }) if w.entry.node == NodeId::INSIDER_GATEWAY && window.has(w.at) => {
             Some((w.at, record))
         }
         _ => None,
@@ -62,7 +63,7 @@ pub(super) fn late(evidence: &Evidence, by: Micros, window: Window) -> Option<Mi
 /// The first command that the insider says it swallowed within `window`, that the operator gave and the gateway never heard of.
 pub(super) fn swallowed(evidence: &Evidence, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Swallowed { command } if w.entry.node == NodeId::INSIDER_GATEWAY && window.has(w.at) => {
+        Any::Instrument(Note::Swallowed { command }) if w.entry.node == NodeId::INSIDER_GATEWAY && window.has(w.at) => {
             Some((w.at, command))
         }
         _ => None,
@@ -74,26 +75,29 @@ pub(super) fn swallowed(evidence: &Evidence, window: Window) -> Option<Micros> {
 
 fn given(evidence: &Evidence, wanted: CommandId, by: Micros) -> bool {
     evidence.entries.iter().any(
-        |w| matches!(w.entry.event, Event::Intended { command, .. } if command == wanted && w.at <= by && w.entry.node == NodeId::CONSOLE),
+        |w| matches!(
+            w.entry.event,
+            Any::Service(Event::Intended { command, .. }) if command == wanted && w.at <= by && w.entry.node == NodeId::CONSOLE
+        ),
     )
 }
 
 fn staged(evidence: &Evidence, wanted: CommandId) -> bool {
     let gateway = |w: &&Witnessed| w.entry.node == NodeId::GATEWAY;
     let mut entries = evidence.entries.iter().filter(gateway);
-    entries.any(|w| matches!(w.entry.event, Event::Staged { command, .. } if command == wanted))
+    entries.any(|w| matches!(w.entry.event, Any::Service(Event::Staged { command, .. }) if command == wanted))
 }
 
 fn accepted(evidence: &Evidence, wanted: RecordId, by: Micros) -> bool {
     let gateway = |w: &&Witnessed| w.entry.node == NodeId::GATEWAY && w.at <= by;
     let mut entries = evidence.entries.iter().filter(gateway);
-    entries.any(|w| matches!(w.entry.event, Event::Accepted { record, .. } if record == wanted))
+    entries.any(|w| matches!(w.entry.event, Any::Service(Event::Accepted { record, .. }) if record == wanted))
 }
 
 /// Displays of the unit under test, with their times.
 fn shown(evidence: &Evidence) -> impl Iterator<Item = (Micros, RecordId)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Displayed { unit: UnitId::A, report, .. } => Some((w.at, report)),
+        Any::Service(Event::Displayed { unit: UnitId::A, report, .. }) => Some((w.at, report)),
         _ => None,
     })
 }

@@ -1,7 +1,7 @@
 //! Windows of planned actions.
 
 use evidence::{Evidence, Micros, Plan};
-use wire::event::Event;
+use instrument::{Any, Note};
 
 /// Time by which an actor's clock and the host may put its action before or behind its window.
 const EARLY: Micros = 5_000;
@@ -19,9 +19,12 @@ impl Window {
     pub(super) fn of(evidence: &Evidence, plan: &Plan) -> Option<Window> {
         let Some(wanted) = plan.step else { return Some(Window { from: plan.from, until: plan.until }) };
         let told = |begins: bool| {
-            evidence.entries.iter().filter(
-                move |w| matches!(w.entry.event, Event::Step { step, begun } if step == wanted && begun == begins),
-            )
+            evidence.entries.iter().filter(move |w| {
+                matches!(
+                    w.entry.event,
+                    Any::Instrument(Note::Step { step, begun }) if step == wanted && begun == begins
+                )
+            })
         };
         let from = told(true).next()?.at;
         Some(Window { from, until: told(false).next_back().map_or(Micros::MAX, |w| w.at) })

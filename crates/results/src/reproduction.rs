@@ -165,7 +165,7 @@ fn by_second(entries: &[Witnessed]) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use wire::audit::Entry;
+    use instrument::{Any, Entry};
     use wire::event::Event;
     use wire::id::{Boot, NodeId};
     use wire::mode::Cause;
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     fn revoked(at: Micros, authority: u32) -> Witnessed {
-        let event = Event::Revoked { authority, cause: Cause::Expired };
+        let event = Any::Service(Event::Revoked { authority, cause: Cause::Expired });
         let entry =
             Entry { node: NodeId::UNIT_A, boot: Boot(1), counter: 1, at: Instant(at), event, previous: [0; 32] };
         Witnessed { at, entry }
@@ -198,7 +198,7 @@ mod tests {
         // One that says less has parted where it stopped.
         assert_eq!(of.again(&reference(&run[..2]), &run[..2]), Again::Parted { second: 3, now: Vec::new() });
         let mut more = run.to_vec();
-        more.push(Witnessed { at: 5, entry: Entry { event: Event::Started, ..run[0].entry } });
+        more.push(Witnessed { at: 5, entry: Entry { event: Any::Service(Event::Started), ..run[0].entry } });
         assert_eq!(of.again(&reference(&more), &more), Again::SameDecisions);
     }
 

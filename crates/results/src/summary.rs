@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 
 use evidence::{Micros, Witnessed, truth};
 use explain::{Explanation, explain};
+use instrument::{Any, Note};
 use wire::bounds::Bounds;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -144,9 +145,9 @@ fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
     let (mut all, mut now) = (Vec::new(), (Mode::Idle, 0));
     for w in entries {
         let to = match w.entry.event {
-            Event::Transition { to, .. } if w.entry.node == NodeId::UNIT_A => to,
+            Any::Service(Event::Transition { to, .. }) if w.entry.node == NodeId::UNIT_A => to,
             // A unit that is started again knows of no mode before.
-            Event::Restarted { node: NodeId::UNIT_A, .. } => Mode::Idle,
+            Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, .. }) => Mode::Idle,
             _ => continue,
         };
         if all.len() + 1 < MAX_STRETCHES {
@@ -162,8 +163,10 @@ fn authority(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
     let mut all: Vec<(u32, Micros, Micros)> = Vec::new();
     for w in entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A) {
         match w.entry.event {
-            Event::Minted { authority, .. } if all.len() < MAX_STRETCHES => all.push((authority, w.at, clock.end)),
-            Event::Revoked { authority, .. } | Event::Acted { authority, .. } => {
+            Any::Service(Event::Minted { authority, .. }) if all.len() < MAX_STRETCHES => {
+                all.push((authority, w.at, clock.end))
+            }
+            Any::Service(Event::Revoked { authority, .. } | Event::Acted { authority, .. }) => {
                 let open = all.iter_mut().rev().find(|a| a.0 == authority);
                 open.into_iter().for_each(|a| a.2 = w.at);
             }
@@ -197,7 +200,7 @@ impl Tally {
 fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
     let mut kinds: BTreeMap<(NodeId, &'static str), Tally> = BTreeMap::new();
     for w in entries {
-        if let Event::Refused { reason, .. } = w.entry.event {
+        if let Any::Service(Event::Refused { reason, .. }) = w.entry.event {
             kinds.entry((w.entry.node, reason.name())).or_default().take(w.at);
         }
     }
@@ -212,7 +215,7 @@ fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
 
 #[cfg(test)]
 mod tests {
-    use wire::audit::Entry;
+    use instrument::Entry;
     use wire::codec::Text;
     use wire::event::Interface;
     use wire::id::Boot;
@@ -222,6 +225,7 @@ mod tests {
     use super::*;
 
     fn seen(at: Micros, node: NodeId, event: Event) -> Witnessed {
+        let event = Any::Service(event);
         let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(0), event, previous: [0; 32] };
         Witnessed { at, entry }
     }

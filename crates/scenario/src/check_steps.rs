@@ -1,7 +1,7 @@
 //! Checks of the steps of a scenario against each other: names, waits for other steps, and the level of knowledge.
 
 use evidence::trial::Knowledge;
-use wire::step::{MAX_STEP_NAME, StepName};
+use instrument::{MAX_STEP_NAME, StepName};
 
 use super::finding::{Finding, finding};
 use super::step::{Trigger, When};

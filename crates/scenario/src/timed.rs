@@ -2,7 +2,7 @@
 
 use adversary::plan::{On, Step, Wait};
 use evidence::trial::Knowledge;
-use wire::step::StepName;
+use instrument::StepName;
 
 use super::step::{Timing, Trigger};
 use super::value::{Located, Seconds};

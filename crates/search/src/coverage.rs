@@ -10,6 +10,7 @@
 use std::collections::BTreeSet;
 
 use evidence::{Evidence, Witnessed};
+use instrument::{Any, Note};
 use oracle::{AT_LIMIT, Approaches};
 use sha2::{Digest, Sha256};
 use wire::event::Event;
@@ -50,10 +51,12 @@ pub(super) fn of(evidence: &Evidence, approaches: &Approaches) -> Coverage {
 
 fn follow(now: &mut Situation, w: &Witnessed) {
     match w.entry.event {
-        Event::Transition { to, .. } if w.entry.node == NodeId::UNIT_A => now.mode = to,
-        Event::Minted { .. } if w.entry.node == NodeId::UNIT_A => now.authority = true,
-        Event::Revoked { .. } | Event::Acted { .. } if w.entry.node == NodeId::UNIT_A => now.authority = false,
-        Event::FrameSeen { present, .. } => now.live = format!("{present:?}"),
+        Any::Service(Event::Transition { to, .. }) if w.entry.node == NodeId::UNIT_A => now.mode = to,
+        Any::Service(Event::Minted { .. }) if w.entry.node == NodeId::UNIT_A => now.authority = true,
+        Any::Service(Event::Revoked { .. } | Event::Acted { .. }) if w.entry.node == NodeId::UNIT_A => {
+            now.authority = false
+        }
+        Any::Service(Event::FrameSeen { present, .. }) => now.live = format!("{present:?}"),
         _ => {}
     }
 }
@@ -62,22 +65,28 @@ fn follow(now: &mut Situation, w: &Witnessed) {
 fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
     let node = w.entry.node;
     match w.entry.event {
-        Event::Accepted { at, age, .. } => {
+        Any::Service(Event::Accepted { at, age, .. }) => {
             let bucket = age.map(|age| age.0 * 4 / (freshness_ms * 1000).max(1));
             Some(format!("{node} accepted {at:?} {bucket:?}"))
         }
-        Event::Refused { at, reason, .. } => Some(format!("{node} refused {at:?} {reason:?}")),
-        Event::Transition { from, to, cause, .. } => Some(format!("{node} {from:?} {to:?} {}", cause.label())),
-        Event::Revoked { cause, .. } => Some(format!("{node} revoked {}", cause.label())),
-        Event::Displayed { unit: UnitId::A, mode, authority, freshness, .. } => {
+        Any::Service(Event::Refused { at, reason, .. }) => Some(format!("{node} refused {at:?} {reason:?}")),
+        Any::Service(Event::Transition { from, to, cause, .. }) => {
+            Some(format!("{node} {from:?} {to:?} {}", cause.label()))
+        }
+        Any::Service(Event::Revoked { cause, .. }) => Some(format!("{node} revoked {}", cause.label())),
+        Any::Service(Event::Displayed { unit: UnitId::A, mode, authority, freshness, .. }) => {
             Some(format!("shown {mode:?} {} {freshness:?}", authority.is_some()))
         }
-        Event::CommandShown { shown, .. } => Some(format!("shown {shown:?}")),
-        Event::Executed { kind, refused, .. } => Some(format!("{node} executed {:?} {refused:?}", kind.name())),
-        Event::GuardSaw { verdict, .. } => Some(format!("{node} guard {}", verdict.name())),
-        Event::Session { peer, open } => Some(format!("{node} session {peer:?} {open}")),
-        Event::SessionLost { peer } => Some(format!("{node} lost {peer:?}")),
-        Event::Inconsistent { unit, finding, .. } => Some(format!("{node} inconsistent {unit:?} {finding:?}")),
+        Any::Service(Event::CommandShown { shown, .. }) => Some(format!("shown {shown:?}")),
+        Any::Service(Event::Executed { kind, refused, .. }) => {
+            Some(format!("{node} executed {:?} {refused:?}", kind.name()))
+        }
+        Any::Instrument(Note::GuardSaw { verdict, .. }) => Some(format!("{node} guard {}", verdict.name())),
+        Any::Service(Event::Session { peer, open }) => Some(format!("{node} session {peer:?} {open}")),
+        Any::Service(Event::SessionLost { peer }) => Some(format!("{node} lost {peer:?}")),
+        Any::Service(Event::Inconsistent { unit, finding, .. }) => {
+            Some(format!("{node} inconsistent {unit:?} {finding:?}"))
+        }
         _ => None,
     }
 }

@@ -6,10 +6,10 @@
 //! viewpoint), misses that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every fault of `fault`.
 //! Corroboration, tracking and all later steps are the real code; they cannot tell where a candidate came from.
 
+use instrument::Sensor;
 use rapier3d::prelude::Vector;
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
-use wire::event::Sensor;
 use wire::id::{FrameId, ObjectId};
 use wire::sensor::{Blob, Camera, Candidates, Class, Cluster, DepthSample, Detection, Lidar, PixelBox, ProductMode};
 use wire::time::{Instant, Span};

@@ -6,9 +6,8 @@
 
 use std::sync::Arc;
 
+use instrument::{FaultKind, Sensor, StepName};
 use serde::{Deserialize, Serialize};
-use wire::event::{FaultKind, Sensor};
-use wire::step::StepName;
 use wire::time::Span;
 
 use crate::limits::SceneError;

@@ -35,12 +35,13 @@ pub mod world;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use instrument::{Sensor, StepName};
 use serde::{Deserialize, Serialize};
 use wire::audit::Journal;
 use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
-use wire::event::{Event, PICTURED_EVERY, Sensor, wire_hash};
+use wire::event::{Event, PICTURED_EVERY, wire_hash};
 use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
 use wire::sensor::{Camera, Frames, Lidar, Navigation};
 use wire::sign::Key;
@@ -353,7 +354,11 @@ impl Core for Sim {
         self.advance(now);
         match input {
             Input::Bus { topic, bytes } => self.obey(now, *topic, bytes),
-            Input::Cue { step } => self.faults.call(*step, now.since(self.start)),
+            Input::Cue { step } => {
+                if let Some(step) = StepName::new(step.as_str()) {
+                    self.faults.call(step, now.since(self.start));
+                }
+            }
             Input::Quiesce => self.stopped = true,
             Input::Finish => {
                 self.stopped = true;

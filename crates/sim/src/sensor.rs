@@ -10,7 +10,7 @@ pub mod localisation;
 pub mod rgb;
 pub mod thermal;
 
-use wire::event::Sensor;
+use instrument::Sensor;
 use wire::sensor::{Camera, Lidar};
 use wire::time::Span;
 

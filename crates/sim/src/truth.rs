@@ -8,12 +8,13 @@
 
 use std::collections::VecDeque;
 
+use instrument::{ALTERED_EVERY, FaultKind, Note, Sensor, StepName};
+use minicbor::Encode;
 use wire::audit::Journal;
 use wire::core::Output;
 use wire::drive::Act;
-use wire::event::{ALTERED_EVERY, Event, FaultKind, Sensor, wire_hash};
+use wire::event::wire_hash;
 use wire::id::{FrameId, ObjectId, UnitId};
-use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 use crate::fault::{Effect, Fault, Faults, MAX_FAULTS, is_imaging};
@@ -56,7 +57,7 @@ impl Witness {
     }
 
     /// Appends an event.
-    pub(crate) fn write(&mut self, now: Instant, event: Event, out: &mut VecDeque<Output>) {
+    pub(crate) fn write(&mut self, now: Instant, event: impl Encode<()>, out: &mut VecDeque<Output>) {
         if let Some(journal) = &mut self.journal {
             journal.write(now, event, out);
         }
@@ -86,9 +87,9 @@ impl Witness {
             if all_objects || object.moves() {
                 let (x_mm, y_mm) = (mm(place.centre.x), mm(place.centre.y));
                 let object_id = ObjectId(index as u16);
-                self.write(now, Event::Object { object: object_id, class: object.class, x_mm, y_mm }, out);
+                self.write(now, Note::Object { object: object_id, class: object.class, x_mm, y_mm }, out);
                 if all_objects && object.print.is_some() {
-                    self.write(now, Event::Printed { object: object_id }, out);
+                    self.write(now, Note::Printed { object: object_id }, out);
                 }
             }
         }
@@ -105,7 +106,7 @@ impl Witness {
         let state = plant.state(world);
         let (east, north) = (state.position.x, state.position.y);
         self.leased = plant.set_point().is_some();
-        let event = Event::Truth {
+        let event = Note::Truth {
             unit: self.unit,
             x_mm: mm(east),
             y_mm: mm(north),
@@ -124,7 +125,7 @@ impl Witness {
         let [east_mm, north_mm] = effect.displaced_mm.map(mm);
         let time_us = effect.displaced_us;
         if (east_mm, north_mm, time_us) != (0, 0, 0) {
-            self.write(now, Event::Imposed { stamp: now, east_mm, north_mm, time_us }, out);
+            self.write(now, Note::Imposed { stamp: now, east_mm, north_mm, time_us }, out);
         }
     }
 
@@ -158,14 +159,14 @@ impl Witness {
     ) {
         for Otherwise { index, sensor, kind, .. } in otherwise.into_iter().filter(|o| o.body != body) {
             self.told[index] = Some(now);
-            self.write(now, Event::Altered { sensor, kind, hash: wire_hash(bytes) }, out);
+            self.write(now, Note::Altered { sensor, kind, hash: wire_hash(bytes) }, out);
         }
     }
 
     /// An act as the plant received it.
     pub(crate) fn act(&mut self, now: Instant, act: &Act, world: &World, out: &mut VecDeque<Output>) {
         let nearest = world.nearest(act.x_mm as f32 / 1000.0, act.y_mm as f32 / 1000.0);
-        let event = Event::PlantAct {
+        let event = Note::PlantAct {
             authority: act.authority,
             command: act.command,
             object: nearest.map(|(id, _, _)| id),
@@ -194,7 +195,7 @@ impl Witness {
             (_, _) => return,
         };
         self.steps_open[first] = begun;
-        self.write(now, Event::Step { step, begun }, out);
+        self.write(now, Note::Step { step, begun }, out);
     }
 
     /// Starts and ends of faults since the last reading of this kind; `frame` is the one about to be made.
@@ -213,7 +214,7 @@ impl Witness {
             }
             if active != self.faults_active[index] {
                 self.faults_active[index] = active;
-                self.write(now, Event::Fault { sensor: fault.sensor, kind: fault.kind(), active, frame }, out);
+                self.write(now, Note::Fault { sensor: fault.sensor, kind: fault.kind(), active, frame }, out);
             }
         }
     }

@@ -5,21 +5,20 @@
 
 use std::collections::BTreeMap;
 
+use instrument::{Any, Entry, FaultKind, Note, Sensor, StepName};
 use sim::fault::{Disturbance, Fault, Faults};
 use sim::limits::SceneError;
 use sim::perturbation::{COLUMNS, Perturbation, ROWS};
 use sim::plant::STANDSTILL;
 use sim::scene::{Scene, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
-use wire::audit::Entry;
 use wire::bus::{ChannelKey, Sender};
 use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{Event, FaultKind, Sensor, wire_hash};
+use wire::event::{Event, wire_hash};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, Sequence, TrackId, WorldId};
 use wire::sensor::{Camera, Candidates, Class, Frames};
-use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 #[test]
@@ -58,8 +57,9 @@ fn vehicle_follows_set_points_and_stops_after_lease() {
     let after = rig.run(2_000, None);
     let (world, plant) = rig.sim.truth();
     assert!(plant.state(world).speed().abs() < STANDSTILL);
-    let lapse =
-        events(&after).into_iter().find_map(|(at, e)| matches!(e, Event::Truth { leased: false, .. }).then_some(at));
+    let lapse = events(&after)
+        .into_iter()
+        .find_map(|(at, e)| matches!(e, Any::Instrument(Note::Truth { leased: false, .. })).then_some(at));
     let lapse = lapse.expect("the lapse is written down");
     // The last set-point is made at 4.0 s of the run, with a lease of 300 ms.
     assert_eq!(lapse.since(START), Span::ms(4_300));
@@ -72,7 +72,7 @@ fn a_set_point_under_another_key_moves_nothing() {
     let log = rig.run(2_000, Some((2000, 0)));
     let (world, plant) = rig.sim.truth();
     assert!(plant.state(world).speed().abs() < STANDSTILL);
-    assert!(events(&log).iter().any(|(_, e)| matches!(e, Event::Refused { .. })));
+    assert!(events(&log).iter().any(|(_, e)| matches!(e, Any::Service(Event::Refused { .. }))));
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn sensor_fault_leaves_other_sensors_bytes_unchanged() {
         let edges: Vec<_> = events(&log)
             .into_iter()
             .filter_map(|(_, e)| match e {
-                Event::Fault { sensor: Sensor::Thermal, active, frame, .. } => Some((active, frame)),
+                Any::Instrument(Note::Fault { sensor: Sensor::Thermal, active, frame, .. }) => Some((active, frame)),
                 _ => None,
             })
             .collect();
@@ -154,7 +154,7 @@ fn told(log: &[Output], topic: Topic) -> Vec<(usize, Sensor, FaultKind)> {
     });
     let messages: Vec<u64> = messages.collect();
     let altered = events(log).into_iter().filter_map(|(_, e)| match e {
-        Event::Altered { sensor, kind, hash } => {
+        Any::Instrument(Note::Altered { sensor, kind, hash }) => {
             Some((messages.iter().position(|of| *of == hash).expect("a message"), sensor, kind))
         }
         _ => None,
@@ -300,7 +300,11 @@ fn drift_moves_the_fix_and_is_logged() {
     let bodies = bodies(&log, Topic::Navigation);
     let last = minicbor::decode::<wire::sensor::Navigation>(bodies.last().unwrap()).unwrap();
     assert!((last.fix.unwrap().pose.x_mm - -7_000).abs() < 400, "{last:?}");
-    assert!(events(&log).iter().any(|(_, e)| matches!(e, Event::Fault { kind: FaultKind::Drift, active: true, .. })));
+    assert!(
+        events(&log)
+            .iter()
+            .any(|(_, e)| matches!(e, Any::Instrument(Note::Fault { kind: FaultKind::Drift, active: true, .. })))
+    );
 }
 
 #[test]
@@ -322,7 +326,7 @@ fn multi_sensor_step_begins_and_ends_once() {
     let told: Vec<(u64, bool)> = events(&log)
         .into_iter()
         .filter_map(|(at, e)| match e {
-            Event::Step { begun, .. } => Some((at.since(START).0 / 1000, begun)),
+            Any::Instrument(Note::Step { begun, .. }) => Some((at.since(START).0 / 1000, begun)),
             _ => None,
         })
         .collect();
@@ -356,7 +360,7 @@ fn act_is_answered_with_the_nearest_true_object() {
     rig.sim.handle(rig.now, &Input::Bus { topic: Topic::Act, bytes });
     let log = rig.drain();
     let found = events(&log).into_iter().find_map(|(_, e)| match e {
-        Event::PlantAct { object, class, distance_mm, .. } => Some((object, class, distance_mm)),
+        Any::Instrument(Note::PlantAct { object, class, distance_mm, .. }) => Some((object, class, distance_mm)),
         _ => None,
     });
     assert_eq!(found, Some((Some(ObjectId(2)), Some(Class::Decoy), 600)));
@@ -421,7 +425,7 @@ impl Rig {
     }
 }
 
-fn events(log: &[Output]) -> Vec<(Instant, Event)> {
+fn events(log: &[Output]) -> Vec<(Instant, Any)> {
     let entries = log.iter().filter_map(|o| match o {
         Output::Audit { bytes } => Some(Entry::decode(bytes).unwrap()),
         _ => None,

@@ -8,10 +8,9 @@ use adversary::plan::{
     Place, StreamRelayConfig, Tampering, Timed,
 };
 use evidence::cue::{Cue, Watched};
+use instrument::{Sensor, StepName};
 use scenario::{Act, Deceit, DisplayedState, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 use sim::fault::{Disturbance, Fault};
-use wire::event::Sensor;
-use wire::step::StepName;
 
 /// What the actors of all attacks do, kind by kind.
 pub(super) fn acts(s: &Scenario, phase: u64) -> impl Iterator<Item = Act> {

@@ -1,10 +1,9 @@
 //! Process faults: an end, a hang, a share of the time, or a full disk. The twin and the launcher carry them out.
 
 use evidence::Planned;
+use instrument::{StepName, Suspension};
 use scenario::{Ending, Kill, Process, Scenario, Windowed};
-use wire::event::Suspension;
 use wire::id::NodeId;
-use wire::step::StepName;
 use wire::time::Span;
 
 /// Fault of one process.

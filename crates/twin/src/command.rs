@@ -8,12 +8,12 @@ use std::collections::VecDeque;
 use broker::Receivers;
 use broker::acl::{self, Pattern, Verb};
 use broker::gate::{Denial, Event as Told};
+use instrument::{Note, Sight};
 use wire::audit::Journal;
 use wire::core::{Input, Side, Subject};
-use wire::event::{Event, wire_hash};
+use wire::event::wire_hash;
 use wire::id::{Boot, NodeId, PeerId};
 use wire::sign::Key;
-use wire::stream::Sight;
 use wire::time::Instant;
 
 use super::holder::Redial;
@@ -326,7 +326,7 @@ impl Twin {
     fn saw(&mut self, side: Side, sight: Sight, offset: u64, bytes: &[u8]) {
         let Some(commands) = &mut self.commands else { return };
         let client = commands.client;
-        let event = Event::StreamSaw {
+        let event = Note::StreamSaw {
             sight,
             stream: commands.stream.place(side).name(),
             offset,
@@ -355,7 +355,7 @@ impl Twin {
     /// A publication came out of the stream of a client with no relay before it.
     pub(super) fn note_delivered(&mut self, node: NodeIndex, bytes: &[u8]) {
         let (length, hash) = (bytes.len() as u32, wire_hash(bytes));
-        let event = Event::StreamSaw { sight: Sight::Delivered, stream: 0, offset: 0, length, hash };
+        let event = Note::StreamSaw { sight: Sight::Delivered, stream: 0, offset: 0, length, hash };
         self.note_guard(node, event);
     }
 

@@ -5,9 +5,9 @@
 
 use std::collections::VecDeque;
 
+use instrument::Note;
 use link::recorder::{ROOM, cost};
 use wire::core::{Input, Topic};
-use wire::event::Event;
 use wire::id::NodeId;
 
 use super::Twin;
@@ -55,7 +55,7 @@ impl Twin {
         let Some(disk) = &mut self.disk else { return };
         disk.full = on;
         let waiting = if on { VecDeque::new() } else { std::mem::take(&mut disk.waiting) };
-        self.note(Event::DiskFull { node, on });
+        self.note(Note::DiskFull { node, on });
         let Some(recorder) = self.index(node).filter(|_| !on) else { return };
         self.disk.iter_mut().for_each(|disk| disk.room = ROOM);
         waiting.into_iter().for_each(|bytes| self.take(recorder, Input::Audit { bytes }));
@@ -78,7 +78,7 @@ impl Twin {
         }
         let (kept, told) = (disk.kept, std::mem::replace(&mut disk.told, disk.kept));
         if kept > told {
-            self.note(Event::Kept { bytes: kept });
+            self.note(Note::Kept { bytes: kept });
         }
         true
     }

@@ -4,9 +4,11 @@
 
 use std::collections::VecDeque;
 
+use instrument::{GuardVerdict, Note};
 use link::guard::record::{Split, split};
+use minicbor::Encode;
 use wire::audit::Journal;
-use wire::event::{Account, Event, GuardVerdict, wire_hash};
+use wire::event::{Account, Event, wire_hash};
 use wire::id::NodeId;
 use wire::sign::Key;
 
@@ -87,7 +89,7 @@ impl Twin {
         self.note_guard(node, saw(association, outside, bytes, verdict));
     }
 
-    pub(super) fn note_guard(&mut self, node: NodeIndex, event: Event) {
+    pub(super) fn note_guard(&mut self, node: NodeIndex, event: impl Encode<()>) {
         let at = self.local(node);
         let Some(guard) = &mut self.guards[usize::from(node)] else { return };
         let mut out = VecDeque::new();
@@ -140,8 +142,8 @@ impl Twin {
 }
 
 /// Entry of a record filter's log about one record.
-fn saw(association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) -> Event {
-    Event::GuardSaw {
+fn saw(association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) -> Note {
+    Note::GuardSaw {
         association,
         epoch: outside.epoch,
         sequence: outside.sequence,

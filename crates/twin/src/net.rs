@@ -5,10 +5,10 @@
 //! as the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
 //! `docs/developer/link-model.md` lists where they still differ, and in which direction.
 
+use instrument::GuardVerdict;
 use link::dtls::MAX_RECORD;
 use link::guard::record::{ALERT, APPLICATION_DATA, HANDSHAKE, RawRecord, Split, split};
 use link::guard::{GuardMode, RESENDS};
-use wire::event::GuardVerdict;
 use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;
 

@@ -8,6 +8,7 @@ use adversary::Adversary;
 use autonomy::Autonomy;
 use console::Console;
 use gateway::Gateway;
+use instrument::Any;
 use perception::Perception;
 use sim::Sim;
 use wire::audit::Recorder;
@@ -35,7 +36,7 @@ pub enum Part {
     /// The console with its scripted operator.
     Console(Box<Console>),
     /// The recorder.
-    Recorder(Box<Recorder>),
+    Recorder(Box<Recorder<Any>>),
     /// An adversary in any of its roles.
     Adversary(Adversary),
     /// Any of these, along with a baseline while it is fed the same.

@@ -8,12 +8,11 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use evidence::delivery::Running;
+use instrument::{Note, StepName, Suspension};
 use topology::{Member, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::core::{Input, Side};
-use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
 use wire::setup::Setup;
-use wire::step::StepName;
 use wire::time::Instant;
 
 use super::command::StreamEvent;
@@ -70,7 +69,7 @@ impl Twin {
         if !self.cues.waits() {
             return;
         }
-        let Ok(entry) = wire::audit::Entry::decode(bytes) else { return };
+        let Ok(entry) = instrument::Entry::decode(bytes) else { return };
         for step in self.cues.take(self.now, entry.node, &entry.event) {
             self.call(step);
         }
@@ -80,7 +79,7 @@ impl Twin {
         let at = self.now + CUE;
         for node in 0..self.nodes.len() {
             if self.nodes[node].takes_cues {
-                self.queue.push(at, node as NodeIndex, Happening::Input(Input::Cue { step }));
+                self.queue.push(at, node as NodeIndex, Happening::Input(Input::Cue { step: step.cue() }));
             }
         }
         for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
@@ -122,7 +121,7 @@ impl Twin {
                 }
             }
             ProcessFaultKind::Suspend { how, lasts } => {
-                self.note(Event::Suspended { node: fault.node, how, on: true });
+                self.note(Note::Suspended { node: fault.node, how, on: true });
                 self.alternate(i, fault, Turn::Halt, how, self.now + lasts);
             }
             ProcessFaultKind::Fill { lasts } => {
@@ -137,7 +136,7 @@ impl Twin {
         let over = self.now >= end;
         let halts = turn == Turn::Halt && !over;
         if matches!(how, Suspension::Slow { .. }) {
-            self.note(Event::Halted { node: fault.node, on: halts });
+            self.note(Note::Halted { node: fault.node, on: halts });
         }
         if halts {
             self.processes.halted.entry(fault.node).or_default();
@@ -145,7 +144,7 @@ impl Twin {
             self.release(fault.node);
         }
         if over {
-            self.note(Event::Suspended { node: fault.node, how, on: false });
+            self.note(Note::Suspended { node: fault.node, how, on: false });
             return self.tell_step(fault, false);
         }
         let (next, after) = next_turn(turn, how, end - self.now);
@@ -233,13 +232,13 @@ impl Twin {
                 let n = &mut self.nodes[usize::from(node)];
                 n.alive = false;
                 n.generation += 1;
-                self.note(Event::Ended { node: id, killed: true });
+                self.note(Note::Ended { node: id, killed: true });
                 self.killed_on_path(node);
             }
             None if id == NodeId::BROKER => {
                 self.broker = None;
                 self.broker_killed();
-                self.note(Event::Ended { node: id, killed: true });
+                self.note(Note::Ended { node: id, killed: true });
             }
             None => {}
         }
@@ -257,7 +256,7 @@ impl Twin {
         let n = &mut self.nodes[usize::from(node)];
         (n.part, n.alive, n.armed) = (part, true, None);
         n.generation += 1;
-        self.note(Event::Restarted { node: id, boot });
+        self.note(Note::Restarted { node: id, boot });
         for a in 0..self.associations.len() {
             for end in [0, 1] {
                 if self.associations[a].ends[end].node == node {
@@ -276,7 +275,7 @@ impl Twin {
 
     fn tell_step(&mut self, fault: ProcessFault, begun: bool) {
         if let Some(step) = fault.step {
-            self.note(Event::Step { step, begun });
+            self.note(Note::Step { step, begun });
         }
     }
 
@@ -284,7 +283,7 @@ impl Twin {
     pub(super) fn note_running(&mut self, node: NodeIndex) {
         let (id, now) = (self.nodes[usize::from(node)].id, self.now);
         if self.processes.running.told(id, now) {
-            self.note(Event::Ran { node: id });
+            self.note(Note::Ran { node: id });
         }
     }
 
@@ -298,7 +297,7 @@ impl Twin {
     }
 
     /// An entry of the campaign's own.
-    pub(super) fn note(&mut self, event: Event) {
+    pub(super) fn note(&mut self, event: Note) {
         let mut out = VecDeque::new();
         self.journal.write(Instant(self.now), event, &mut out);
         self.record_all(NodeId::CAMPAIGN, out);

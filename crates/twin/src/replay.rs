@@ -10,11 +10,10 @@ use std::collections::BTreeMap;
 use evidence::Micros;
 use evidence::log::{decision, kind_of};
 use evidence::messages::{Message, kept};
+use instrument::{Any, Entry};
 use scenario::{Scenario, Setup};
 use topology::{Member, Topology};
-use wire::audit::Entry;
 use wire::core::{Core, Output};
-use wire::event::Event;
 use wire::id::NodeId;
 
 use crate::clock::HostClock;
@@ -152,7 +151,7 @@ fn one(
 }
 
 /// The decisions among the outputs of a core.
-pub fn decisions(outputs: &[Output]) -> Vec<Event> {
+pub fn decisions(outputs: &[Output]) -> Vec<Any> {
     let events = outputs.iter().filter_map(|output| {
         let Output::Audit { bytes } = output else { return None };
         Entry::decode(bytes).ok().map(|entry| entry.event)

@@ -7,6 +7,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::{Evidence, Plan, Planned, Verdict, Witnessed};
+use instrument::{Any, Note};
 use oracle::judge;
 use scenario::{Scenario, Setup};
 use topology::{RunSecret, lay_out};
@@ -51,16 +52,16 @@ fn is_claim(w: &Witnessed, planned: &[Plan]) -> bool {
     let node = w.entry.node;
     let adversary = node.is_insider() || node == NodeId::RELAY_TELEMETRY || node == NodeId::RELAY_COMMAND;
     match w.entry.event {
-        Event::Started | Event::Count { .. } | Event::Signed { .. } => false,
-        Event::Fault { .. } | Event::Altered { .. } => node == NodeId::SIM,
+        Any::Service(Event::Started | Event::Count { .. } | Event::Signed { .. }) => false,
+        Any::Instrument(Note::Fault { .. } | Note::Altered { .. }) => node == NodeId::SIM,
         // Where an object stands that is said to be in disguise.
-        Event::Object { object, .. } => {
+        Any::Instrument(Note::Object { object, .. }) => {
             planned.iter().any(|p| matches!(p.what, Planned::Disguise(of, _) | Planned::Print(of, _) if of == object))
         }
-        Event::Printed { .. } => true,
-        Event::Pictured { .. } => node == NodeId::SIM,
-        Event::Ended { killed, .. } => killed && node == NodeId::CAMPAIGN,
-        Event::Suspended { .. } | Event::Halted { .. } | Event::DiskFull { .. } | Event::Step { .. }
+        Any::Instrument(Note::Printed { .. }) => true,
+        Any::Service(Event::Pictured { .. }) => node == NodeId::SIM,
+        Any::Instrument(Note::Ended { killed, .. }) => killed && node == NodeId::CAMPAIGN,
+        Any::Instrument(Note::Suspended { .. } | Note::Halted { .. } | Note::DiskFull { .. } | Note::Step { .. })
             if node == NodeId::CAMPAIGN =>
         {
             true

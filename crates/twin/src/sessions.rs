@@ -3,10 +3,10 @@
 //! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', the filters' notes on both
 //! [`super::guard`]'s.
 
+use instrument::{GuardVerdict, Note};
 use link::guard::hello::before_association;
 use link::guard::record::{Split, split};
 use wire::core::{Input, Side};
-use wire::event::{Event, GuardVerdict};
 
 use super::guard::UNKNOWN_PEER;
 use super::net::{self, Arrival, SessionState, Spoken};
@@ -256,7 +256,7 @@ impl Twin {
             self.pauses[a] = PAUSES.0;
         }
         self.due(a, e, number, self.now + IDLE[e], What::Idle);
-        self.note_guard(node, Event::Associated { association: session.0, peer });
+        self.note_guard(node, Note::Associated { association: session.0, peer });
         self.feed(node, Input::Opened { session, peer });
     }
 }

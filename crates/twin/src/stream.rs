@@ -11,10 +11,10 @@
 
 use std::collections::VecDeque;
 
+use instrument::Place;
 use wire::codec;
 use wire::core::{Input, Side, Subject};
 use wire::id::SessionId;
-use wire::place::Place;
 
 use super::records::mask;
 

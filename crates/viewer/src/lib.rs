@@ -22,12 +22,11 @@ use std::io::{Seek, Write};
 
 use foxglove::Encode;
 use foxglove::messages::Timestamp;
+use instrument::{Any, Entry, Note};
 use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use perception::stages::Stages;
 use sim::scene::Scene;
-use wire::audit::Entry;
-use wire::event::Event;
 use wire::id::UnitId;
 
 pub use sensed::LARGEST;
@@ -101,8 +100,10 @@ impl<W: Write + Seek> Viewer<W> {
         self.told(at, entry)?;
         #[expect(clippy::wildcard_enum_match_arm, reason = "the rest moves nothing")]
         match entry.event {
-            Event::Truth { unit, x_mm, y_mm, yaw_mrad, .. } => self.moved(at, unit, [x_mm, y_mm], yaw_mrad),
-            Event::Object { object, class, x_mm, y_mm } => self.object(at, object, class, [x_mm, y_mm]),
+            Any::Instrument(Note::Truth { unit, x_mm, y_mm, yaw_mrad, .. }) => {
+                self.moved(at, unit, [x_mm, y_mm], yaw_mrad)
+            }
+            Any::Instrument(Note::Object { object, class, x_mm, y_mm }) => self.object(at, object, class, [x_mm, y_mm]),
             _ => Ok(()),
         }
     }

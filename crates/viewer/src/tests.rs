@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use wire::audit::Entry;
+use instrument::{Any, Entry, Note};
 use wire::bus::{ChannelKey, Sender};
 use wire::codec::encode;
 use wire::core::Topic;
@@ -15,7 +15,8 @@ use wire::time::Instant;
 
 use crate::{Channel, Viewer};
 
-fn entry(node: NodeId, event: Event) -> Entry {
+fn entry(node: NodeId, event: impl Into<Any>) -> Entry {
+    let event = event.into();
     Entry { node, boot: Boot(1), counter: 1, at: Instant(5), event, previous: [0; 32] }
 }
 
@@ -37,7 +38,7 @@ fn frames(rgb: &[u8], lidar: &[u8]) -> Vec<u8> {
 fn written(more: &[(Topic, Vec<u8>)]) -> (Vec<u8>, Vec<Channel>, u64) {
     let mut file = Cursor::new(Vec::new());
     let mut viewer = Viewer::new(&mut file, Some(sim::scene::Scene::default()), None).unwrap();
-    let moves = Event::Truth {
+    let moves = Note::Truth {
         unit: UnitId::A,
         x_mm: 1000,
         y_mm: -2000,

@@ -5,9 +5,9 @@
 use std::io::{Seek, Write};
 
 use foxglove::messages::{Log, PoseInFrame, log};
+use instrument::{Any, Entry, GuardVerdict, Note};
 use serde_json::json;
-use wire::audit::Entry;
-use wire::event::{Event, GuardVerdict};
+use wire::event::Event;
 use wire::mode::Mode;
 
 use crate::shape::{heading, metres, pose};
@@ -71,11 +71,20 @@ impl<W: Write + Seek> Viewer<W> {
             self.put(at, "/log", &line)?;
         }
         match *event {
-            Event::Transition { from, to, cause, .. } => {
+            Any::Service(Event::Transition { from, to, cause, .. }) => {
                 let of = json!({ "mode": to.name(), "from": from.name(), "cause": cause.label() });
                 self.put_json(at, &format!("/mode/{node}"), MODE, &of)
             }
-            Event::Displayed { unit, mode, authority, freshness, age, tracks_fresh, tracks_stale, .. } => {
+            Any::Service(Event::Displayed {
+                unit,
+                mode,
+                authority,
+                freshness,
+                age,
+                tracks_fresh,
+                tracks_stale,
+                ..
+            }) => {
                 let age_ms = age.as_ms();
                 let of = json!({
                     "mode": mode.name(), "freshness": freshness, "authority": authority, "age_ms": age_ms,
@@ -83,7 +92,7 @@ impl<W: Write + Seek> Viewer<W> {
                 });
                 self.put_json(at, &format!("/display/{unit}"), DISPLAY, &of)
             }
-            Event::Located { pose_x_mm, pose_y_mm, .. } => {
+            Any::Service(Event::Located { pose_x_mm, pose_y_mm, .. }) => {
                 let place = pose(metres(pose_x_mm), metres(pose_y_mm), 0.0, heading(0.0));
                 let of = PoseInFrame { timestamp: Some(stamp(at)), frame_id: WORLD.to_owned(), pose: Some(place) };
                 self.put(at, &format!("/localisation/{node}"), &of)
@@ -94,32 +103,38 @@ impl<W: Write + Seek> Viewer<W> {
 }
 
 /// Log level of an event; `None` for frequent ones that stand elsewhere.
-fn level(event: &Event) -> Option<log::Level> {
+fn level(event: &Any) -> Option<log::Level> {
     Some(match event {
-        Event::Truth { .. }
-        | Event::Object { .. }
-        | Event::Displayed { .. }
-        | Event::Located { .. }
-        | Event::Accepted { .. }
-        | Event::GuardSaw { verdict: GuardVerdict::Passed, .. }
-        | Event::Sealed { .. }
-        | Event::Signed { .. }
-        | Event::MouthSaw { .. }
-        | Event::Ran { .. }
-        | Event::Kept { .. }
-        | Event::Imposed { .. }
-        | Event::Altered { .. }
-        | Event::Count { .. } => return None,
-        Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. } => log::Level::Error,
-        Event::Refused { .. }
-        | Event::Inconsistent { .. }
-        | Event::Repeated { .. }
-        | Event::Doubted { .. }
-        | Event::Crowded { .. }
-        | Event::Pictured { .. }
-        | Event::GuardSaw { .. }
-        | Event::SessionLost { .. }
-        | Event::ChainBroken { .. } => log::Level::Warning,
+        Any::Instrument(
+            Note::Truth { .. }
+            | Note::Object { .. }
+            | Note::GuardSaw { verdict: GuardVerdict::Passed, .. }
+            | Note::MouthSaw { .. }
+            | Note::Ran { .. }
+            | Note::Kept { .. }
+            | Note::Imposed { .. }
+            | Note::Altered { .. },
+        )
+        | Any::Service(
+            Event::Displayed { .. }
+            | Event::Located { .. }
+            | Event::Accepted { .. }
+            | Event::Sealed { .. }
+            | Event::Signed { .. }
+            | Event::Count { .. },
+        ) => return None,
+        Any::Service(Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. }) => log::Level::Error,
+        Any::Service(
+            Event::Refused { .. }
+            | Event::Inconsistent { .. }
+            | Event::Repeated { .. }
+            | Event::Doubted { .. }
+            | Event::Crowded { .. }
+            | Event::Pictured { .. }
+            | Event::SessionLost { .. }
+            | Event::ChainBroken { .. },
+        )
+        | Any::Instrument(Note::GuardSaw { .. }) => log::Level::Warning,
         _ => log::Level::Info,
     })
 }

@@ -1,7 +1,10 @@
 //! The audit log: each node chains its own events and signs its chain once a second; the recorder seals them all.
 //!
 //! An entry holds the SHA-256 of the entry before it, so that an edit, a deletion or a swap breaks the chain at a known
-//! place. Writing files is left to `link`; judging the meaning of the events, to the oracle.
+//! place. A chain does not depend on which events there are: services write [`Event`]s, others may write their own. Writing
+//! files is left to `link`; judging the meaning of the events, to the oracle.
+
+use core::marker::PhantomData;
 
 use minicbor::{Decode, Encode};
 use sha2::{Digest, Sha256};
@@ -24,7 +27,7 @@ const SEAL_PERIOD: Span = Span::ms(250);
 
 /// One event in a node's chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Entry {
+pub struct Entry<E = Event> {
     /// Node that writes the chain.
     #[n(0)]
     pub node: NodeId,
@@ -39,30 +42,27 @@ pub struct Entry {
     pub at: Instant,
     /// The event.
     #[n(4)]
-    pub event: Event,
+    pub event: E,
     /// SHA-256 of the encoded entry before; zero for the first.
     #[cbor(n(5), with = "minicbor::bytes")]
     pub previous: [u8; 32],
 }
 
-impl Entry {
+impl<E> Entry<E> {
     /// Bytes that the signature in this entry covers: the entry itself, its signature's 64 bytes zero. So it covers its own time too, behind
     /// which no other entry stands where it is the last, and by `previous` everything before it.
     pub fn signed_as(&self) -> Vec<u8> {
-        codec::encode(&Entry { event: Event::Signed { signature: [0; 64] }, ..*self })
+        let Entry { node, boot, counter, at, event: _, previous } = *self;
+        codec::encode(&Entry { node, boot, counter, at, event: Event::Signed { signature: [0; 64] }, previous })
     }
 
     /// Decodes one entry.
-    pub fn decode(bytes: &[u8]) -> Result<Entry, Malformed> {
+    pub fn decode<'b>(bytes: &'b [u8]) -> Result<Self, Malformed>
+    where
+        E: Decode<'b, ()> + Encode<()>,
+    {
         codec::decode(bytes, MAX_ENTRY)
     }
-}
-
-/// True if an encoded entry is one that a step of an attack may wait for: a change of mode, or another step. Only the
-/// instrument plane asks; no service does.
-pub fn is_awaited(bytes: &[u8]) -> bool {
-    let awaited = |entry: Entry| matches!(entry.event, Event::Transition { .. } | Event::Step { .. });
-    Entry::decode(bytes).is_ok_and(awaited)
 }
 
 /// A node's own chain.
@@ -90,7 +90,7 @@ impl Journal {
     }
 
     /// Appends `event` and queues it, with a signature over the chain when one is due.
-    pub fn write(&mut self, now: Instant, event: Event, out: &mut std::collections::VecDeque<Output>) {
+    pub fn write<E: Encode<()>>(&mut self, now: Instant, event: E, out: &mut std::collections::VecDeque<Output>) {
         out.push_back(Output::Audit { bytes: self.append(now, event) });
         if self.key.is_some() && self.signed.is_none_or(|at| now.since(at) >= SIGN_PERIOD) {
             self.sign(now, out);
@@ -112,12 +112,12 @@ impl Journal {
         self.counter
     }
 
-    fn next(&self, now: Instant, event: Event) -> Entry {
+    fn next<E>(&self, now: Instant, event: E) -> Entry<E> {
         let counter = self.counter + 1;
         Entry { node: self.node, boot: self.boot, counter, at: now, event, previous: self.head }
     }
 
-    fn append(&mut self, now: Instant, event: Event) -> Vec<u8> {
+    fn append<E: Encode<()>>(&mut self, now: Instant, event: E) -> Vec<u8> {
         let bytes = codec::encode(&self.next(now, event));
         self.counter += 1;
         debug_assert!(bytes.len() <= MAX_ENTRY, "entry above MAX_ENTRY");
@@ -144,9 +144,9 @@ pub struct Head {
 }
 
 impl Head {
-    /// The head of a chain that ends with this entry; `None` when it is unreadable.
-    pub fn of(last: &[u8]) -> Option<Head> {
-        let entry = Entry::decode(last).ok()?;
+    /// The head of a chain of `E` that ends with this entry; `None` when it is unreadable.
+    pub fn of<'b, E: Decode<'b, ()> + Encode<()>>(last: &'b [u8]) -> Option<Head> {
+        let entry = Entry::<E>::decode(last).ok()?;
         Some(Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash: Sha256::digest(last).into() })
     }
 }
@@ -173,8 +173,11 @@ pub struct Chains(List<Head, NODES>);
 
 impl Chains {
     /// Checks that `bytes` continues its node's chain, and moves on. Gives the entry and its SHA-256.
-    pub fn follow(&mut self, bytes: &[u8]) -> Result<(Entry, [u8; 32]), ChainError> {
-        let entry = Entry::decode(bytes)?;
+    pub fn follow<'b, E>(&mut self, bytes: &'b [u8]) -> Result<(Entry<E>, [u8; 32]), ChainError>
+    where
+        E: Decode<'b, ()> + Encode<()>,
+    {
+        let entry = Entry::<E>::decode(bytes)?;
         let broken = ChainError::Broken { node: entry.node, counter: entry.counter };
         let hash: [u8; 32] = Sha256::digest(bytes).into();
         let next = Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash };
@@ -230,9 +233,9 @@ pub struct SealedHead {
     pub counter: u64,
 }
 
-/// The recorder's core: follows every chain, seals four times a second and says so on the bus.
+/// The recorder's core: follows every chain, seals four times a second and says so on the bus. `E` is any event that it is sent.
 #[derive(Debug)]
-pub struct Recorder {
+pub struct Recorder<E = Event> {
     chains: Chains,
     entries: u64,
     head: [u8; 32],
@@ -240,9 +243,10 @@ pub struct Recorder {
     seals: Sender,
     next: Instant,
     out: std::collections::VecDeque<Output>,
+    follows: PhantomData<fn() -> E>,
 }
 
-impl Recorder {
+impl<E> Recorder<E> {
     /// A recorder that starts at `now`.
     pub fn new(boot: Boot, key: Key, seals: ChannelKey, now: Instant) -> Self {
         Self {
@@ -253,12 +257,13 @@ impl Recorder {
             seals: Sender::new(Topic::Seals, NodeId::RECORDER, boot, seals),
             next: now + SEAL_PERIOD,
             out: std::collections::VecDeque::new(),
+            follows: PhantomData,
         }
     }
 
     /// The same recorder in a forked world.
     #[must_use]
-    pub fn fork(&self) -> Recorder {
+    pub fn fork(&self) -> Recorder<E> {
         Recorder {
             chains: self.chains.clone(),
             entries: self.entries,
@@ -267,6 +272,7 @@ impl Recorder {
             seals: self.seals.clone(),
             next: self.next,
             out: self.out.clone(),
+            follows: PhantomData,
         }
     }
 
@@ -275,8 +281,11 @@ impl Recorder {
         (self.entries, self.head)
     }
 
-    fn take(&mut self, now: Instant, bytes: &[u8]) {
-        match self.chains.follow(bytes) {
+    fn take<'b>(&mut self, now: Instant, bytes: &'b [u8])
+    where
+        E: Decode<'b, ()> + Encode<()>,
+    {
+        match self.chains.follow::<E>(bytes) {
             Ok((_, hash)) => {
                 self.entries += 1;
                 self.head = Sha256::new().chain_update(self.head).chain_update(hash).finalize().into();
@@ -301,7 +310,7 @@ impl Recorder {
     }
 }
 
-impl Core for Recorder {
+impl<E: for<'b> Decode<'b, ()> + Encode<()>> Core for Recorder<E> {
     fn handle(&mut self, now: Instant, input: &Input) {
         match input {
             Input::Audit { bytes } => self.take(now, bytes),
@@ -348,7 +357,7 @@ mod tests {
 
     fn verify(log: &[Vec<u8>]) -> Result<(), ChainError> {
         let mut chains = Chains::default();
-        log.iter().try_for_each(|bytes| chains.follow(bytes).map(|_| ()))
+        log.iter().try_for_each(|bytes| chains.follow::<Event>(bytes).map(|_| ()))
     }
 
     #[test]

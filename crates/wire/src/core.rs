@@ -9,8 +9,8 @@
 
 use minicbor::{Decode, Encode};
 
+use crate::codec::Text;
 use crate::id::{PeerId, SessionId, UnitId};
-use crate::step::StepName;
 use crate::time::Instant;
 
 /// A channel between processes of one host, carried over shared memory.
@@ -137,6 +137,9 @@ impl Subject {
     }
 }
 
+/// Longest name of a step in [`Input::Cue`], bytes.
+pub const MAX_CUE: usize = 24;
+
 /// One side of a byte stream or datagram path that passes through a relay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -252,9 +255,9 @@ pub enum Input {
     /// The event that a step of an attack or a fault waits for has come (adversaries and sensors only).
     #[n(40)]
     Cue {
-        /// Which step.
+        /// Name of the step.
         #[n(0)]
-        step: StepName,
+        step: Text<MAX_CUE>,
     },
     /// Our session at the broker has ended, and not by us: it was cut, or another connection under our certificate has taken
     /// it. The dialler on our side dials again.

@@ -8,9 +8,9 @@
 use std::collections::BTreeMap;
 
 use evidence::log::hashes;
+use instrument::{Any, Entry, Note};
 use search::{AttackSequence, SearchConfig};
 use twin::trial::{conclude, start};
-use wire::audit::Entry;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Freshness, Interface};
 use wire::id::{CommandId, NodeId, PeerId, RecordId, UnitId, WorldId};
@@ -88,18 +88,22 @@ impl Witness {
     fn take(&mut self, at_ms: f64, entry: &Entry) {
         let unit_a = entry.node == NodeId::UNIT_A;
         match entry.event {
-            Event::Intended { command: id, kind } if entry.node == NodeId::CONSOLE => {
+            Any::Service(Event::Intended { command: id, kind }) if entry.node == NodeId::CONSOLE => {
                 self.given.push(Given { at_ms, id, kind, key: NodeId::OPERATOR });
             }
-            Event::Rogue { command: id, kind, key, .. } => self.given.push(Given { at_ms, id, kind, key }),
-            Event::Executed { command: id, kind, refused } if unit_a => {
+            Any::Instrument(Note::Rogue { command: id, kind, key, .. }) => {
+                self.given.push(Given { at_ms, id, kind, key })
+            }
+            Any::Service(Event::Executed { command: id, kind, refused }) if unit_a => {
                 self.taken.push(Taken { at_ms, id, kind, refused });
             }
-            Event::Struck { who: NodeId::OPERATOR_2 } if unit_a => {
+            Any::Service(Event::Struck { who: NodeId::OPERATOR_2 }) if unit_a => {
                 self.struck_ms.get_or_insert(at_ms);
             }
-            Event::Accepted { at: Interface::Uplink, peer, record, .. } => self.accepted.push((peer, record)),
-            Event::Displayed { unit: UnitId::A, authority, freshness, report, .. } => {
+            Any::Service(Event::Accepted { at: Interface::Uplink, peer, record, .. }) => {
+                self.accepted.push((peer, record))
+            }
+            Any::Service(Event::Displayed { unit: UnitId::A, authority, freshness, report, .. }) => {
                 self.shown.push(Shown {
                     at_ms,
                     fresh: freshness == Freshness::Fresh,
@@ -107,14 +111,14 @@ impl Witness {
                     report,
                 });
             }
-            Event::Minted { .. } if unit_a => self.authority.push((at_ms, true)),
-            Event::Revoked { .. } | Event::Acted { .. } if unit_a => self.authority.push((at_ms, false)),
-            Event::Truth { unit: UnitId::A, speed_mm_s, .. } => self.speed.push((at_ms, speed_mm_s)),
-            Event::PlantAct { .. } => self.acts += 1,
-            Event::Inconsistent { .. } if unit_a => {
+            Any::Service(Event::Minted { .. }) if unit_a => self.authority.push((at_ms, true)),
+            Any::Service(Event::Revoked { .. } | Event::Acted { .. }) if unit_a => self.authority.push((at_ms, false)),
+            Any::Instrument(Note::Truth { unit: UnitId::A, speed_mm_s, .. }) => self.speed.push((at_ms, speed_mm_s)),
+            Any::Instrument(Note::PlantAct { .. }) => self.acts += 1,
+            Any::Service(Event::Inconsistent { .. }) if unit_a => {
                 self.disputed_ms.get_or_insert(at_ms);
             }
-            Event::Count { account, n } => {
+            Any::Service(Event::Count { account, n }) => {
                 self.accounts.insert((entry.node, account), n);
             }
             _ => {}

@@ -1,8 +1,8 @@
 //! Approach of a log to each limit, in thousandths of the way: the gradient of a guided search.
 
+use instrument::{FaultKind, Note, Sensor};
 use oracle::{Approaches, Limit};
 use wire::bounds::Bounds;
-use wire::event::{Event, FaultKind, Sensor};
 use wire::id::{FrameId, NodeId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
@@ -85,7 +85,7 @@ fn loss_counts_while_nominal_recovery_by_speed() {
 fn blindness_counts_while_the_unit_continues() {
     let mut log = Log::whole();
     let fault =
-        |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+        |active| Note::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
     log.add(4000, NodeId::SIM, fault(true)).add(6000, NodeId::SIM, fault(false));
     log.altered(4000, Sensor::Localisation, FaultKind::Dropout, NodeId::UNIT_A);
     log.to(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Localisation));

@@ -1,9 +1,8 @@
 //! P1, P9 and P11: an act needs authority, authority and recovery an operator, and the act its designated object.
 
-#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
-
 use evidence::Property;
 use evidence::trial::Outcome;
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{NodeId, TrackId};
@@ -41,12 +40,15 @@ fn p1_an_act_under_revoked_authority() {
 #[test]
 fn p1_p11_authority_too_long_or_retargeted() {
     let mut log = Log::whole();
-    let early =
-        |event: &Event| matches!(event, Event::Transition { to: Mode::PrepareToAct, .. } | Event::Minted { .. });
-    let ordered = |event: &Event| {
+    let early = |event: &Any| {
+        matches!(event, Any::Service(Event::Transition { to: Mode::PrepareToAct, .. } | Event::Minted { .. }))
+    };
+    let ordered = |event: &Any| {
         matches!(
             event,
-            Event::Executed { kind: CommandKind::Arm(_), .. } | Event::Intended { kind: CommandKind::Arm(_), .. }
+            Any::Service(
+                Event::Executed { kind: CommandKind::Arm(_), .. } | Event::Intended { kind: CommandKind::Arm(_), .. }
+            )
         )
     };
     for w in log.entries.iter_mut().filter(|w| early(&w.entry.event) || ordered(&w.entry.event)) {
@@ -55,9 +57,10 @@ fn p1_p11_authority_too_long_or_retargeted() {
     assert_eq!(log.breaks(), [Property::P1], "8.3 s of it");
     let mut log = Log::whole();
     for w in &mut log.entries {
-        match &mut w.entry.event {
-            Event::Minted { track, .. } | Event::Displayed { authority: Some(track), .. } => *track = TrackId(2),
-            _ => {}
+        if let Any::Service(Event::Minted { track, .. } | Event::Displayed { authority: Some(track), .. }) =
+            &mut w.entry.event
+        {
+            *track = TrackId(2);
         }
     }
     assert_eq!(log.breaks(), [Property::P11]);
@@ -80,7 +83,7 @@ fn p9_degraded_that_ends_before_its_hysteresis() {
 fn p9_hold_safe_left_without_operator() {
     let mut log = Log::whole();
     log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
-    log.entries.retain(|w| !(w.at > 3_000_000 && matches!(w.entry.event, Event::Truth { .. })));
+    log.entries.retain(|w| !(w.at > 3_000_000 && matches!(w.entry.event, Any::Instrument(Note::Truth { .. }))));
     log.to(4000, Mode::HoldSafe, Mode::Ready, Cause::Recovered);
     assert_eq!(log.breaks(), [Property::P9]);
     let mut log = Log::whole();
@@ -93,7 +96,8 @@ fn p9_hold_safe_left_without_operator() {
 fn p9_idle_left_by_enable_or_stop() {
     let left = |to: Mode| {
         let mut log = Log::whole();
-        log.entries.retain(|w| !matches!(w.entry.event, Event::Transition { .. } | Event::Executed { .. }));
+        log.entries
+            .retain(|w| !matches!(w.entry.event, Any::Service(Event::Transition { .. } | Event::Executed { .. })));
         log.cut_display(0).to(1000, Mode::Idle, to, Cause::Operator);
         log.breaks().contains(&Property::P9)
     };

@@ -2,6 +2,7 @@
 
 use evidence::Property;
 use evidence::trial::Outcome;
+use instrument::Note;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
@@ -80,7 +81,7 @@ fn early_end_before_an_obligation_is_inconclusive() {
 fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
     let mut log = Log::whole();
     log.killed(3000, NodeId::UNIT_A).cut_display(3000);
-    log.add(4000, NodeId::CAMPAIGN, Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
+    log.add(4000, NodeId::CAMPAIGN, Note::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
     log.command(5000, 5, CommandKind::Enable).to(5000, Mode::Idle, Mode::Ready, Cause::Operator);
     change(&mut log);
     let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;

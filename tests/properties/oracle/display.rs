@@ -1,8 +1,9 @@
 //! P5 and P7: displayed values were accepted, are as fresh as labelled, and are true.
 
 use evidence::{Planned, Property};
+use instrument::{Action, Any, Note};
 use wire::core::Side;
-use wire::event::{Action, Event, ShownAs};
+use wire::event::{Event, ShownAs};
 use wire::id::{NodeId, TrackId};
 use wire::mode::{Guard, Guards, Mode};
 use wire::time::Span;
@@ -15,7 +16,7 @@ fn p7_record_accepted_after_long_delay() {
         let mut log = Log::whole();
         let hash = 5000 << 8 | NodeId::GATEWAY.index() as u64;
         let delay = Span::ms(ms);
-        let event = Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay };
+        let event = Note::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay };
         log.add(5000 - ms, NodeId::RELAY_TELEMETRY, event);
         log.planned.push(Planned::Action(Action::Delay).into());
         log.breaks()
@@ -52,7 +53,7 @@ fn p7_authority_shown_or_hidden_wrongly() {
     let shown = |ms: u64| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == ms * 1000) {
-            if let Event::Displayed { authority, .. } = &mut w.entry.event {
+            if let Any::Service(Event::Displayed { authority, .. }) = &mut w.entry.event {
                 *authority = if authority.is_some() { None } else { Some(TrackId(1)) };
             }
         }
@@ -67,7 +68,7 @@ fn p7_authority_shown_or_hidden_wrongly() {
 fn p7_authority_shown_over_the_wrong_track() {
     let mut log = Log::whole();
     for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
-        if let Event::Displayed { authority, .. } = &mut w.entry.event {
+        if let Any::Service(Event::Displayed { authority, .. }) = &mut w.entry.event {
             *authority = Some(TrackId(2));
         }
     }
@@ -79,7 +80,7 @@ fn p7_wrong_place_shown_fresh() {
     let shown = |north_mm: i32, of_ms: u64| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
-            if let Event::Displayed { place: Some(place), .. } = &mut w.entry.event {
+            if let Any::Service(Event::Displayed { place: Some(place), .. }) = &mut w.entry.event {
                 *place = way(of_ms);
                 place.y_mm += north_mm;
             }

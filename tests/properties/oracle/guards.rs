@@ -1,6 +1,7 @@
 //! P1's guards at an act, by the reports of others than the unit, each just within and just beyond its guard's limit.
 
 use evidence::Property;
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -22,7 +23,7 @@ fn p1_act_without_room_to_stop() {
     let fence = |mm: i32| {
         broken(5000, |log| {
             for w in log.entries.iter_mut().filter(|w| w.at == 5_000_000) {
-                if let Event::Truth { fence_mm, .. } = &mut w.entry.event {
+                if let Any::Instrument(Note::Truth { fence_mm, .. }) = &mut w.entry.event {
                     *fence_mm = mm;
                 }
             }
@@ -31,7 +32,9 @@ fn p1_act_without_room_to_stop() {
     };
     // At 1 m/s: 0.15 s of reaction, and 1 m/s at 3 m/s².
     assert_eq!((fence(316), fence(315)), (false, true));
-    let truth = |ms: u64| broken(ms, |log| log.without(4950, 7000, |w| matches!(w.entry.event, Event::Truth { .. })));
+    let truth = |ms: u64| {
+        broken(ms, |log| log.without(4950, 7000, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. }))))
+    };
     assert_eq!((truth(5150), truth(5151)), (false, true), "the plant's last entry is of 4.9 s");
 }
 
@@ -39,9 +42,9 @@ fn p1_act_without_room_to_stop() {
 fn p1_act_of_a_mislocated_unit() {
     let off = |mm: i32, ms: u64| {
         broken(ms, |log| {
-            log.without(4900, 7000, |w| matches!(w.entry.event, Event::Located { .. }));
+            log.without(4900, 7000, |w| matches!(w.entry.event, Any::Service(Event::Located { .. })));
             for w in log.entries.iter_mut().filter(|w| w.at == 4_900_000) {
-                if let Event::Located { pose_y_mm, .. } = &mut w.entry.event {
+                if let Any::Service(Event::Located { pose_y_mm, .. }) = &mut w.entry.event {
                     *pose_y_mm = mm;
                 }
             }

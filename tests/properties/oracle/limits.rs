@@ -5,6 +5,7 @@
 
 use evidence::Property;
 use evidence::trial::Outcome;
+use instrument::Any;
 use oracle::judge;
 use wire::command::CommandKind;
 use wire::core::Side;
@@ -40,10 +41,12 @@ fn p1_the_life_of_authority() {
     // In a whole log it is held for 8 s, from 2 s to the end.
     let held = |longer_ms: u64| {
         let mut log = Log::whole();
-        let arming = |event: &Event| match event {
-            Event::Transition { to, .. } => *to == Mode::PrepareToAct,
-            Event::Executed { kind, .. } | Event::Intended { kind, .. } => matches!(kind, CommandKind::Arm(_)),
-            Event::Minted { .. } => true,
+        let arming = |event: &Any| match event {
+            Any::Service(Event::Transition { to, .. }) => *to == Mode::PrepareToAct,
+            Any::Service(Event::Executed { kind, .. } | Event::Intended { kind, .. }) => {
+                matches!(kind, CommandKind::Arm(_))
+            }
+            Any::Service(Event::Minted { .. }) => true,
             _ => false,
         };
         log.entries.iter_mut().filter(|w| arming(&w.entry.event)).for_each(|w| w.at -= longer_ms * 1000);
@@ -70,7 +73,7 @@ fn p5_pose_bound_under_distrusted_fixes() {
     let moved = |aside_mm: i32| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| (5_100_000..=5_300_000).contains(&w.at)) {
-            if let Event::Located { pose_y_mm, distrusted, .. } = &mut w.entry.event {
+            if let Any::Service(Event::Located { pose_y_mm, distrusted, .. }) = &mut w.entry.event {
                 *distrusted = true;
                 *pose_y_mm = if w.at == 5_300_000 { aside_mm } else { 0 };
             }
@@ -138,7 +141,7 @@ fn p7_displayed_place_tolerance() {
     let shown = |north_mm: i32| {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
-            if let Event::Displayed { place: Some(place), .. } = &mut w.entry.event {
+            if let Any::Service(Event::Displayed { place: Some(place), .. }) = &mut w.entry.event {
                 *place = way(4900);
                 place.y_mm = north_mm;
             }

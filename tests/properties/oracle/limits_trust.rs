@@ -1,8 +1,9 @@
 //! The limits of P2 to P4 from both sides: a log just within each is no finding, one just beyond it is.
 
 use evidence::{Planned, Property};
+use instrument::{Any, FaultKind, Note, Sensor, Suspension};
 use wire::command::CommandKind;
-use wire::event::{Event, FaultKind, Interface, Sensor, Suspension};
+use wire::event::{Event, Interface};
 use wire::id::{FrameId, NodeId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::settings::Settings;
@@ -36,9 +37,9 @@ fn p2_sensor_loss_to_degraded_limits() {
 fn p2_missing_reports_without_a_writable_log() {
     let full = |silent_ms: u64| {
         let mut log = Log::whole();
-        log.add(5000, NodeId::CAMPAIGN, Event::DiskFull { node: NodeId::RECORDER, on: true });
-        log.add(5950, NodeId::CAMPAIGN, Event::DiskFull { node: NodeId::RECORDER, on: false });
-        let accepted = |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, .. });
+        log.add(5000, NodeId::CAMPAIGN, Note::DiskFull { node: NodeId::RECORDER, on: true });
+        log.add(5950, NodeId::CAMPAIGN, Note::DiskFull { node: NodeId::RECORDER, on: false });
+        let accepted = |event: &Any| matches!(event, Any::Service(Event::Accepted { at: Interface::Uplink, .. }));
         log.without(5000, 5000 + silent_ms, |w| accepted(&w.entry.event));
         let findings = log.report(5000 + silent_ms).judge().findings;
         findings.iter().any(|f| f.property == Property::P2 && f.what.starts_with("no report"))
@@ -53,7 +54,7 @@ fn p3_untimely_link_at_either_end() {
             let mut log = Log::whole();
             log.without(5000, 7000, |w| Some(w.entry.node) == node.guard());
             for t in (5000 + ms..7000).step_by(100) {
-                log.saw(t, node, t << 8, wire::event::GuardVerdict::Passed);
+                log.saw(t, node, t << 8, instrument::GuardVerdict::Passed);
             }
             log
         };
@@ -71,7 +72,7 @@ fn p3_a_unit_without_its_localisation() {
     let lost = |until_ms: u64, hold_ms: u64| {
         let mut log = Log::whole();
         let (sensor, kind) = (Sensor::Localisation, FaultKind::Dropout);
-        let fault = |active| Event::Fault { sensor, kind, active, frame: FrameId(1) };
+        let fault = |active| Note::Fault { sensor, kind, active, frame: FrameId(1) };
         log.planned.push(Planned::Fault(sensor, kind).into());
         log.add(4000, NodeId::SIM, fault(true)).add(until_ms, NodeId::SIM, fault(false));
         log.altered(4000, sensor, kind, NodeId::UNIT_A);
@@ -90,7 +91,7 @@ fn p3_localisation_error_limit_and_duration() {
         let to = 5100 + for_ms;
         log.cut_display(5000).located(to, super::log::way(to)).truth(to, 1000, 5000);
         for w in log.entries.iter_mut().filter(|w| (5_100_000..=to * 1000).contains(&w.at)) {
-            if let Event::Located { pose_y_mm, .. } = &mut w.entry.event {
+            if let Any::Service(Event::Located { pose_y_mm, .. }) = &mut w.entry.event {
                 *pose_y_mm = mm;
             }
         }
@@ -153,7 +154,9 @@ fn p3_dead_units_plant_stops_in_time() {
     let moves = |ms: u64, speed: i32| {
         stops(&|log| {
             log.driven(ms, 0, speed);
-            if let Some(Event::Truth { leased, .. }) = log.entries.last_mut().map(|w| &mut w.entry.event) {
+            if let Some(Any::Instrument(Note::Truth { leased, .. })) =
+                log.entries.last_mut().map(|w| &mut w.entry.event)
+            {
                 *leased = false;
             }
         })
@@ -169,7 +172,7 @@ fn p3_resumed_unit_after_its_lease() {
     let hung = |ms: u64, held_ms: u64| {
         let mut log = Log::whole();
         for (at, on) in [(5000, true), (5000 + ms, false)] {
-            log.add(at, NodeId::CAMPAIGN, Event::Suspended { node: NodeId::UNIT_A, how: Suspension::Hang, on });
+            log.add(at, NodeId::CAMPAIGN, Note::Suspended { node: NodeId::UNIT_A, how: Suspension::Hang, on });
         }
         holds(&mut log, held_ms);
         let findings = log.judge().findings;

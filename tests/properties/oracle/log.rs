@@ -3,12 +3,12 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
+use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
 use oracle::{Approaches, approaches, judge};
-use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Topic;
-use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
+use wire::event::{Event, Freshness, Interface};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
@@ -54,7 +54,8 @@ impl Log {
         log
     }
 
-    pub(crate) fn add(&mut self, ms: u64, node: NodeId, event: Event) -> &mut Log {
+    pub(crate) fn add(&mut self, ms: u64, node: NodeId, event: impl Into<Any>) -> &mut Log {
+        let event = event.into();
         let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(ms * 1000), event, previous: [0; 32] };
         self.entries.push(Witnessed { at: ms * 1000, entry });
         self
@@ -62,7 +63,7 @@ impl Log {
 
     pub(crate) fn mode(&self, ms: u64) -> Mode {
         let to = |w: &Witnessed| match w.entry.event {
-            Event::Transition { to, .. } if w.at <= ms * 1000 => Some(to),
+            Any::Service(Event::Transition { to, .. }) if w.at <= ms * 1000 => Some(to),
             _ => None,
         };
         self.entries.iter().rev().find_map(to).unwrap_or(Mode::Idle)
@@ -121,9 +122,9 @@ impl Log {
     /// The unit has its association with the gateway, and `peer` this one at the gateway.
     pub(crate) fn associated(&mut self, ms: u64, association: u32, peer: PeerId) -> &mut Log {
         let guard = |node: NodeId| node.guard().expect("a node with a guard");
-        let to_gateway = Event::Associated { association: 1, peer: PeerId::GATEWAY };
+        let to_gateway = Note::Associated { association: 1, peer: PeerId::GATEWAY };
         self.add(ms, guard(NodeId::UNIT_A), to_gateway);
-        self.add(ms, guard(NodeId::GATEWAY), Event::Associated { association, peer })
+        self.add(ms, guard(NodeId::GATEWAY), Note::Associated { association, peer })
     }
 
     /// A datagram at both guards.
@@ -136,12 +137,12 @@ impl Log {
     }
 
     pub(crate) fn saw(&mut self, ms: u64, node: NodeId, hash: u64, verdict: GuardVerdict) -> &mut Log {
-        let event = Event::GuardSaw { association: 1, epoch: 1, sequence: ms, length: 100, hash, verdict };
+        let event = Note::GuardSaw { association: 1, epoch: 1, sequence: ms, length: 100, hash, verdict };
         self.add(ms, node.guard().expect("a node with a guard"), event)
     }
 
     pub(crate) fn truth(&mut self, ms: u64, speed: i32, fence: i32) -> &mut Log {
-        let event = Event::Truth {
+        let event = Note::Truth {
             unit: UnitId::A,
             x_mm: way(ms).x_mm,
             y_mm: way(ms).y_mm,
@@ -166,7 +167,7 @@ impl Log {
     }
 
     pub(crate) fn plant_act(&mut self, ms: u64, class: Class, distance_mm: u32) -> &mut Log {
-        let event = Event::PlantAct {
+        let event = Note::PlantAct {
             authority: 1,
             command: command(3),
             object: Some(ObjectId(1)),
@@ -179,7 +180,7 @@ impl Log {
     pub(crate) fn thermal_fault(&mut self, from: u64, to: u64) -> &mut Log {
         self.planned.push(Planned::Fault(Sensor::Thermal, FaultKind::Dropout).into());
         let fault =
-            |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+            |active| Note::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
         self.add(from, NodeId::SIM, fault(true)).add(to, NodeId::SIM, fault(false));
         self.altered(from, Sensor::Thermal, FaultKind::Dropout, NodeId::PERCEPTION)
     }
@@ -187,14 +188,14 @@ impl Log {
     /// The sim says at `ms` that a fault changed a message, and `reader`'s core receives it.
     pub(crate) fn altered(&mut self, ms: u64, sensor: Sensor, kind: FaultKind, reader: NodeId) -> &mut Log {
         let topic = if reader == NodeId::PERCEPTION { Topic::Candidates } else { Topic::Navigation };
-        self.add(ms, NodeId::SIM, Event::Altered { sensor, kind, hash: ms });
-        let sight = Event::MouthSaw { reader, at: Interface::Bus(topic), length: 9, hash: ms };
+        self.add(ms, NodeId::SIM, Note::Altered { sensor, kind, hash: ms });
+        let sight = Note::MouthSaw { reader, at: Interface::Bus(topic), length: 9, hash: ms };
         self.add(ms + 1, NodeId::CAMPAIGN, sight)
     }
 
     /// From `ms` on, displays and later modes are dropped, to be written anew.
     pub(crate) fn cut_display(&mut self, ms: u64) -> &mut Log {
-        self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Event::Displayed { .. })));
+        self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Any::Service(Event::Displayed { .. }))));
         self
     }
 
@@ -239,15 +240,17 @@ impl Log {
     /// `node` was killed on purpose at `ms`.
     pub(crate) fn killed(&mut self, ms: u64, node: NodeId) -> &mut Log {
         self.planned.push(Planned::Kill(node).into());
-        let says = |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Event::Located { .. });
+        let says = |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Located { .. }));
         self.entries.retain(|w| w.at <= ms * 1000 || !says(w));
-        self.add(ms, NodeId::CAMPAIGN, Event::Ended { node, killed: true })
+        self.add(ms, NodeId::CAMPAIGN, Note::Ended { node, killed: true })
     }
 
     /// The plant holds a set-point of `asked` and drives at `speed`.
     pub(crate) fn driven(&mut self, ms: u64, asked: i32, speed: i32) -> &mut Log {
         self.truth(ms, speed, 5000);
-        if let Some(Event::Truth { set_speed_mm_s, .. }) = self.entries.last_mut().map(|w| &mut w.entry.event) {
+        if let Some(Any::Instrument(Note::Truth { set_speed_mm_s, .. })) =
+            self.entries.last_mut().map(|w| &mut w.entry.event)
+        {
             *set_speed_mm_s = asked;
         }
         self
@@ -274,7 +277,7 @@ impl Log {
     /// From `ms` on the plant has no lease; it brakes and stands a second later.
     pub(crate) fn plant_stops(&mut self, ms: u64) -> &mut Log {
         for w in &mut self.entries {
-            if let Event::Truth { speed_mm_s, set_speed_mm_s, leased, .. } = &mut w.entry.event
+            if let Any::Instrument(Note::Truth { speed_mm_s, set_speed_mm_s, leased, .. }) = &mut w.entry.event
                 && w.at >= ms * 1000
             {
                 (*set_speed_mm_s, *leased) = (0, false);

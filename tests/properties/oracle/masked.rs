@@ -2,9 +2,10 @@
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Mask, Needs, Plan, Planned, Takes};
+use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
 use wire::command::CommandKind;
 use wire::core::Side;
-use wire::event::{Action, Event, FaultKind, GuardVerdict, Sensor};
+use wire::event::Event;
 use wire::id::{FrameId, NodeId};
 use wire::time::Span;
 
@@ -16,10 +17,13 @@ fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
     let mut log = Log::whole();
     log.planned.push(Planned::Fault(sensor, kind).into());
     for (ms, active) in [(4000, true), (5000, false)] {
-        log.add(ms, NodeId::SIM, Event::Fault { sensor, kind, active, frame: FrameId(1) });
+        log.add(ms, NodeId::SIM, Note::Fault { sensor, kind, active, frame: FrameId(1) });
     }
     log.altered(4000, sensor, told, reader);
-    log.entries.iter_mut().filter(|w| matches!(w.entry.event, Event::Altered { .. })).for_each(|w| w.entry.node = by);
+    log.entries
+        .iter_mut()
+        .filter(|w| matches!(w.entry.event, Any::Instrument(Note::Altered { .. })))
+        .for_each(|w| w.entry.node = by);
     log
 }
 
@@ -67,8 +71,8 @@ fn a_hang_does_not_keep_itself_from_arriving() {
     let mut log = Log::whole();
     log.planned.push(stop());
     for (ms, on) in [(5000, true), (7000, false)] {
-        let how = wire::event::Suspension::Hang;
-        log.add(ms, NodeId::CAMPAIGN, Event::Suspended { node: NodeId::PERCEPTION, how, on });
+        let how = instrument::Suspension::Hang;
+        log.add(ms, NodeId::CAMPAIGN, Note::Suspended { node: NodeId::PERCEPTION, how, on });
     }
     let verdict = log.judge();
     assert_eq!((verdict.injections[0].fate, verdict.outcome), (Fate::NotProven, Outcome::Invalid));
@@ -80,7 +84,7 @@ fn swallowing(delivered: bool) -> Log {
     if delivered {
         log.planned.push(Planned::Action(Action::Replay).into());
         let (action, side) = (Action::Replay, Side::Server);
-        let event = Event::Attack { action, side, length: 9, hash: 77, delay: Span::ZERO };
+        let event = Note::Attack { action, side, length: 9, hash: 77, delay: Span::ZERO };
         log.add(4000, NodeId::RELAY_TELEMETRY, event);
         log.saw(3000, NodeId::GATEWAY, 77, GuardVerdict::Passed).saw(4001, NodeId::GATEWAY, 77, GuardVerdict::Passed);
     }
@@ -107,6 +111,6 @@ fn without_requests_no_order_can_be_swallowed() {
     later.add(9900, NodeId::CONSOLE, hold);
     assert_eq!(fate(&later).0, masked, "after its time");
     let mut claimed = swallowing(true);
-    claimed.add(6000, NodeId::INSIDER_GATEWAY, Event::Swallowed { command: command(9) });
+    claimed.add(6000, NodeId::INSIDER_GATEWAY, Note::Swallowed { command: command(9) });
     assert_eq!(fate(&claimed).0, Some(Fate::NotProven), "it says that it did, of which nobody knows");
 }

@@ -5,9 +5,10 @@
 use evidence::mission::{Due, Script, Stage, Verb};
 use evidence::trial::Outcome;
 use evidence::{Evidence, Needs, Plan, Planned, Verdict};
+use instrument::{Any, FaultKind, Sensor};
 use oracle::judge;
 use wire::command::CommandKind;
-use wire::event::{Event, FaultKind, Sensor};
+use wire::event::Event;
 use wire::id::TrackId;
 use wire::mode::{Cause, Guard, Mode};
 use wire::sensor::Class;
@@ -32,13 +33,15 @@ fn judged(log: &Log, steps: Vec<Due>, mission: Option<Stage>) -> Verdict {
 fn unarmed() -> Log {
     let mut log = Log::whole();
     log.entries.retain(|w| match w.entry.event {
-        Event::Minted { .. } => false,
-        Event::Transition { to, .. } => to != Mode::PrepareToAct,
-        Event::Intended { kind, .. } | Event::Executed { kind, .. } => !matches!(kind, CommandKind::Arm(_)),
+        Any::Service(Event::Minted { .. }) => false,
+        Any::Service(Event::Transition { to, .. }) => to != Mode::PrepareToAct,
+        Any::Service(Event::Intended { kind, .. } | Event::Executed { kind, .. }) => {
+            !matches!(kind, CommandKind::Arm(_))
+        }
         _ => true,
     });
     for w in &mut log.entries {
-        if let Event::Displayed { mode, authority, .. } = &mut w.entry.event {
+        if let Any::Service(Event::Displayed { mode, authority, .. }) = &mut w.entry.event {
             (*mode, *authority) = (if *mode == Mode::PrepareToAct { Mode::Ready } else { *mode }, None);
         }
     }

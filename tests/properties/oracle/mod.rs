@@ -18,6 +18,7 @@ mod trust;
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Property};
+use instrument::Note;
 use oracle::judge;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
@@ -78,7 +79,7 @@ fn p10_core_that_does_not_replay() {
 fn overslept_host_makes_a_run_inconclusive() {
     let overslept = |by: u64| {
         let mut log = Log::whole();
-        log.add(5000, NodeId::CAMPAIGN, Event::Stalled { by: Span::ms(by) });
+        log.add(5000, NodeId::CAMPAIGN, Note::Stalled { by: Span::ms(by) });
         judge(&Evidence { stall_limit: 50_000, ..log.evidence(Vec::new()) })
     };
     assert_eq!((overslept(50).outcome, overslept(51).outcome), (Outcome::Nominal, Outcome::Invalid));

@@ -2,6 +2,7 @@
 
 use evidence::trial::Outcome;
 use evidence::{Planned, Property};
+use instrument::Note;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};
@@ -32,7 +33,7 @@ fn p8_command_executed_twice_or_late() {
 /// A command that a rogue gives under `key`, its word at `ms`.
 fn rogue(log: &mut Log, ms: u64, id: CommandId, kind: CommandKind, key: NodeId) {
     log.planned.push(Planned::Rogue.into());
-    log.add(ms, NodeId::INSIDER_OPERATOR, Event::Rogue { command: id, kind, key, certificate: None });
+    log.add(ms, NodeId::INSIDER_OPERATOR, Note::Rogue { command: id, kind, key, certificate: None });
 }
 
 /// The same, and the unit executes it 10 ms later.

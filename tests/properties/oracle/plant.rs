@@ -3,6 +3,7 @@
 
 use evidence::Property;
 use evidence::trial::Outcome;
+use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::id::{Boot, NodeId, PeerId, RecordId, Sequence, UnitId};
@@ -72,7 +73,7 @@ fn p4_operator_settings_last_until_restart() {
     let values = Settings { speed_mm_s: 1500, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
     let mut log = Log::whole();
     log.command(500, 4, CommandKind::Configure(values)).killed(3000, NodeId::UNIT_A).cut_display(3000);
-    log.add(3100, NodeId::CAMPAIGN, Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
+    log.add(3100, NodeId::CAMPAIGN, Note::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
     log.command(3200, 5, CommandKind::Enable).to(3200, Mode::Idle, Mode::Ready, Cause::Operator);
     log.driven(6000, 3000, 3000);
     let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;
@@ -85,7 +86,7 @@ fn p9_plant_drives_before_enable() {
     assert_eq!(idle(FOLLOWS_MS, 50, 50), []);
     assert_eq!(idle(FOLLOWS_MS, 51, 0), [Property::P9]);
     let mut log = Log::whole();
-    log.entries.retain(|w| !matches!(w.entry.event, Event::Transition { .. } | Event::Executed { .. }));
+    log.entries.retain(|w| !matches!(w.entry.event, Any::Service(Event::Transition { .. } | Event::Executed { .. })));
     let breaks = log.cut_display(0).breaks();
     assert!(breaks.contains(&Property::P9), "{breaks:?}");
 }
@@ -129,7 +130,7 @@ fn p8_hold_acknowledged_but_not_executed() {
 fn p8_a_hold_ends_with_an_operators_resume() {
     let mut log = Log::whole();
     log.held(5000).command(8000, 10, CommandKind::Resume).to(8000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
-    log.without(8000, 10_000, |w| matches!(w.entry.event, Event::Truth { .. }));
+    log.without(8000, 10_000, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })));
     assert_eq!(log.driven(8400, 3000, 1000).breaks(), []);
 }
 
@@ -198,7 +199,7 @@ fn p5_teammate_convicted_by_a_refused_record() {
 fn p5_unit_displayed_by_anothers_report() {
     let mut log = Log::whole();
     for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
-        if let Event::Displayed { unit, .. } = &mut w.entry.event {
+        if let Any::Service(Event::Displayed { unit, .. }) = &mut w.entry.event {
             *unit = UnitId::B;
         }
     }

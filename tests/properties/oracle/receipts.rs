@@ -2,14 +2,14 @@
 
 use evidence::trial::Outcome;
 use evidence::{Plan, Planned, Verdict};
+use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor, Sight, StreamEffect, Suspension};
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::core::{Side, Topic};
-use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Interface, Sensor, Suspension};
+use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::Mode;
 use wire::refusal::Reason;
-use wire::stream::{Sight, StreamEffect};
 use wire::time::Span;
 
 use super::log::{Log, record};
@@ -19,7 +19,7 @@ use super::orders::obeyed;
 fn injection_without_receipt_is_invalid() {
     let mut log = Log::whole();
     log.planned.push(Planned::Action(Action::Replay).into());
-    let event = Event::Attack { action: Action::Replay, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
+    let event = Note::Attack { action: Action::Replay, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
     log.add(4000, NodeId::RELAY_TELEMETRY, event);
     assert_eq!(log.judge().outcome, Outcome::Invalid, "the adversary's word alone is no receipt");
     log.saw(3000, NodeId::GATEWAY, 77, GuardVerdict::Passed).saw(4001, NodeId::GATEWAY, 77, GuardVerdict::Passed);
@@ -30,7 +30,7 @@ fn injection_without_receipt_is_invalid() {
 fn drop_needs_a_guards_closed_account() {
     let mut log = Log::whole();
     log.planned.push(Planned::Action(Action::Drop).into());
-    let event = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
+    let event = Note::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
     log.add(4000, NodeId::RELAY_TELEMETRY, event);
     assert_eq!(log.judge().outcome, Outcome::Invalid);
 }
@@ -49,9 +49,9 @@ fn unlogged_bus_refusals_count_by_account() {
         let at_the_link = Interface::Downlink;
         log.add(1500, NodeId::UNIT_A, Event::Refused { at: at_the_link, peer: None, reason, detail: Text::new("tag") });
         let side = Side::Server;
-        let event = Event::Attack { action: Action::Forge, side, length: 9, hash: 77, delay: Span::ZERO };
+        let event = Note::Attack { action: Action::Forge, side, length: 9, hash: 77, delay: Span::ZERO };
         log.add(came_ms, NodeId::INSIDER_PERCEPTION, event);
-        let sight = Event::MouthSaw { reader: NodeId::UNIT_A, at, length: 9, hash: 77 };
+        let sight = Note::MouthSaw { reader: NodeId::UNIT_A, at, length: 9, hash: 77 };
         log.add(came_ms + 1, NodeId::CAMPAIGN, sight);
         log.add(9990, NodeId::UNIT_A, Event::Count { account: Account::Refused(at, reason), n });
         log.judge().outcome
@@ -71,10 +71,10 @@ fn tampered(deed: StreamEffect, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u6
     let mut log = Log::whole();
     log.planned.push(Planned::Stream(deed).into());
     let (side, stream, hash, delay) = (Side::Client, 5, 77, Span::ms(delay_ms));
-    let event = Event::Tampered { deed, side, stream, offset: 100, length: 10, hash, delay };
+    let event = Note::Tampered { deed, side, stream, offset: 100, length: 10, hash, delay };
     log.add(4000, NodeId::RELAY_COMMAND, event);
     for (ms, sight, offset, length, hash) in seen.iter().copied() {
-        log.add(ms, NodeId::UNIT_A.guard().expect("a guard"), Event::StreamSaw { sight, stream, offset, length, hash });
+        log.add(ms, NodeId::UNIT_A.guard().expect("a guard"), Note::StreamSaw { sight, stream, offset, length, hash });
     }
     log
 }
@@ -126,12 +126,12 @@ fn hang_ending_as_another_begins_stays() {
     let mut log = Log::whole();
     log.planned = vec![Plan { from: 4_000_000, ..Plan::from(Planned::Suspend(node)) }];
     for (at, on) in [(3500, true), (4000, false), (4000, true), (6000, false)] {
-        log.add(at, NodeId::CAMPAIGN, Event::Suspended { node, how, on });
+        log.add(at, NodeId::CAMPAIGN, Note::Suspended { node, how, on });
     }
     for t in (1000..9000).step_by(25).filter(|t| !(3500..4000).contains(t) && !(4000..6000).contains(t)) {
-        log.add(t, NodeId::CAMPAIGN, Event::Ran { node });
+        log.add(t, NodeId::CAMPAIGN, Note::Ran { node });
     }
-    log.add(4000, NodeId::CAMPAIGN, Event::Ran { node });
+    log.add(4000, NodeId::CAMPAIGN, Note::Ran { node });
     assert_eq!((log.judge().receipt, log.judge().zero), (true, Some(4_000_000)));
 }
 
@@ -141,14 +141,14 @@ fn slowed(fed: impl Fn(u64) -> bool) -> Verdict {
     let how = Suspension::Slow { quota: 500, period: Span::ms(100) };
     let mut log = Log::whole();
     log.planned.push(Planned::Suspend(node).into());
-    log.add(4000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: true });
+    log.add(4000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: true });
     for from in (4000..6000).step_by(100) {
-        log.add(from, NodeId::CAMPAIGN, Event::Halted { node, on: true });
-        log.add(from + 50, NodeId::CAMPAIGN, Event::Halted { node, on: false });
+        log.add(from, NodeId::CAMPAIGN, Note::Halted { node, on: true });
+        log.add(from + 50, NodeId::CAMPAIGN, Note::Halted { node, on: false });
     }
-    log.add(6000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: false });
+    log.add(6000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: false });
     for t in (2000..8000).step_by(25).filter(|t| fed(*t)) {
-        log.add(t, NodeId::CAMPAIGN, Event::Ran { node });
+        log.add(t, NodeId::CAMPAIGN, Note::Ran { node });
     }
     log.judge()
 }
@@ -170,10 +170,10 @@ fn claimed_broker_hang_must_delay_a_message() {
         let (node, how) = (NodeId::BROKER, Suspension::Hang);
         let mut log = Log::whole();
         log.planned.push(Planned::Suspend(node).into());
-        log.add(4000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: true });
-        log.add(6000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: false });
+        log.add(4000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: true });
+        log.add(6000, NodeId::CAMPAIGN, Note::Suspended { node, how, on: false });
         log.command(given, 7, CommandKind::Hold);
-        let event = Event::StreamSaw { sight: Sight::Delivered, stream: 1, offset: 0, length: 9, hash: 1 };
+        let event = Note::StreamSaw { sight: Sight::Delivered, stream: 1, offset: 0, length: 9, hash: 1 };
         log.add(delivered, NodeId::GATEWAY.guard().expect("a guard"), event);
         log.judge().receipt
     };
@@ -187,16 +187,17 @@ fn claimed_broker_hang_must_delay_a_message() {
 fn late(came: u64, shown: bool) -> Verdict {
     let mut log = Log::whole();
     log.planned.push(Planned::Late(800_000).into());
-    log.add(4001, NodeId::INSIDER_GATEWAY, Event::Withheld { record: record(4000) });
+    log.add(4001, NodeId::INSIDER_GATEWAY, Note::Withheld { record: record(4000) });
     if !shown {
-        log.entries
-            .retain(|w| !(w.at > 4_000_000 && w.at < 4_850_000 && matches!(w.entry.event, Event::Displayed { .. })));
+        log.entries.retain(|w| {
+            !(w.at > 4_000_000 && w.at < 4_850_000 && matches!(w.entry.event, Any::Service(Event::Displayed { .. })))
+        });
     }
     log.displayed(4250, Mode::PrepareToAct, 3900);
     let (action, side, delay) = (Action::Delay, Side::Server, Span::ms(800));
-    log.add(4200, NodeId::INSIDER_GATEWAY, Event::Attack { action, side, length: 9, hash: 77, delay });
+    log.add(4200, NodeId::INSIDER_GATEWAY, Note::Attack { action, side, length: 9, hash: 77, delay });
     let (reader, at) = (NodeId::CONSOLE, Interface::Bus(Topic::Feed));
-    log.add(came, NodeId::CAMPAIGN, Event::MouthSaw { reader, at, length: 9, hash: 77 });
+    log.add(came, NodeId::CAMPAIGN, Note::MouthSaw { reader, at, length: 9, hash: 77 });
     log.judge()
 }
 
@@ -235,9 +236,9 @@ fn memory_rogue_is_no_gateway_receipt() {
         let mut log = Log::whole();
         log.planned.push(Planned::Feed(Action::Forge).into());
         let (action, side, delay) = (Action::Forge, Side::Server, Span::ZERO);
-        log.add(4000, node, Event::Attack { action, side, length: 9, hash: 77, delay });
+        log.add(4000, node, Note::Attack { action, side, length: 9, hash: 77, delay });
         let (reader, at) = (NodeId::CONSOLE, Interface::Bus(Topic::Feed));
-        log.add(4001, NodeId::CAMPAIGN, Event::MouthSaw { reader, at, length: 9, hash: 77 });
+        log.add(4001, NodeId::CAMPAIGN, Note::MouthSaw { reader, at, length: 9, hash: 77 });
         log.judge().receipt
     };
     assert!(forged(NodeId::INSIDER_GATEWAY));

@@ -4,9 +4,10 @@
 
 use evidence::trial::Outcome;
 use evidence::{Planned, Property};
+use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
 use wire::command::CommandKind;
 use wire::core::Side;
-use wire::event::{Action, Event, FaultKind, GuardVerdict, Sensor};
+use wire::event::Event;
 use wire::id::{FrameId, NodeId, PeerId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::settings::Settings;
@@ -27,7 +28,7 @@ fn p3_unit_continues_beyond_localisation_loss() {
     let lost = |until_ms: u64| {
         let mut log = Log::whole();
         let fault =
-            |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+            |active| Note::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
         log.add(4000, NodeId::SIM, fault(true)).add(until_ms, NodeId::SIM, fault(false));
         log.altered(4000, Sensor::Localisation, FaultKind::Dropout, NodeId::UNIT_A);
         let findings = log.judge().findings;
@@ -50,8 +51,7 @@ fn p3_delayed_records_are_untimely() {
     let mut log = Log::whole();
     for t in (5000..8000).step_by(100) {
         let hash = t << 8 | NodeId::GATEWAY.index() as u64;
-        let event =
-            Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay: Span::ms(400) };
+        let event = Note::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay: Span::ms(400) };
         log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
     }
     log.planned.push(Planned::Action(Action::Delay).into());
@@ -69,7 +69,7 @@ fn p3_restored_drop_counts_as_delay() {
         });
         let hash = 5700 << 8 | NodeId::GATEWAY.index() as u64;
         for (at, action) in [(5700 - ms, Action::Drop), (5700, Action::Replay)] {
-            let event = Event::Attack { action, side: Side::Client, length: 100, hash, delay: Span::ZERO };
+            let event = Note::Attack { action, side: Side::Client, length: 100, hash, delay: Span::ZERO };
             log.add(at, NodeId::RELAY_TELEMETRY, event);
         }
         log.planned.push(Planned::Action(Action::Replay).into());
@@ -88,8 +88,8 @@ fn p3_mislocated_unit() {
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| (5_100_000..7_100_000).contains(&w.at)) {
             match &mut w.entry.event {
-                Event::Located { pose_y_mm, .. } => *pose_y_mm = off_mm,
-                Event::Displayed { place: Some(place), .. } => place.y_mm = off_mm,
+                Any::Service(Event::Located { pose_y_mm, .. }) => *pose_y_mm = off_mm,
+                Any::Service(Event::Displayed { place: Some(place), .. }) => place.y_mm = off_mm,
                 _ => {}
             }
         }
@@ -113,7 +113,7 @@ fn p3_creeping_plant_follows_a_hold() {
         log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
         log.command(7000, 3, CommandKind::Resume).to(7000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
         for w in &mut log.entries {
-            if let Event::Truth { speed_mm_s, set_speed_mm_s, leased, .. } = &mut w.entry.event {
+            if let Any::Instrument(Note::Truth { speed_mm_s, set_speed_mm_s, leased, .. }) = &mut w.entry.event {
                 match w.at {
                     at if at >= resumed_ms * 1000 => (*speed_mm_s, *set_speed_mm_s, *leased) = (1000, 1000, true),
                     6_500_000..7_000_000 => (*speed_mm_s, *set_speed_mm_s) = (creeps, creeps),
@@ -170,10 +170,10 @@ fn p3_teammate_traffic_is_no_unit_contact() {
     let mut log = Log::whole();
     let guard = NodeId::GATEWAY.guard().expect("a guard");
     log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && w.entry.node == guard));
-    log.add(60, guard, Event::Associated { association: 2, peer: PeerId::UNIT_B });
+    log.add(60, guard, Note::Associated { association: 2, peer: PeerId::UNIT_B });
     for t in (5050..7000).step_by(100) {
         let (hash, verdict) = (t << 8, GuardVerdict::Passed);
-        log.add(t, guard, Event::GuardSaw { association: 2, epoch: 1, sequence: t, length: 100, hash, verdict });
+        log.add(t, guard, Note::GuardSaw { association: 2, epoch: 1, sequence: t, length: 100, hash, verdict });
     }
     assert_eq!(log.breaks(), [Property::P3]);
 }

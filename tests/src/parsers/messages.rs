@@ -1,7 +1,8 @@
 //! The messages of `wire` and the signatures around them.
 
+use instrument::Entry;
 use minicbor::{Decode, Encode};
-use wire::audit::{Entry, Head, MAX_ENTRY, Seal};
+use wire::audit::{Head, MAX_ENTRY, Seal};
 use wire::codec::{self, Malformed};
 use wire::command::{Ack, Confirmation, Intent, MAX_ORDER, Order, Request};
 use wire::core::{Input, Output};

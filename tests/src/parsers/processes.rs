@@ -3,6 +3,7 @@
 use std::mem::size_of;
 
 use evidence::verification::{Held, HeldHead, LogVerifier, Verification};
+use instrument::{Any, Entry};
 use link::input_journal::{self, JournalError};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;
@@ -10,7 +11,7 @@ use link::recorded::{entries, frames_in};
 use link::spec::{Control, MAX_SPEC, ServiceSpec, SpecError};
 use live::child::Line;
 use live::store::held_in;
-use wire::audit::{Entry, Head};
+use wire::audit::Head;
 
 /// Memory for the frames of one recording here.
 const ROOM: usize = 1 << 20;
@@ -166,7 +167,7 @@ fn flawless(held: &Held, frames: &[Frame]) -> bool {
     assert_eq!(events, frames.len());
     if flaws.is_empty() {
         let whole: Vec<HeldHead> =
-            frames.iter().filter_map(|frame| Head::of(&frame.bytes)).map(HeldHead::from).collect();
+            frames.iter().filter_map(|frame| Head::of::<Any>(&frame.bytes)).map(HeldHead::from).collect();
         // A recording that was cut short lacks what came last, and says so.
         let missing = held.heads.iter().filter(|_| !held.cut_short).find(|head| !whole.contains(head));
         assert_eq!(missing, None, "held, not there, and no flaw");

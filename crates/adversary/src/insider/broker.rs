@@ -9,8 +9,9 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use instrument::Action;
 use wire::core::{Core, Input, Output, Side, Subject};
-use wire::event::{Account, Action, Event};
+use wire::event::{Account, Event};
 use wire::id::{PeerId, UnitId, WorldId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};

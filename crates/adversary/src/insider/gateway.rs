@@ -10,11 +10,11 @@ mod tests;
 
 use std::collections::VecDeque;
 
+use instrument::{Action, Note};
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec;
 use wire::command::{Intent, MAX_ORDER, Request};
 use wire::core::{Core, Input, Output, Side, Topic};
-use wire::event::{Action, Event};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{CommandId, NodeId, UnitId, WorldId};
 use wire::report::{MAX_REPORT, Report};
@@ -111,10 +111,10 @@ impl InsiderGateway {
         for action in self.open(now) {
             match action {
                 FeedAction::Withhold { keep } if keep != Some(report.mode) => {
-                    return self.outbox.write(now, Event::Withheld { record: report.id() });
+                    return self.outbox.write(now, Note::Withheld { record: report.id() });
                 }
                 FeedAction::Delay { ms, young } => {
-                    self.outbox.write(now, Event::Withheld { record: report.id() });
+                    self.outbox.write(now, Note::Withheld { record: report.id() });
                     if self.held.len() < MAX_HELD {
                         self.held.push_back(Held { since: now, due: now + Span::ms(ms), young, body });
                     }
@@ -183,7 +183,7 @@ impl InsiderGateway {
     }
 
     fn swallowed(&mut self, now: Instant, command: CommandId) {
-        self.outbox.write(now, Event::Swallowed { command });
+        self.outbox.write(now, Note::Swallowed { command });
     }
 
     fn release(&mut self, now: Instant) {

@@ -4,13 +4,13 @@
 //! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
 //! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
+use instrument::Note;
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, Text};
 use wire::command::{CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
-use wire::event::Event;
 use wire::feed::Feed;
 use wire::id::{Boot, CommandId, NODES, Nonce, Sequence, TrackId, WorldId};
 use wire::report::{MAX_REPORT, Report};
@@ -114,7 +114,7 @@ impl InsiderOperator {
         let intent = self.intent(run);
         let Intent { id, unit, kind, .. } = intent;
         let certificate = self.config.certificate;
-        let event = Event::Rogue { command: id, kind, key: self.config.holds, certificate };
+        let event = Note::Rogue { command: id, kind, key: self.config.holds, certificate };
         self.outbox.write(now, event);
         let signed = self.key.sign(Purpose::Intent, &codec::encode(&intent));
         let confirmation = (!kind.towards_safe()).then(|| {
@@ -173,7 +173,7 @@ impl Core for InsiderOperator {
             self.see(bytes);
         }
         if let Input::Cue { step } = input {
-            self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step));
+            self.runs.iter_mut().for_each(|run| run.opening.cue(now, step.as_str()));
         }
         if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);

@@ -11,8 +11,8 @@
 
 use std::collections::BTreeMap;
 
+use instrument::{Any, Entry};
 use sha2::{Digest, Sha256};
-use wire::audit::Entry;
 use wire::codec;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
@@ -117,7 +117,7 @@ impl InsiderRecorder {
 
     /// Ends the recording at a seal as if the run had ended there: every chain at its last signature, a closing seal behind.
     fn cut(&self, kept: &mut Vec<Kept>, mut draw: impl FnMut(usize) -> usize) -> Option<usize> {
-        let is_seal = |i: &usize| matches!(event(&kept[*i]), Some(Event::Sealed { .. }));
+        let is_seal = |i: &usize| matches!(event(&kept[*i]), Some(Any::Service(Event::Sealed { .. })));
         let seals: Vec<usize> = (0..kept.len()).filter(is_seal).collect();
         // After the first seconds, so that everybody has signed; before the last seal, so that something is cut.
         let inner = seals.get(seals.len() / 4..seals.len().checked_sub(2)?)?;
@@ -126,7 +126,7 @@ impl InsiderRecorder {
         kept.truncate(at + 1);
         let mut signed: BTreeMap<NodeId, usize> = BTreeMap::new();
         for (i, one) in kept.iter().enumerate() {
-            if matches!(event(one), Some(Event::Signed { .. })) {
+            if matches!(event(one), Some(Any::Service(Event::Signed { .. }))) {
                 signed.insert(one.node, i);
             }
         }
@@ -137,6 +137,7 @@ impl InsiderRecorder {
         });
         let last = Entry::decode(&end.bytes).ok()?;
         for event in [Event::Sealed { entries: u64::MAX, head: [0; 32] }, Event::Signed { signature: [0; 64] }] {
+            let event = Any::Service(event);
             kept.push(Kept { bytes: codec::encode(&Entry { event, ..last }), ..end.clone() });
         }
         self.chain_anew(kept);
@@ -165,15 +166,16 @@ impl InsiderRecorder {
     }
 
     /// The recorder's own words over a recording that it has changed.
-    fn own(&self, entry: &Entry, running: &[[u8; 32]]) -> Event {
+    fn own(&self, entry: &Entry, running: &[[u8; 32]]) -> Any {
         match entry.event {
-            Event::Sealed { entries, .. } => {
+            Any::Service(Event::Sealed { entries, .. }) => {
                 let entries = usize::try_from(entries).unwrap_or(usize::MAX).min(running.len() - 1);
-                Event::Sealed { entries: entries as u64, head: running[entries] }
+                Any::Service(Event::Sealed { entries: entries as u64, head: running[entries] })
             }
-            Event::Signed { .. } => {
+            Any::Service(Event::Signed { .. }) => {
                 let signed = self.key.sign(Purpose::Head, &entry.signed_as());
-                Event::Signed { signature: *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature") }
+                let signature = *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature");
+                Any::Service(Event::Signed { signature })
             }
             other => other,
         }
@@ -183,12 +185,12 @@ impl InsiderRecorder {
 /// An earlier life of `of`: its first entries, under the boot before, all at `at`. No signature: that it cannot make.
 fn feigned(kept: &[Kept], of: NodeId, at: u64) -> Vec<Kept> {
     let said = kept.iter().filter(|one| one.node == of).filter_map(|one| Entry::decode(&one.bytes).ok());
-    let said = said.filter(|entry| !matches!(entry.event, Event::Signed { .. })).take(FEIGNED);
+    let said = said.filter(|entry| !matches!(entry.event, Any::Service(Event::Signed { .. }))).take(FEIGNED);
     let boot = |boot: Boot| Boot(boot.0.saturating_sub(1));
     let said = said.map(|entry| codec::encode(&Entry { boot: boot(entry.boot), ..entry }));
     said.map(|bytes| Kept { at, node: of, bytes }).collect()
 }
 
-fn event(kept: &Kept) -> Option<Event> {
+fn event(kept: &Kept) -> Option<Any> {
     Entry::decode(&kept.bytes).ok().map(|entry| entry.event)
 }

@@ -7,9 +7,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use instrument::Action;
 use wire::bus::{ChannelKey, Sender};
 use wire::core::{Core, Input, Output, Side, Topic};
-use wire::event::{Account, Action, Event};
+use wire::event::{Account, Event};
 use wire::id::{Boot, WorldId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
@@ -174,6 +175,7 @@ mod tests {
     use super::*;
     use crate::plan::Spot;
     use crate::testing::{at, setup, times, turn};
+    use instrument::Any;
     use wire::codec;
     use wire::id::{FrameId, NodeId};
     use wire::policy::Policy;
@@ -201,7 +203,7 @@ mod tests {
     }
 
     /// Its publications when it has heard one genuine message and its time has come.
-    fn said(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Event>) {
+    fn said(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Any>) {
         let (mut events, mut bytes) = (Vec::new(), Vec::new());
         turn(rogue, at(50), &genuine(50), &mut events);
         for ms in [100, 200, 300, 400, 500] {

@@ -8,12 +8,13 @@
 
 use std::collections::BTreeMap;
 
+use instrument::{Action, Note};
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::{Account, Action, Event};
+use wire::event::{Account, Event};
 use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId, WorldId};
 use wire::session::SessionBody;
 use wire::setup::Setup;
@@ -184,7 +185,7 @@ impl InsiderTeammate {
                     let record = end.say(now, SessionBody::Report(report.as_slice().into()), &mut self.rng);
                     self.outbox.attack(now, Action::Forward, Side::Server, &record, lag);
                     if let Some(record) = claimed {
-                        self.outbox.write(now, Event::Claimed { record, off_mm: 0 });
+                        self.outbox.write(now, Note::Claimed { record, off_mm: 0 });
                     }
                     self.send(session, record);
                 }
@@ -220,7 +221,7 @@ impl InsiderTeammate {
     /// Logs the report about to be sent, and its identity.
     fn own_up(&mut self, now: Instant, action: Action, (record, off_mm): (RecordId, u32), bytes: &[u8], delay: Span) {
         self.outbox.attack(now, action, Side::Server, bytes, delay);
-        self.outbox.write(now, Event::Claimed { record, off_mm });
+        self.outbox.write(now, Note::Claimed { record, off_mm });
     }
 
     /// Ends the session when that is due, and repeats its records in the next.
@@ -343,7 +344,7 @@ impl Core for InsiderTeammate {
             self.close(now, *session);
         }
         if let Input::Cue { step } = input {
-            openings(&mut self.forwardings, &mut self.runs).for_each(|opening| opening.cue(now, *step));
+            openings(&mut self.forwardings, &mut self.runs).for_each(|opening| opening.cue(now, step.as_str()));
         }
         if matches!(input, Input::Finish) {
             self.outbox.write(now, Event::Count { account: Account::Sent, n: self.sent });

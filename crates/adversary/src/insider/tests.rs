@@ -1,8 +1,9 @@
 //! The insiders as attacks, judged at the receiver by `wire::trust`.
 
+use instrument::{Action, Any, Note};
 use wire::codec;
 use wire::core::{Input, Output};
-use wire::event::{Action, Event, wire_hash};
+use wire::event::wire_hash;
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
@@ -224,7 +225,7 @@ fn forwarded(form: Form) -> Vec<u8> {
         }
     });
     let (record, forwarded) = reports.next().unwrap();
-    let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == record);
+    let told = |event: &Any| matches!(event, Any::Instrument(Note::Attack { hash, .. }) if *hash == record);
     assert!(said.iter().any(told), "told by the hash of the very record");
     forwarded
 }

@@ -4,8 +4,8 @@
 //! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:
 //! it can keep publications from their receiver, and read them. Dialling again is the link's business.
 
+use instrument::Note;
 use wire::core::{Core, Input, Output};
-use wire::event::Event;
 use wire::id::{PeerId, WorldId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
@@ -52,7 +52,7 @@ impl SessionThief {
         let wanted = !self.outbox.is_quiet() && self.takeovers.iter().any(|takeover| takeover.is_open(now));
         match (std::mem::replace(&mut self.joined, wanted), wanted) {
             (false, true) => {
-                self.outbox.write(now, Event::Joins { certificate: self.certificate });
+                self.outbox.write(now, Note::Joins { certificate: self.certificate });
                 self.outbox.put(Output::Join);
             }
             (true, false) => self.outbox.put(Output::Leave),
@@ -87,6 +87,7 @@ impl Core for SessionThief {
 mod tests {
     use super::*;
     use crate::testing::{at, setup, turn};
+    use instrument::Any;
     use wire::id::NodeId;
 
     /// It is after no session once the run is over.
@@ -103,6 +104,9 @@ mod tests {
         assert_eq!(did, expected);
         assert_eq!(turn(&mut thief, at(3200), &Input::Quiesce, &mut said), [Output::Leave]);
         assert_eq!(thief.deadline(), None);
-        assert_eq!(said.iter().filter(|e| matches!(e, Event::Joins { certificate: PeerId::UNIT_A })).count(), 2);
+        assert_eq!(
+            said.iter().filter(|e| matches!(e, Any::Instrument(Note::Joins { certificate: PeerId::UNIT_A }))).count(),
+            2
+        );
     }
 }

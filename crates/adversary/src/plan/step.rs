@@ -3,9 +3,9 @@
 //!
 //! The knowledge of an adversary is the scenario's to say and its check's to hold; here everything is carried out.
 
+use instrument::StepName;
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
-use wire::step::StepName;
 
 use super::{MAX_HOLD_MS, MAX_MS, PlanError, within};
 

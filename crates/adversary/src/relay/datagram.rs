@@ -7,8 +7,8 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+use instrument::Action;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::Action;
 use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};

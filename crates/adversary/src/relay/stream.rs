@@ -7,13 +7,12 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
+use instrument::{Note, Place, StreamEffect};
 use rand_chacha::ChaCha8Rng;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::{Event, wire_hash};
+use wire::event::wire_hash;
 use wire::id::{SessionId, WorldId};
-use wire::place::Place;
 use wire::setup::Setup;
-use wire::stream::StreamEffect;
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};
@@ -56,10 +55,10 @@ struct Lane {
 
 impl Lane {
     /// The journal's entry for the action on `bytes`, which come next.
-    fn tampered(&self, deed: StreamEffect, side: Side, bytes: &[u8], delay: Span) -> Event {
+    fn tampered(&self, deed: StreamEffect, side: Side, bytes: &[u8], delay: Span) -> Note {
         let mut named = self.place.clone();
         named.pass(bytes);
-        Event::Tampered {
+        Note::Tampered {
             deed,
             side,
             stream: named.name(),

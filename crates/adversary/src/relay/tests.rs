@@ -2,11 +2,11 @@
 
 mod windows;
 
+use instrument::{Action, Any, Note, StreamEffect};
 use proptest::prelude::*;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::{Account, Action, Event, wire_hash};
+use wire::event::{Account, Event, wire_hash};
 use wire::id::{NodeId, SessionId};
-use wire::stream::StreamEffect;
 use wire::time::{Instant, Span};
 
 use super::{DatagramRelay, StreamRelay, Tally};
@@ -26,7 +26,7 @@ fn null_attack_passes_every_byte_without_journal() {
         assert_eq!(out, [Output::Datagram { side: side.other(), bytes }]);
         assert_eq!(relay.deadline(), None);
     }
-    assert!(said.iter().all(|event| matches!(event, Event::Started | Event::Signed { .. })), "{said:?}");
+    assert!(said.iter().all(|event| matches!(event, Any::Service(Event::Started | Event::Signed { .. }))), "{said:?}");
     turn(&mut relay, at(60), &Input::Finish, &mut said);
     assert_eq!(counted(&said, Account::RelayIn(Side::Client)), 33);
     assert_eq!(counted(&said, Account::RelayOut(Side::Server)), 33);
@@ -40,13 +40,13 @@ fn delayed_datagram_leaves_whole_at_its_deadline() {
     assert_eq!(relay.deadline(), Some(at(800)));
     assert_eq!(turn(&mut relay, at(799), &Input::Timeout, &mut said), []);
     assert_eq!(turn(&mut relay, at(800), &Input::Timeout, &mut said), [sent(9)]);
-    assert!(said.contains(&Event::Attack {
+    assert!(said.contains(&Any::Instrument(Note::Attack {
         action: Action::Delay,
         side: Side::Server,
         length: 20,
         hash: wire_hash(&[9; 20]),
         delay: Span::ms(300),
-    }));
+    })));
 }
 
 #[test]
@@ -105,7 +105,8 @@ fn each_damage_journals_the_changed_bytes_hash() {
             let out = turn(&mut relay, at(1), &up(byte), &mut said);
             let [Output::Datagram { bytes, .. }] = &out[..] else { panic!("{out:?}") };
             assert_ne!(*bytes, vec![byte; 20], "{damage:?}");
-            let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(bytes));
+            let told =
+                |event: &Any| matches!(event, Any::Instrument(Note::Attack { hash, .. }) if *hash == wire_hash(bytes));
             assert!(said.iter().any(told), "{damage:?}");
         }
     }
@@ -258,9 +259,9 @@ proptest! {
 }
 
 /// Offset, hash and delay of the actions on a stream.
-fn told(said: &[Event], wanted: StreamEffect) -> impl Iterator<Item = (u64, u64, Span)> {
+fn told(said: &[Any], wanted: StreamEffect) -> impl Iterator<Item = (u64, u64, Span)> {
     said.iter().filter_map(move |event| {
-        let Event::Tampered { deed, offset, hash, delay, .. } = event else { return None };
+        let Any::Instrument(Note::Tampered { deed, offset, hash, delay, .. }) = event else { return None };
         (*deed == wanted).then_some((*offset, *hash, *delay))
     })
 }

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use instrument::Entry;
 use serde::{Deserialize, Serialize};
-use wire::audit::{Entry, Head};
+use wire::audit::Head;
 use wire::id::{Boot, NodeId};
 
 use crate::log::hex;
@@ -193,6 +194,7 @@ fn clamped(us: i128) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use instrument::Any;
     use wire::event::Event;
     use wire::time::Instant;
 
@@ -201,8 +203,14 @@ mod tests {
     fn fit(written: u64, handed_over: u64, stops: &[Stop]) -> Fit {
         let clock = HeldClock { zero_us: 1_000_000, drift_ppm: 0, late_us: 100_000 };
         let at = Instant(1_000_000 + written);
-        let entry =
-            Entry { node: NodeId::SIM, boot: Boot(1), counter: 1, at, event: Event::Started, previous: [0; 32] };
+        let entry = Entry {
+            node: NodeId::SIM,
+            boot: Boot(1),
+            counter: 1,
+            at,
+            event: Any::Service(Event::Started),
+            previous: [0; 32],
+        };
         clock.fit(&entry, handed_over, START, stops)
     }
 

@@ -18,8 +18,9 @@ pub mod sweep;
 
 use std::collections::BTreeMap;
 
+use instrument::{Any, Entry};
 use sha2::{Digest, Sha256};
-use wire::audit::{ChainError, Chains, Entry, Head, SIGN_PERIOD};
+use wire::audit::{ChainError, Chains, Head, SIGN_PERIOD};
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::sign::{Keyring, Purpose, SharedVerifier, Signed};
@@ -86,7 +87,8 @@ struct Chain {
 
 impl Chain {
     fn take(&mut self, at: usize, entry: &Entry, hash: [u8; 32]) {
-        let signature = if let Event::Signed { signature } = entry.event { Some(signature) } else { None };
+        let signature =
+            if let Any::Service(Event::Signed { signature }) = entry.event { Some(signature) } else { None };
         self.ends_signed = signature.is_some();
         self.last = Some(Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash });
         if let Some(signature) = signature {
@@ -158,7 +160,7 @@ impl<'a> LogVerifier<'a> {
         if entry.node != NodeId::RECORDER && by_recorder(entry.node) {
             let before = self.running.last().copied().unwrap_or_default();
             self.running.push(Sha256::new().chain_update(before).chain_update(hash).finalize().into());
-        } else if let Event::Sealed { entries, head } = entry.event
+        } else if let Any::Service(Event::Sealed { entries, head }) = entry.event
             && entry.node == NodeId::RECORDER
         {
             self.seals.push((here, entries, head));

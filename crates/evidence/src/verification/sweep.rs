@@ -5,9 +5,9 @@
 //! those of the digest of the whole file alone: of those, changes that leave every entry as it was, changes that move the time under which one is
 //! kept by less than a host's clock allows for, and changes of an entry. Writing whole stories anew is `adversary::insider`'s business.
 
+use instrument::{Any, Entry};
 use link::recorded::{MAX_FRAMES, frames_in};
 use sha2::{Digest, Sha256};
-use wire::audit::Entry;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::sign::SharedVerifier;
@@ -160,7 +160,7 @@ impl<'a> Sweep<'a> {
 
 /// True if an entry is a seal of the recorder's.
 pub fn is_seal(logged: &Logged) -> bool {
-    Entry::decode(&logged.bytes).is_ok_and(|entry| matches!(entry.event, Event::Sealed { .. }))
+    Entry::decode(&logged.bytes).is_ok_and(|entry| matches!(entry.event, Any::Service(Event::Sealed { .. })))
 }
 
 fn read(file: &[u8]) -> Result<Vec<Logged>, String> {

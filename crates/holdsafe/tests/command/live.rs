@@ -5,6 +5,7 @@ use std::path::Path;
 
 use evidence::trial::Outcome;
 use evidence::{Evidence, Property};
+use instrument::{Any, Note};
 use link::input_journal::{Entry, Reader, Writer};
 use live::child::Services;
 use live::trial::{Judged, conclude};
@@ -13,7 +14,6 @@ use parallel::progress::Stop;
 use scenario::Setup;
 use topology::{RunSecret, Topology, lay_out};
 use wire::core::Output;
-use wire::event::Event;
 use wire::id::NodeId;
 use wire::person::Role;
 
@@ -26,8 +26,10 @@ const TRIES: u64 = 5;
 /// True if the host, and not the platform, explains the findings: the launcher overslept, or a service was kept from
 /// running so long that its entries came late to the recording.
 fn spoilt(evidence: &Evidence) -> bool {
-    let overslept =
-        evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Stalled { by } if by.0 > evidence.stall_limit));
+    let overslept = evidence
+        .entries
+        .iter()
+        .any(|w| matches!(w.entry.event, Any::Instrument(Note::Stalled { by }) if by.0 > evidence.stall_limit));
     overslept || evidence.log_flaws.iter().any(|flaw| flaw.what.contains("at another time"))
 }
 

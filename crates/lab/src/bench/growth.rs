@@ -8,6 +8,7 @@
 //! them.
 
 use crate::report::{Grown, Growth, GrowthRow, growth_table};
+use instrument::Any;
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::Spread;
@@ -146,7 +147,11 @@ fn tracks(context: &Context, planned: &Planned) -> Result<u8, Failure> {
     let (topology, twin) =
         start(scenario, setup, context.seed, false).map_err(|e| EngineError::Failed(e.to_string()))?;
     let shown = conclude(topology, twin, setup).evidence.entries.into_iter().filter_map(|witnessed| {
-        if let Event::Displayed { tracks_fresh, .. } = witnessed.entry.event { Some(tracks_fresh) } else { None }
+        if let Any::Service(Event::Displayed { tracks_fresh, .. }) = witnessed.entry.event {
+            Some(tracks_fresh)
+        } else {
+            None
+        }
     });
     Ok(shown.max().unwrap_or_default())
 }

@@ -5,6 +5,7 @@
 //! that until the display reports a missing answer. It measures and prints; no test asserts its numbers.
 
 use evidence::{SCHEMA_VERSION, Witnessed};
+use instrument::Any;
 use results::report::started;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
@@ -139,33 +140,46 @@ impl Hold {
     fn find(log: &[Witnessed], hand: u64) -> Option<Self> {
         let of_cycle = || log.iter().filter(move |w| (hand..hand + CYCLE_US).contains(&w.at));
         let (core, id) = of_cycle().find_map(|w| {
-            let Event::Act { act: Some(Act::Now(_)), command: Some(id), .. } = w.entry.event else { return None };
+            let Any::Service(Event::Act { act: Some(Act::Now(_)), command: Some(id), .. }) = w.entry.event else {
+                return None;
+            };
             Some((w.at, id))
         })?;
-        let first = |stage: &dyn Fn(NodeId, &Event, CommandId) -> bool| {
+        let first = |stage: &dyn Fn(NodeId, &Any, CommandId) -> bool| {
             of_cycle().find(|w| stage(w.entry.node, &w.entry.event, id)).map(|w| w.at)
         };
         let held = first(&|node, event, _| {
-            node == NodeId::UNIT_A && matches!(event, Event::Transition { to: Mode::HoldSafe, .. })
+            node == NodeId::UNIT_A && matches!(event, Any::Service(Event::Transition { to: Mode::HoldSafe, .. }))
         });
         Some(Self {
             hand,
             core,
-            sent: first(
-                &|_, event, id| matches!(event, Event::Staged { command, stage: CommandStage::Sent } if *command == id),
-            ),
-            executed: first(
-                &|_, event, id| matches!(event, Event::Executed { command, refused: None, .. } if *command == id),
-            ),
+            sent: first(&|_, event, id| {
+                matches!(
+                    event,
+                    Any::Service(Event::Staged { command, stage: CommandStage::Sent }) if *command == id
+                )
+            }),
+            executed: first(&|_, event, id| {
+                matches!(
+                    event,
+                    Any::Service(Event::Executed { command, refused: None, .. }) if *command == id
+                )
+            }),
             held,
-            acknowledged: first(&|_, event, id| matches!(event, Event::Acknowledged { command, .. } if *command == id)),
+            acknowledged: first(
+                &|_, event, id| matches!(event, Any::Service(Event::Acknowledged { command, .. }) if *command == id),
+            ),
             shown: first(&|_, event, _| {
                 let shown = (UnitId::A, Mode::HoldSafe, Freshness::Fresh);
-                matches!(event, Event::Displayed { unit, mode, freshness, .. } if (*unit, *mode, *freshness) == shown)
+                matches!(
+                    event,
+                    Any::Service(Event::Displayed { unit, mode, freshness, .. }) if (*unit, *mode, *freshness) == shown
+                )
             }),
             unanswered: first(&|_, event, id| {
                 let shown = Event::CommandShown { command: id, shown: ShownAs::NotAcknowledged };
-                *event == shown
+                *event == Any::Service(shown)
             }),
         })
     }

@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Micros, SCHEMA_VERSION};
 use explain::{Explanation, Origin, Place, explain};
+use instrument::Sensor;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -21,7 +22,6 @@ use scenario::{AttackSpace, Scenario};
 use search::{Action, AttackSequence};
 use serde::Serialize;
 use stats::Share;
-use wire::event::Sensor;
 use wire::id::UnitId;
 
 /// Times at which faults begin, milliseconds: the unit is under way, and the consequences still happen within the run.

@@ -2,10 +2,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use ::instrument::{Any, GuardVerdict, Note};
 use serde::Serialize;
 use tokio::sync::mpsc;
 use wire::codec::Text;
-use wire::event::{Event, GuardVerdict, Interface};
+use wire::event::{Event, Interface};
 use wire::id::PeerId;
 
 use crate::certificates::Fault;
@@ -88,11 +89,11 @@ pub const UNKNOWN_PEER: u32 = u32::MAX;
 
 impl Observation {
     /// The guard's log events of it, where its peers are refused at `interface`.
-    pub(crate) fn events(&self, interface: Interface) -> [Option<Event>; 2] {
+    pub(crate) fn events(&self, interface: Interface) -> [Option<Any>; 2] {
         if let Some(peer) = self.peer {
-            return [Some(Event::Associated { association: self.association, peer }), None];
+            return [Some(Note::Associated { association: self.association, peer }.into()), None];
         }
-        let saw = Event::GuardSaw {
+        let saw = Note::GuardSaw {
             association: self.association,
             epoch: self.epoch,
             sequence: self.sequence,
@@ -102,9 +103,9 @@ impl Observation {
         };
         let refused = self.fault.map(|fault| {
             let detail = Text::new(&format!("{}: expected {}", fault.name(), fault.expected()));
-            Event::Refused { at: interface, peer: None, reason: fault.reason(), detail }
+            Event::Refused { at: interface, peer: None, reason: fault.reason(), detail }.into()
         });
-        [Some(saw), refused]
+        [Some(saw.into()), refused]
     }
 
     /// An observation of an association without a record.

@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use instrument::{Any, Entry as AuditEntry, Note};
 use link::bus::Domain;
 use link::bus::sweep::sweep;
 use link::clock::{HostClock, trace_us};
@@ -11,9 +12,10 @@ use link::input_journal::{Entry, Reader};
 use link::instrument::{Frame, Instrument};
 use link::recorded;
 use link::spec::{BusSpec, ChannelSpec, Control, ORPHANED, RecorderSpec, ServiceSpec};
+use minicbor::Encode;
 use rustix::process::{Resource, Rlimit};
 use tokio::sync::mpsc;
-use wire::audit::{Entry as AuditEntry, Journal};
+use wire::audit::Journal;
 use wire::core::{Input, Output, Topic};
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
@@ -61,7 +63,7 @@ fn frames(n: u64) -> Vec<Frame> {
     written(n, Event::Started)
 }
 
-fn written(n: u64, event: Event) -> Vec<Frame> {
+fn written(n: u64, event: impl Encode<()> + Copy) -> Vec<Frame> {
     let mut journal = Journal::new(NodeId::SIM, Boot(1), None);
     let mut out = std::collections::VecDeque::new();
     (0..n).for_each(|at| journal.write(Instant(at), event, &mut out));
@@ -125,7 +127,7 @@ fn recorder_without_writes_recovers_without_loss() {
     (recorder.tell, recorder.directory) = (true, directory.path().join("record"));
     let mut running = launch(spec);
     let mut instrument = Instrument::start(directory.path().join("audit")).unwrap();
-    let step = Event::Step { step: wire::step::StepName::new("cut").unwrap(), begun: true };
+    let step = Note::Step { step: instrument::StepName::new("cut").unwrap(), begun: true };
     let sent = written(60, step);
     let mut send = |range: std::ops::Range<usize>| {
         sent[range.clone()].iter().for_each(|frame| instrument.push(frame.clone()));
@@ -166,9 +168,11 @@ fn recorder_without_writes_recovers_without_loss() {
     assert!(running.child.wait().unwrap().success());
     let kept = recorded::frames(&directory.path().join("record")).unwrap();
     let mut chains = wire::audit::Chains::default();
-    assert!(kept.iter().all(|frame| chains.follow(&frame.bytes).is_ok()), "each once, in order");
+    assert!(kept.iter().all(|frame| chains.follow::<Any>(&frame.bytes).is_ok()), "each once, in order");
     let last = kept.iter().rev().find_map(|frame| {
-        let Event::Sealed { entries, .. } = AuditEntry::decode(&frame.bytes).unwrap().event else { return None };
+        let Any::Service(Event::Sealed { entries, .. }) = AuditEntry::decode(&frame.bytes).unwrap().event else {
+            return None;
+        };
         Some(entries)
     });
     assert_eq!(last, Some(60));

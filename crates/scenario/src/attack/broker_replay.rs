@@ -2,7 +2,7 @@
 
 use adversary::plan::BrokerAction;
 use evidence::Planned;
-use wire::event::Action;
+use instrument::Action;
 
 use super::{Act, Attack, Injection, captured, during};
 use crate::timed::timed;

@@ -2,7 +2,7 @@
 
 use adversary::plan::DatagramAction;
 use evidence::{Planned, Takes};
-use wire::event::Action;
+use instrument::Action;
 
 use super::{Act, Attack, Injection, attacks, during};
 use crate::{Millis, Whole};

@@ -2,7 +2,7 @@
 
 use adversary::plan::FeedAction;
 use evidence::{Planned, Takes};
-use wire::event::Action;
+use instrument::Action;
 
 use super::{Act, Attack, Injection, during};
 use crate::timed::timed;

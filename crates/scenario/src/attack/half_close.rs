@@ -2,7 +2,7 @@
 
 use adversary::plan::StreamAction;
 use evidence::Planned;
-use wire::stream::StreamEffect;
+use instrument::StreamEffect;
 
 use super::{Act, Attack, Injection, attacks, during};
 

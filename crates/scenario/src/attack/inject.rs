@@ -2,9 +2,9 @@
 
 use adversary::plan::{self, DatagramAction};
 use evidence::Planned;
+use instrument::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::event::Action;
 
 use super::{Act, Attack, Injection, attacks, during};
 use crate::{Count, Millis};

@@ -3,9 +3,9 @@
 use adversary::plan::Says;
 use evidence::Planned;
 use evidence::trial::Knowledge;
+use instrument::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::event::Action;
 
 use super::{Act, Attack, Injection};
 use crate::shared::Every;

@@ -3,9 +3,9 @@
 use adversary::plan::Resend;
 use evidence::Planned;
 use evidence::trial::Knowledge;
+use instrument::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::event::Action;
 
 use super::{Act, Attack, Deceit, Injection};
 use crate::{Count, Located, Millis, Seconds, Windowed};

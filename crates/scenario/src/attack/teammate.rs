@@ -2,9 +2,9 @@
 
 use adversary::plan::{Form, Forward};
 use evidence::Planned;
+use instrument::Action;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::event::Action;
 
 use super::{Act, Attack, Deceit, Injection};
 use crate::timed::timed;

@@ -4,7 +4,7 @@
 //! does not is the harder lie. A dropped source gives no reading. Localisation states its usual deviation under any fault,
 //! as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
 
-use wire::event::Sensor;
+use instrument::Sensor;
 use wire::sensor::{Fix, Odometry, Pose, ReceiverTime};
 use wire::time::Span;
 

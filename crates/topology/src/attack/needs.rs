@@ -1,8 +1,8 @@
 //! Conditions for an injection to arrive: processes that run, and a message to take hold of.
 
 use evidence::{Needs, Planned, Takes};
+use instrument::Action;
 use sim::fault::is_imaging;
-use wire::event::Action;
 use wire::id::NodeId;
 
 /// Both ends of the telemetry link and the relay between them.

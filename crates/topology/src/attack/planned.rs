@@ -1,8 +1,8 @@
 //! Injections for which the oracle has to find receipts: one plan for each table, with the window in which it is carried out.
 
 use evidence::{Micros, Plan, Planned};
+use instrument::FaultKind;
 use scenario::{Attack, Scenario, Windowed};
-use wire::event::FaultKind;
 use wire::id::ObjectId;
 
 use super::{needs, sensor};

@@ -1,35 +1,30 @@
 //! Events that services write to the instrument plane: their decisions, their observations and their accounts.
 //!
-//! The oracle judges from these. Events about the world (truth), the plant, the relay and the display come from other
-//! processes than the service judged, so that no service is the only witness of its own conduct.
+//! The oracle judges from these and from what others write beside them about the world, the plant and the links (`instrument`),
+//! so that no service is the only witness of its own conduct. The numbers that are missing here are of those others' notes.
 //!
 //! The enum stays one, since its numbers are the wire's; the terms that its events are told in are beside it: `account`,
-//! `injected`, `seen`.
+//! `seen`.
 
 use minicbor::{Decode, Encode};
 use sha2::{Digest, Sha256};
 
 use crate::codec::Text;
 use crate::command::CommandKind;
-use crate::core::Side;
 use crate::feed::CommandStage;
-use crate::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId, UnitId, WorldId};
+use crate::id::{CommandId, FrameId, NodeId, PeerId, RecordId, TrackId, UnitId, WorldId};
 use crate::mode::{Because, Cause, Guards, Mode};
 use crate::person::{Act, Order, Unable};
 use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
-use crate::step::StepName;
-use crate::stream::{Sight, StreamEffect};
 use crate::time::{Instant, Span};
 
 mod account;
-mod injected;
 mod seen;
 
 pub use account::{Account, Interface};
-pub use injected::{Action, FaultKind, Sensor, Suspension};
-pub use seen::{Freshness, GuardVerdict, Inconsistency, ShownAs};
+pub use seen::{Freshness, Inconsistency, ShownAs};
 
 /// One event. As JSON it goes without signatures and seals' heads, which cover the bytes of entries and not their JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
@@ -64,30 +59,6 @@ pub enum Event {
         #[n(0)] world: WorldId, #[n(1)] authority: u32, #[n(2)] track: TrackId, #[n(3)] command: CommandId,
         #[n(4)] failing: Guards,
     },
-    /// Ground truth of a unit, from the plant.
-    #[n(7)] Truth {
-        #[n(0)] unit: UnitId, #[n(1)] x_mm: i32, #[n(2)] y_mm: i32, #[n(3)] yaw_mrad: i16, #[n(4)] speed_mm_s: i32,
-        #[n(5)] set_speed_mm_s: i32,
-        /// The plant is following a set-point whose lease stands.
-        #[n(6)] leased: bool,
-        /// Signed distance to the fence, positive inside.
-        #[n(7)] fence_mm: i32,
-    },
-    /// True place of an object.
-    #[n(8)] Object { #[n(0)] object: ObjectId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
-    /// The plant received an act.
-    #[n(9)] PlantAct {
-        #[n(0)] authority: u32, #[n(1)] command: CommandId,
-        /// True object nearest to the designated place.
-        #[n(2)] object: Option<ObjectId>,
-        #[n(3)] class: Option<Class>, #[n(4)] distance_mm: u32,
-    },
-    /// A sensor fault began (true) or ended.
-    #[n(10)] Fault {
-        #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] active: bool,
-        /// First frame affected or first frame whole again.
-        #[n(3)] frame: FrameId,
-    },
     /// Perception: content of a frame, when that changed. A modality that repeats itself brings none.
     #[n(11)] FrameSeen { #[n(0)] frame: FrameId, #[n(1)] present: Modalities },
     /// Autonomy: content of navigation, when that changed.
@@ -113,22 +84,6 @@ pub enum Event {
     },
     /// Part of a closing account.
     #[n(14)] Count { #[n(0)] account: Account, #[n(1)] n: u64 },
-    /// An adversary acted.
-    #[n(15)] Attack {
-        #[n(0)] action: Action,
-        /// Side it was sent towards, or that it came from when dropped.
-        #[n(1)] side: Side,
-        #[n(2)] length: u16,
-        /// First eight bytes of the SHA-256 of the bytes on the wire.
-        #[n(3)] hash: u64,
-        /// Delay imposed, if any.
-        #[n(4)] delay: Span,
-    },
-    /// The guard in front of a session saw a datagram (logged if unusual, late or repeated).
-    #[n(16)] GuardSaw {
-        #[n(0)] association: u32, #[n(1)] epoch: u16, #[n(2)] sequence: u64, #[n(3)] length: u16, #[n(4)] hash: u64,
-        #[n(5)] verdict: GuardVerdict,
-    },
     /// A secure session opened (true) or ended.
     #[n(17)] Session { #[n(0)] peer: PeerId, #[n(1)] open: bool },
     /// An operator gave an intent.
@@ -145,67 +100,14 @@ pub enum Event {
     #[n(23)] Signed { #[cbor(n(0), with = "minicbor::bytes")] #[serde(skip)] signature: [u8; 64] },
     /// The recorder found a chain broken.
     #[n(24)] ChainBroken { #[n(0)] node: NodeId, #[n(1)] counter: u64 },
-    /// The launcher or twin ended a process, or saw it end.
-    #[n(25)] Ended {
-        #[n(0)] node: NodeId,
-        /// On purpose.
-        #[n(1)] killed: bool,
-    },
-    /// The host itself overslept by so much (live only).
-    #[n(26)] Stalled { #[n(0)] by: Span },
     /// A teammate's claim was found inconsistent.
     #[n(27)] Inconsistent { #[n(0)] unit: UnitId, #[n(1)] finding: Inconsistency, #[n(2)] record: RecordId },
-    /// An adversary did something to a byte stream.
-    #[n(28)] Tampered {
-        #[n(0)] deed: StreamEffect,
-        /// Side that the direction leads to.
-        #[n(1)] side: Side,
-        /// Name of the direction ([`crate::place::Place`]), as it leaves the adversary.
-        #[n(2)] stream: u64,
-        /// Bytes of the direction before these.
-        #[n(3)] offset: u64,
-        #[n(4)] length: u32,
-        /// Of these bytes, as they leave.
-        #[n(5)] hash: u64,
-        /// Delay imposed, if any.
-        #[n(6)] delay: Span,
-    },
-    /// The ingress of an end saw an event of a byte stream that leads to it.
-    #[n(29)] StreamSaw {
-        #[n(0)] sight: Sight,
-        /// Name of the direction, so far as it has come.
-        #[n(1)] stream: u64,
-        /// Bytes of the direction before these.
-        #[n(2)] offset: u64,
-        #[n(3)] length: u32, #[n(4)] hash: u64,
-    },
-    /// A rogue station gave a command under a key that is not its own.
-    #[n(50)] Rogue {
-        #[n(0)] command: CommandId, #[n(1)] kind: CommandKind,
-        /// Node that owns the signing key.
-        #[n(2)] key: NodeId,
-        /// Peer under which it was published; absent when it was asked of the gateway.
-        #[n(3)] certificate: Option<PeerId>,
-    },
     /// A service learned that the authority has revoked an identity.
     #[n(51)] Struck { #[n(0)] who: NodeId },
-    /// A step of an attack began (true) or ended, by the word of who carries it out.
-    #[n(40)] Step { #[n(0)] step: StepName, #[n(1)] begun: bool },
-    /// The launcher or twin keeps a process from running (true), or lets it run again. Live, it says so once the kernel's
-    /// process table does.
-    #[n(41)] Suspended { #[n(0)] node: NodeId, #[n(1)] how: Suspension, #[n(2)] on: bool },
-    /// The launcher or twin started a process again that had ended.
-    #[n(42)] Restarted { #[n(0)] node: NodeId, #[n(1)] boot: Boot },
     /// State of an operator's command on the display, when that changed.
     #[n(45)] CommandShown { #[n(0)] command: CommandId, #[n(1)] shown: ShownAs },
-    /// An adversary kept a report from the display, for a time or for good.
-    #[n(46)] Withheld { #[n(0)] record: RecordId },
-    /// An adversary kept a request of the operator from the gateway.
-    #[n(47)] Swallowed { #[n(0)] command: CommandId },
     /// A second connection with this certificate took the session of the first at the broker.
     #[n(48)] TakenOver { #[n(0)] peer: PeerId },
-    /// An adversary takes a session on the command plane under this certificate.
-    #[n(56)] Joins { #[n(0)] certificate: PeerId },
     /// The session of this peer at the broker has ended, and not by the peer, who says so.
     #[n(58)] SessionLost { #[n(0)] peer: PeerId },
     /// Console: how often that happened, as the display shows it.
@@ -219,20 +121,6 @@ pub enum Event {
         /// The unit says that it does not go by such fixes now.
         #[n(6)] distrusted: bool,
     },
-    /// Sim: by how much faults displace the fix of this stamp (written with the truth, while they do).
-    #[n(61)] Imposed { #[n(0)] stamp: Instant, #[n(1)] east_mm: i32, #[n(2)] north_mm: i32, #[n(3)] time_us: i64 },
-    /// The input of a core took in bytes that an insider says it sent there.
-    #[n(65)] MouthSaw { #[n(0)] reader: NodeId, #[n(1)] at: Interface, #[n(2)] length: u32, #[n(3)] hash: u64 },
-    /// The guard in front of a session: peer of the certificate that an association's handshake showed.
-    #[n(66)] Associated { #[n(0)] association: u32, #[n(1)] peer: PeerId },
-    /// The launcher or twin stops a slow process for its share of a period (true), or lets it go on.
-    #[n(67)] Halted { #[n(0)] node: NodeId, #[n(1)] on: bool },
-    /// The core of a process that is to be kept from running was fed something (told once in a few milliseconds).
-    #[n(68)] Ran { #[n(0)] node: NodeId },
-    /// The launcher or twin stops a process from writing to its disk (true), or lets it again.
-    #[n(69)] DiskFull { #[n(0)] node: NodeId, #[n(1)] on: bool },
-    /// The recording has grown to so many bytes, as seen from outside the recorder (told where its disk is to be full).
-    #[n(70)] Kept { #[n(0)] bytes: u64 },
     /// Console: an act of a person, and its immediate result: the command given, or the reason that none was.
     #[n(80)] Act {
         #[n(0)] by: NodeId,
@@ -271,30 +159,16 @@ pub enum Event {
     },
     /// Perception: a track is believed, or is taken for something else than before.
     #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
-    /// The sim: this object bears a print.
-    #[n(87)] Printed { #[n(0)] object: ObjectId },
     /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
     /// [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
-    /// The sim: the message with this [`wire_hash`] would read otherwise without the faults of this kind at this sensor. Told of the first
-    /// message that a fault changes and then once in [`ALTERED_EVERY`].
-    #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
-    /// An insider sends the report with this identity: it tells which of a session's records are its actions.
-    #[n(55)] Claimed {
-        #[n(0)] record: RecordId,
-        /// Distance between the place in it and the true one, mm.
-        #[n(1)] off_mm: u32,
-    },
 }
 
 /// Every so many frames the colour image is told of: once a second.
 pub const PICTURED_EVERY: u64 = 10;
 
-/// So often a message is told of that a fault has changed, while it does.
-pub const ALTERED_EVERY: Span = Span::ms(1_000);
-
-/// The short hash of bytes on a wire, as [`Event::Attack`] and [`Event::GuardSaw`] carry it: the first eight bytes of
-/// their SHA-256, big endian. Both ends of a receipt have to use this one.
+/// The short hash of bytes on a wire, as [`Event::Pictured`] and the notes of relays and guards carry it: the first eight
+/// bytes of their SHA-256, big endian. Both ends of a receipt have to use this one.
 pub fn wire_hash(bytes: &[u8]) -> u64 {
     let digest: [u8; 32] = Sha256::digest(bytes).into();
     digest.iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))

@@ -1,14 +1,15 @@
 //! The named values behind the vectors. Numbers are chosen to differ from each other and to need every width.
 
+use instrument::{
+    Action, Any, Entry, FaultKind, GuardVerdict, Note, Sensor, Sight, StepName, StreamEffect, Suspension,
+};
 use minicbor::bytes::ByteSlice;
-use wire::audit::{Entry, Head, Seal, SealedHead};
+use wire::audit::{Head, Seal, SealedHead};
 use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{
-    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor, ShownAs, Suspension,
-};
+use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
@@ -26,8 +27,6 @@ use wire::sensor::{
 use wire::session::{SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
-use wire::step::StepName;
-use wire::stream::{Sight, StreamEffect};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
 use wire::trust::Revocation;
@@ -404,7 +403,7 @@ fn inputs() -> Vec<Named> {
         named!("audit", Input, Input::Audit { bytes }),
         named!("quiesce", Input, Input::Quiesce),
         named!("finish", Input, Input::Finish),
-        named!("cue", Input, Input::Cue { step: step("cut") }),
+        named!("cue", Input, Input::Cue { step: step("cut").cue() }),
         named!("session-lost", Input, Input::SessionLost),
         named!("act", Input, Input::Act { bytes: codec::encode(&numbered(person::Act::Withdraw)) }),
     ]
@@ -442,7 +441,7 @@ pub(crate) fn events() -> impl Iterator<Item = u8> {
 }
 
 fn entries() -> Vec<Named> {
-    let entry = |(name, event): (&'static str, Event)| {
+    let entry = |(name, event): (&'static str, Any)| {
         let entry = Entry {
             node: NodeId::GATEWAY,
             boot: Boot(1),
@@ -458,7 +457,8 @@ fn entries() -> Vec<Named> {
         named.event = items[event + 2].argument as u8;
         named
     };
-    decisions().into_iter().chain(witnesses()).chain(instrument()).map(entry).collect()
+    let of_services = decisions().into_iter().map(|(name, event)| (name, Any::Service(event)));
+    of_services.chain(witnesses()).chain(instrument()).map(entry).collect()
 }
 
 /// Decisions of services.
@@ -524,11 +524,11 @@ fn decisions() -> Vec<(&'static str, Event)> {
 }
 
 /// Observations of others.
-fn witnesses() -> Vec<(&'static str, Event)> {
+fn witnesses() -> Vec<(&'static str, Any)> {
     vec![
         (
             "truth",
-            Event::Truth {
+            Any::Instrument(Note::Truth {
                 unit: UnitId::A,
                 x_mm: 1,
                 y_mm: -1,
@@ -537,31 +537,48 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 set_speed_mm_s: 2900,
                 leased: true,
                 fence_mm: -5,
-            },
+            }),
         ),
-        ("object", Event::Object { object: ObjectId(4), class: Class::Obstacle, x_mm: 100, y_mm: 200 }),
+        ("object", Any::Instrument(Note::Object { object: ObjectId(4), class: Class::Obstacle, x_mm: 100, y_mm: 200 })),
         (
             "plant-act",
-            Event::PlantAct {
+            Any::Instrument(Note::PlantAct {
                 authority: 1,
                 command: COMMAND,
                 object: Some(ObjectId(4)),
                 class: Some(Class::Vehicle),
                 distance_mm: 700,
-            },
+            }),
         ),
         (
             "plant-act-on-nothing",
-            Event::PlantAct { authority: 1, command: COMMAND, object: None, class: None, distance_mm: u32::MAX },
+            Any::Instrument(Note::PlantAct {
+                authority: 1,
+                command: COMMAND,
+                object: None,
+                class: None,
+                distance_mm: u32::MAX,
+            }),
         ),
-        ("fault", Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) }),
-        ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
-        ("repeated", Event::Repeated { modality: Modality::Thermal, frame: FrameId(44), first: FrameId(40) }),
-        ("crowded", Event::Crowded { frame: FrameId(45), detections: 32 }),
-        ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
+        (
+            "fault",
+            Any::Instrument(Note::Fault {
+                sensor: Sensor::Odometry,
+                kind: FaultKind::Drift,
+                active: true,
+                frame: FrameId(40),
+            }),
+        ),
+        ("frame-seen", Any::Service(Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) })),
+        (
+            "repeated",
+            Any::Service(Event::Repeated { modality: Modality::Thermal, frame: FrameId(44), first: FrameId(40) }),
+        ),
+        ("crowded", Any::Service(Event::Crowded { frame: FrameId(45), detections: 32 })),
+        ("navigation-seen", Any::Service(Event::NavigationSeen { fix: false, odometry: true })),
         (
             "located",
-            Event::Located {
+            Any::Service(Event::Located {
                 stamp: Instant(1_250_000),
                 x_mm: 1000,
                 y_mm: -2000,
@@ -569,12 +586,20 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 pose_x_mm: 990,
                 pose_y_mm: -2010,
                 distrusted: true,
-            },
+            }),
         ),
-        ("imposed", Event::Imposed { stamp: Instant(1_250_000), east_mm: 300, north_mm: -4, time_us: -2_000_000 }),
+        (
+            "imposed",
+            Any::Instrument(Note::Imposed {
+                stamp: Instant(1_250_000),
+                east_mm: 300,
+                north_mm: -4,
+                time_us: -2_000_000,
+            }),
+        ),
         (
             "displayed",
-            Event::Displayed {
+            Any::Service(Event::Displayed {
                 unit: UnitId::A,
                 mode: Mode::Ready,
                 authority: Some(TrackId(3)),
@@ -585,50 +610,57 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 report: RECORD,
                 failing: Guards(0b100),
                 place: Some(Pose { x_mm: 1_000, y_mm: -2_000, yaw_mrad: 30 }),
-            },
+            }),
         ),
         (
             "doubted",
-            Event::Doubted {
+            Any::Service(Event::Doubted {
                 frame: FrameId(41),
                 class: Class::Vehicle,
                 bearing_mrad: -120,
                 supported: Modalities(0b0001),
                 vetoed: Modalities(0b0100),
-            },
+            }),
         ),
-        ("followed", Event::Followed { track: TrackId(3), class: Class::Person, x_mm: 8_000, y_mm: -3_000 }),
-        ("printed", Event::Printed { object: ObjectId(2) }),
+        (
+            "followed",
+            Any::Service(Event::Followed { track: TrackId(3), class: Class::Person, x_mm: 8_000, y_mm: -3_000 }),
+        ),
+        ("printed", Any::Instrument(Note::Printed { object: ObjectId(2) })),
         (
             "altered",
-            Event::Altered { sensor: Sensor::Localisation, kind: FaultKind::Jump, hash: 0x0123_4567_89ab_cdef },
+            Any::Instrument(Note::Altered {
+                sensor: Sensor::Localisation,
+                kind: FaultKind::Jump,
+                hash: 0x0123_4567_89ab_cdef,
+            }),
         ),
-        ("pictured", Event::Pictured { frame: FrameId(40), hash: 0x0123_4567_89ab_cdef }),
-        ("judged", Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 }),
+        ("pictured", Any::Service(Event::Pictured { frame: FrameId(40), hash: 0x0123_4567_89ab_cdef })),
+        ("judged", Any::Service(Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 })),
         (
             "attack",
-            Event::Attack {
+            Any::Instrument(Note::Attack {
                 action: Action::Replay,
                 side: Side::Server,
                 length: 180,
                 hash: 1 << 40,
                 delay: Span::ms(300),
-            },
+            }),
         ),
         (
             "guard-saw",
-            Event::GuardSaw {
+            Any::Instrument(Note::GuardSaw {
                 association: 1,
                 epoch: 1,
                 sequence: 300,
                 length: 180,
                 hash: 1 << 40,
                 verdict: GuardVerdict::Plaintext,
-            },
+            }),
         ),
         (
             "tampered",
-            Event::Tampered {
+            Any::Instrument(Note::Tampered {
                 deed: StreamEffect::Held,
                 side: Side::Client,
                 stream: 1 << 50,
@@ -636,74 +668,96 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 length: 340,
                 hash: 1 << 40,
                 delay: Span::s(2),
-            },
+            }),
         ),
         (
             "stream-saw",
-            Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
+            Any::Instrument(Note::StreamSaw {
+                sight: Sight::Arrived,
+                stream: 1 << 50,
+                offset: 4_000,
+                length: 340,
+                hash: 1 << 40,
+            }),
         ),
-        ("command-shown", Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged }),
-        ("withheld", Event::Withheld { record: RECORD }),
-        ("swallowed", Event::Swallowed { command: COMMAND }),
-        ("taken-over", Event::TakenOver { peer: PeerId::UNIT_A }),
-        ("joins", Event::Joins { certificate: PeerId::UNIT_A }),
-        ("session-lost", Event::SessionLost { peer: PeerId::UNIT_A }),
+        ("command-shown", Any::Service(Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged })),
+        ("withheld", Any::Instrument(Note::Withheld { record: RECORD })),
+        ("swallowed", Any::Instrument(Note::Swallowed { command: COMMAND })),
+        ("taken-over", Any::Service(Event::TakenOver { peer: PeerId::UNIT_A })),
+        ("joins", Any::Instrument(Note::Joins { certificate: PeerId::UNIT_A })),
+        ("session-lost", Any::Service(Event::SessionLost { peer: PeerId::UNIT_A })),
         (
             "act-refused",
-            Event::Act {
+            Any::Service(Event::Act {
                 by: NodeId::OPERATOR,
                 serial: 4,
                 act: Some(person::Act::Withdraw),
                 command: None,
                 refused: Some(Unable::NotPrepared),
-            },
+            }),
         ),
         (
             "act-unread",
-            Event::Act { by: NodeId::OPERATOR, serial: 0, act: None, command: None, refused: Some(Unable::Malformed) },
+            Any::Service(Event::Act {
+                by: NodeId::OPERATOR,
+                serial: 0,
+                act: None,
+                command: None,
+                refused: Some(Unable::Malformed),
+            }),
         ),
         (
             "act",
-            Event::Act {
+            Any::Service(Event::Act {
                 by: NodeId::OPERATOR,
                 serial: 5,
                 act: Some(person::Act::Now(person::Order::Command(UnitId::A, CommandKind::Hold))),
                 command: Some(COMMAND),
                 refused: None,
-            },
+            }),
         ),
         (
             "lapsed",
-            Event::Lapsed {
+            Any::Service(Event::Lapsed {
                 by: NodeId::OPERATOR,
                 order: person::Order::Revoke(NodeId::OPERATOR_2),
                 why: Unable::Interlock,
-            },
+            }),
         ),
-        ("losses-shown", Event::LossesShown { peer: PeerId::GATEWAY, times: 2 }),
-        ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
+        ("losses-shown", Any::Service(Event::LossesShown { peer: PeerId::GATEWAY, times: 2 })),
+        ("session", Any::Service(Event::Session { peer: PeerId::UNIT_A, open: false })),
         (
             "rogue-at-the-broker",
-            Event::Rogue {
+            Any::Instrument(Note::Rogue {
                 command: COMMAND,
                 kind: CommandKind::Configure(VALUES),
                 key: NodeId::OPERATOR_2,
                 certificate: Some(PeerId::UNIT_B),
-            },
+            }),
         ),
         (
             "rogue-at-the-gateway",
-            Event::Rogue { command: COMMAND, kind: CommandKind::Hold, key: NodeId::OPERATOR_2, certificate: None },
+            Any::Instrument(Note::Rogue {
+                command: COMMAND,
+                kind: CommandKind::Hold,
+                key: NodeId::OPERATOR_2,
+                certificate: None,
+            }),
         ),
-        ("struck", Event::Struck { who: NodeId::OPERATOR_2 }),
-        ("associated", Event::Associated { association: 3, peer: PeerId::UNIT_A }),
-        ("halted", Event::Halted { node: NodeId::PERCEPTION, on: true }),
-        ("ran", Event::Ran { node: NodeId::PERCEPTION }),
-        ("disk-full", Event::DiskFull { node: NodeId::RECORDER, on: true }),
-        ("kept", Event::Kept { bytes: 70_000 }),
+        ("struck", Any::Service(Event::Struck { who: NodeId::OPERATOR_2 })),
+        ("associated", Any::Instrument(Note::Associated { association: 3, peer: PeerId::UNIT_A })),
+        ("halted", Any::Instrument(Note::Halted { node: NodeId::PERCEPTION, on: true })),
+        ("ran", Any::Instrument(Note::Ran { node: NodeId::PERCEPTION })),
+        ("disk-full", Any::Instrument(Note::DiskFull { node: NodeId::RECORDER, on: true })),
+        ("kept", Any::Instrument(Note::Kept { bytes: 70_000 })),
         (
             "mouth-saw",
-            Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },
+            Any::Instrument(Note::MouthSaw {
+                reader: NodeId::UNIT_A,
+                at: Interface::Bus(Topic::Tracks),
+                length: 340,
+                hash: 1 << 40,
+            }),
         ),
     ]
 }
@@ -741,21 +795,21 @@ fn step(name: &str) -> StepName {
 }
 
 /// Statements of the instrument about itself.
-fn instrument() -> Vec<(&'static str, Event)> {
+fn instrument() -> Vec<(&'static str, Any)> {
     let refused = Account::Refused(Interface::Bus(Topic::Tracks), Reason::Stale);
     let slow = Suspension::Slow { quota: 250, period: Span::ms(100) };
     vec![
-        ("count-sent", Event::Count { account: Account::Sent, n: 90 }),
-        ("count-refused", Event::Count { account: refused, n: 3 }),
-        ("count-relay", Event::Count { account: Account::RelayDropped(Side::Client), n: 65_536 }),
-        ("sealed", Event::Sealed { entries: 400, head: [0x33; 32] }),
-        ("signed", Event::Signed { signature: [0x44; 64] }),
-        ("chain-broken", Event::ChainBroken { node: NodeId::SIM, counter: 12 }),
-        ("ended", Event::Ended { node: NodeId::PERCEPTION, killed: true }),
-        ("stalled", Event::Stalled { by: Span::ms(60) }),
-        ("step", Event::Step { step: step("cut"), begun: true }),
-        ("hung", Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on: true }),
-        ("slowed", Event::Suspended { node: NodeId::GATEWAY, how: slow, on: false }),
-        ("restarted", Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) }),
+        ("count-sent", Any::Service(Event::Count { account: Account::Sent, n: 90 })),
+        ("count-refused", Any::Service(Event::Count { account: refused, n: 3 })),
+        ("count-relay", Any::Service(Event::Count { account: Account::RelayDropped(Side::Client), n: 65_536 })),
+        ("sealed", Any::Service(Event::Sealed { entries: 400, head: [0x33; 32] })),
+        ("signed", Any::Service(Event::Signed { signature: [0x44; 64] })),
+        ("chain-broken", Any::Service(Event::ChainBroken { node: NodeId::SIM, counter: 12 })),
+        ("ended", Any::Instrument(Note::Ended { node: NodeId::PERCEPTION, killed: true })),
+        ("stalled", Any::Instrument(Note::Stalled { by: Span::ms(60) })),
+        ("step", Any::Instrument(Note::Step { step: step("cut"), begun: true })),
+        ("hung", Any::Instrument(Note::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on: true })),
+        ("slowed", Any::Instrument(Note::Suspended { node: NodeId::GATEWAY, how: slow, on: false })),
+        ("restarted", Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, boot: Boot(2) })),
     ]
 }

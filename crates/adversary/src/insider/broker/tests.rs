@@ -1,9 +1,9 @@
 //! The hostile broker alone: its deliveries, and the effect of its forgeries.
 
+use instrument::{Action, Any};
 use wire::codec;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
 use wire::core::{Core, Input, Output, Subject};
-use wire::event::{Action, Event};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::sign::{Key, Keyring, Purpose, Signed};
@@ -133,7 +133,7 @@ fn say(broker: &mut InsiderBroker, ms: u64, subject: Subject, bytes: &[u8]) -> V
 }
 
 fn out(broker: &mut InsiderBroker, ms: u64, input: &Input) -> Vec<(Subject, Vec<u8>)> {
-    let mut said: Vec<Event> = Vec::new();
+    let mut said: Vec<Any> = Vec::new();
     publications(turn(broker, at(ms), input, &mut said))
 }
 

@@ -1,10 +1,10 @@
 //! The gateway insider alone: its treatment of the feed and of the operator's requests.
 
+use instrument::{Action, Any, Note};
 use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List, Text};
 use wire::command::{CommandKind, Intent, Request};
 use wire::core::{Core, Input, Output, Topic};
-use wire::event::{Action, Event};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, UnitId};
 use wire::measured::Measured;
@@ -88,7 +88,7 @@ fn planned_requests_are_swallowed_others_pass() {
         let expected = passed.then_some(Output::Bus { topic: Topic::Intents, bytes });
         assert_eq!(out, expected.into_iter().collect::<Vec<_>>(), "{kind:?}");
     }
-    assert_eq!(said.iter().filter(|event| matches!(event, Event::Swallowed { .. })).count(), 1);
+    assert_eq!(said.iter().filter(|event| matches!(event, Any::Instrument(Note::Swallowed { .. }))).count(), 1);
 }
 
 #[test]
@@ -99,7 +99,8 @@ fn each_action_is_logged_before_it_happens() {
         let bytes = honest(ms, ms / 100, Mode::Ready);
         turn(&mut insider, at(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut said);
     }
-    let replays = said.iter().filter(|event| matches!(event, Event::Attack { action: Action::Republish, .. }));
+    let replays =
+        said.iter().filter(|event| matches!(event, Any::Instrument(Note::Attack { action: Action::Republish, .. })));
     assert_eq!(replays.count(), 0, "nothing was passed on before the window, so there is nothing old to say");
 }
 

@@ -30,7 +30,7 @@ fn datagrams_outside_window_or_direction_pass_unchanged() {
             assert_eq!(turn(&mut relay, at(ms), &back, &mut said), [passed], "{action:?} at {ms} ms, the other way");
             let out = turn(&mut relay, at(ms), &up(1), &mut said);
             assert_eq!(out != [sent(1)], acts, "{action:?} at {ms} ms: {out:?}");
-            let told = said.iter().any(|event| matches!(event, Event::Attack { .. }));
+            let told = said.iter().any(|event| matches!(event, Any::Instrument(Note::Attack { .. })));
             assert_eq!(told, acts, "{action:?} at {ms} ms: {said:?}");
         }
     }
@@ -59,7 +59,7 @@ fn jitter_varies_within_its_bound() {
     let held: Vec<u64> = said
         .iter()
         .filter_map(|event| {
-            let Event::Attack { action: Action::Delay, delay, .. } = event else { return None };
+            let Any::Instrument(Note::Attack { action: Action::Delay, delay, .. }) = event else { return None };
             Some(delay.0)
         })
         .collect();
@@ -116,7 +116,7 @@ fn streams_outside_window_or_direction_pass_unchanged() {
             assert_eq!(turn(&mut relay, at(ms), &back, &mut said), [passed], "{action:?} at {ms} ms, the other way");
             let out = turn(&mut relay, at(ms), &piece(1), &mut said);
             assert_eq!(out != [through(1)], acts, "{action:?} at {ms} ms: {out:?}");
-            let told = said.iter().any(|event| matches!(event, Event::Tampered { .. }));
+            let told = said.iter().any(|event| matches!(event, Any::Instrument(Note::Tampered { .. })));
             assert_eq!(told, acts, "{action:?} at {ms} ms: {said:?}");
         }
     }
@@ -148,7 +148,7 @@ fn relay_draws_from_its_seed_alone() {
         let mut relay = DatagramRelay::new(setup, DatagramRelayConfig { actions }, start()).unwrap();
         let mut said = Vec::new();
         (0..100).for_each(|n| drop(turn(&mut relay, at(n * 10), &up(n as u8), &mut said)));
-        said.retain(|event| matches!(event, Event::Attack { .. }));
+        said.retain(|event| matches!(event, Any::Instrument(Note::Attack { .. })));
         said
     };
     assert_eq!(of(7), of(7));

@@ -55,7 +55,7 @@ impl Audit {
 
     /// Writes another process's frame to the recording, or lets it wait there.
     pub(in crate::drive) fn receive(&mut self, frame: Frame) {
-        if self.tell && wire::audit::is_awaited(&frame.bytes) {
+        if self.tell && ::instrument::is_awaited(&frame.bytes) {
             say("entry", &json!(frame.bytes));
         }
         if let Some(recording) = self.recording() {

@@ -8,9 +8,11 @@ use arrayvec::ArrayString;
 use minicbor::decode::Error;
 use minicbor::encode::Write;
 use minicbor::{Decode, Decoder, Encode, Encoder};
+use wire::codec::Text;
+use wire::core::MAX_CUE;
 
 /// Longest name of a step, bytes.
-pub const MAX_STEP_NAME: usize = 24;
+pub const MAX_STEP_NAME: usize = MAX_CUE;
 
 /// The name of a step: 1 to 24 of `a-z`, `0-9`, `-` and `_`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -26,6 +28,11 @@ impl StepName {
     /// As text.
     pub fn as_str(&self) -> &str {
         &self.0
+    }
+
+    /// The name in the input that calls the step ([`wire::core::Input::Cue`]).
+    pub fn cue(self) -> Text<MAX_CUE> {
+        Text::new(&self.0)
     }
 }
 
@@ -81,7 +88,7 @@ mod tests {
     #[test]
     fn what_is_no_name_does_not_decode() {
         let name = StepName::new("storm").unwrap();
-        assert_eq!(crate::codec::decode::<StepName>(&crate::codec::encode(&name), 32), Ok(name));
-        assert!(crate::codec::decode::<StepName>(&[0x61, b'A'], 8).is_err());
+        assert_eq!(wire::codec::decode::<StepName>(&wire::codec::encode(&name), 32), Ok(name));
+        assert!(wire::codec::decode::<StepName>(&[0x61, b'A'], 8).is_err());
     }
 }

@@ -3,9 +3,8 @@
 //! Planning it is left to scenarios; doing it to `adversary`, `sim` and the launcher.
 
 use minicbor::{Decode, Encode};
-
-use crate::sensor::Modality;
-use crate::time::Span;
+use wire::sensor::Modality;
+use wire::time::Span;
 
 /// Action of an adversary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]

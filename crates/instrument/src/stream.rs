@@ -1,5 +1,5 @@
 //! Terms of those who see only the bytes of a byte stream: the relay that alters it, and the ingress observer
-//! of the end that it reaches. The meaning of the bytes is [`crate::place`]'s.
+//! of the end that it reaches. The meaning of the bytes is [`crate::Place`]'s.
 
 use minicbor::{Decode, Encode};
 

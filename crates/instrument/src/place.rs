@@ -4,7 +4,7 @@
 //! hash of its first bytes, and a place in it, by how many bytes came before. TLS puts 32 random bytes of each side among
 //! the first ones, so no two connections share a name.
 
-use crate::event::wire_hash;
+use wire::event::wire_hash;
 
 /// Number of a direction's first bytes that make its name: past the randoms of a TLS 1.3 hello.
 const HEAD: usize = 128;
