@@ -14,7 +14,7 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 29] = [
+const MAY_KNOW: [(&str, &[&str]); 30] = [
     ("wire", &[]),
     ("parallel", &[]),
     ("stats", &[]),
@@ -35,6 +35,8 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
     ("oracle", &["wire", "instrument", "evidence"]),
     ("explain", &["wire", "instrument", "evidence"]),
     ("scenario", &["wire", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
+    // Other people's recordings before the product's own guards: no run, no judge.
+    ("assess", &["wire", "autonomy", "scenario"]),
     (
         "topology",
         &[
@@ -92,7 +94,10 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
         ],
     ),
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
-    ("results", &["wire", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
+    (
+        "results",
+        &["wire", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "assess", "topology", "search"],
+    ),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),
     (
@@ -146,6 +151,7 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
             "perception",
             "console",
             "dataset",
+            "assess",
             "dossier",
             "viewer",
             "parallel",
@@ -177,7 +183,7 @@ const LARGE: [(&str, usize, &str); 2] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 5] = ["dataset", "dossier", "lab", "trainer", "viewer"];
+const OUTSIDE_TRIALS: [&str; 6] = ["assess", "dataset", "dossier", "lab", "trainer", "viewer"];
 
 /// The names of all crates.
 fn crates() -> Vec<String> {
@@ -213,8 +219,8 @@ fn dependencies_point_one_way() {
 #[test]
 fn only_link_knows_the_transport_crates() {
     assert!(CORES.iter().all(|core| crates().iter().any(|name| name == core)));
-    // The live broker is one of them; the viewer makes whole files and sends no messages.
-    for name in crates().iter().filter(|name| !["link", "broker", "viewer"].contains(&name.as_str())) {
+    // The live broker is one of them; the viewer makes whole files, the assessment reads them, and neither sends messages.
+    for name in crates().iter().filter(|name| !["link", "broker", "viewer", "assess"].contains(&name.as_str())) {
         for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
             let knows = dependencies(name).iter().any(|d| d == transport);
             assert!(!knows, "{name} depends on {transport}: only link (and the broker) may");
