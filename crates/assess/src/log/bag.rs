@@ -53,7 +53,7 @@ enum Body<'a> {
 pub(super) fn walk(bytes: &[u8], each: &mut dyn FnMut(usize, &Message<'_>)) -> (Tables, End) {
     let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
     let mut reader = LinearReader::new_with_options(options);
-    let (mut tables, mut at, mut whole, mut expanded, mut footer) = (Tables::default(), 0, 0, 0_usize, false);
+    let (mut tables, mut at, mut whole, mut expanded, mut footer) = (Tables::default(), 0_usize, 0_usize, 0_usize, false);
     loop {
         let event = match reader.next_event() {
             None => break,
