@@ -73,7 +73,9 @@ fn sources(map: &Map) -> Vec<String> {
             if map.odometry.yaw_rate.is_some() { "the rate of turn" } else { "its own change, and cannot fail" }
         ));
     } else if map.odometry.yaw_rate.is_none() {
-        remarks.push("The rate of turn is derived from the fixes' own heading, so the test of headings cannot fail.".to_owned());
+        remarks.push(
+            "The rate of turn is derived from the fixes' own heading, so the test of headings cannot fail.".to_owned(),
+        );
     }
     remarks
 }

@@ -34,12 +34,7 @@ pub(crate) struct Fixes {
 }
 
 /// Reads the fixes; those without a heading of their own take that of `heading`, no older than `oldest` microseconds.
-pub(crate) fn read(
-    log: &Log<'_>,
-    map: &FixMap,
-    heading: Option<&Curve>,
-    oldest: u64,
-) -> Result<Fixes, TrackError> {
+pub(crate) fn read(log: &Log<'_>, map: &FixMap, heading: Option<&Curve>, oldest: u64) -> Result<Fixes, TrackError> {
     let mut columns = Columns::of(log, &map.topic);
     let clock = columns.stamp(&map.stamp)?;
     let local = columns.optional(map.x.as_ref())?.zip(columns.optional(map.y.as_ref())?);

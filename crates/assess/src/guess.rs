@@ -128,9 +128,7 @@ fn ros(log: &Log<'_>) -> Result<String, &'static str> {
         }
     };
     let setpoint = match first("Twist").next() {
-        Some(topic) => format!(
-            "\n[setpoint]\ntopic = {topic}\nspeed = {{ field = \"linear.x\", unit = \"m/s\" }}\n"
-        ),
+        Some(topic) => format!("\n[setpoint]\ntopic = {topic}\nspeed = {{ field = \"linear.x\", unit = \"m/s\" }}\n"),
         None => String::new(),
     };
     Ok(format!(

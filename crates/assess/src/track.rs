@@ -48,7 +48,9 @@ pub enum TrackError {
         odometry: (u64, u64),
     },
     /// It is longer than is judged.
-    #[error("stamps from {from_s} to {to_s} s, at most {MAX_PERIODS} control periods are judged: is a stamp's unit right?")]
+    #[error(
+        "stamps from {from_s} to {to_s} s, at most {MAX_PERIODS} control periods are judged: is a stamp's unit right?"
+    )]
     Long {
         /// First, seconds.
         from_s: u64,
@@ -243,7 +245,11 @@ fn motion(log: &Log<'_>, map: &OdometryMap, turning: &Curve) -> Result<(Motion, 
     }
     let motion = Motion {
         speed: Curve::of(samples.iter().map(|(at, (speed, ..))| (*at, *speed))),
-        sideways: samples.iter().map(|(at, (_, sideways, _))| Some((*at, (*sideways)?.abs()))).collect::<Option<Vec<_>>>().map(Curve::of),
+        sideways: samples
+            .iter()
+            .map(|(at, (_, sideways, _))| Some((*at, (*sideways)?.abs())))
+            .collect::<Option<Vec<_>>>()
+            .map(Curve::of),
         rate: rate.map(|_| Curve::of(samples.iter().map(|(at, (.., rate))| (*at, *rate)))),
     };
     let way = |curve: &Curve| curve.ends().map_or(0.0, |(from, to)| curve.mean(from, to) * (to - from) as f64 / 1e6);
@@ -258,10 +264,7 @@ fn motion(log: &Log<'_>, map: &OdometryMap, turning: &Curve) -> Result<(Motion, 
     Ok((motion, facts))
 }
 
-fn two(
-    columns: &mut Columns<'_>,
-    axes: &Axes,
-) -> Result<(crate::columns::Column, crate::columns::Column), LogError> {
+fn two(columns: &mut Columns<'_>, axes: &Axes) -> Result<(crate::columns::Column, crate::columns::Column), LogError> {
     Ok((columns.field(axes.x.as_ref())?, columns.field(axes.y.as_ref())?))
 }
 

@@ -47,8 +47,10 @@ fn every_injection_into_motion_is_noticed() {
     assert_eq!(result.injected.len(), 10);
     for injected in &result.injected {
         let name = injected.injection.name();
-        assert_eq!(injected.n, 20, "{name}");
-        assert_eq!((injected.noticed, injected.moving), (20, 20), "{name}: {:?}", injected.by);
+        // A replay needs ten seconds of past, which not every moment has.
+        let least = if matches!(injected.injection, Injection::Replay(_)) { 10 } else { 20 };
+        assert!((least..=20).contains(&injected.n), "{name}: {}", injected.n);
+        assert_eq!((injected.noticed, injected.moving), (injected.n, injected.n), "{name}: {:?}", injected.by);
         let longest = injected.after_s.last().copied().unwrap();
         let within = match injected.injection {
             Injection::Jump(_) => 0.11,

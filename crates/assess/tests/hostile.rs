@@ -134,9 +134,12 @@ fn map_errors_have_their_place() {
         "map.toml:11:9: a unit of speed, expected one of length: m, cm, mm"
     );
     assert!(told(&with(ULOG_MAP, "sigma =", "sygma =")).starts_with("map.toml:11:1: unknown field `sygma`"));
-    assert_eq!(told(&with(ULOG_MAP, "speed = {", "sideways = {")), "map.toml: [odometry] has either `speed` or `velocity`");
+    assert_eq!(
+        told(&with(ULOG_MAP, "speed = {", "sideways = {")),
+        "map.toml: [odometry] has either `speed` or `velocity`"
+    );
     let fence = format!("{ULOG_MAP}\n[fence]\ncorners = [[0, 0], [1, 1]]\n");
-    assert_eq!(told(&fence), "map.toml:30:11: a fence has 3 to 256 corners within 1000 km");
+    assert_eq!(told(&fence), "map.toml:28:11: a fence has 3 to 256 corners within 1000 km");
 }
 
 #[test]
@@ -152,7 +155,10 @@ fn missing_topic_and_field_name_a_near_one() {
         "no topic `fixx`; did you mean `fix`?; --guess lists the topics"
     );
     assert_eq!(told("\"place.x\"", "\"place.z\""), "topic `fix`: no field `z` in `point`");
-    assert_eq!(told("field = \"utc\", unit = \"us\"", "field = \"speed\", unit = \"us\""), "topic `fix`: no field `speed` in `fix`");
+    assert_eq!(
+        told("field = \"utc\", unit = \"us\"", "field = \"speed\", unit = \"us\""),
+        "topic `fix`: no field `speed` in `fix`"
+    );
 }
 
 #[test]
@@ -160,5 +166,8 @@ fn clocks_apart_are_told() {
     let bytes = ulog(&drive(2, 2.0)).0;
     let map = Map::parse("map.toml", &ULOG_MAP.replacen("unit = \"us\"", "unit = \"ms\"", 1)).unwrap();
     let told = assess(&Log::open(&bytes).unwrap(), &map, &Bounds::GROUND, 1).unwrap_err().to_string();
-    assert_eq!(told, "fixes from 5000 to 6950 s and odometry from 5 to 6 s have no time in common: are both stamps of one clock?");
+    assert_eq!(
+        told,
+        "fixes from 5000 to 6950 s and odometry from 5 to 6 s have no time in common: are both stamps of one clock?"
+    );
 }

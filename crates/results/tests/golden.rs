@@ -12,8 +12,8 @@ use std::path::Path;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use results::report::{
-    Ablation, AssessObject, BenchLive, CampaignObject, CurveObject, Matrix, RareObject, Reference, RunObject, RunsObject,
-    SearchObject, TwinCost,
+    Ablation, AssessObject, BenchLive, CampaignObject, CurveObject, Matrix, RareObject, Reference, RunObject,
+    RunsObject, SearchObject, TwinCost,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -53,7 +53,8 @@ enum Body<'a> {
 pub(super) fn walk(bytes: &[u8], each: &mut dyn FnMut(usize, &Message<'_>)) -> (Tables, End) {
     let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
     let mut reader = LinearReader::new_with_options(options);
-    let (mut tables, mut at, mut whole, mut expanded, mut footer) = (Tables::default(), 0_usize, 0_usize, 0_usize, false);
+    let (mut tables, mut at, mut whole, mut expanded, mut footer) =
+        (Tables::default(), 0_usize, 0_usize, 0_usize, false);
     loop {
         let event = match reader.next_event() {
             None => break,
@@ -84,7 +85,9 @@ pub(super) fn walk(bytes: &[u8], each: &mut dyn FnMut(usize, &Message<'_>)) -> (
     }
     match footer {
         true => (tables, End::whole(bytes.len())),
-        false => (tables, End::stopped(whole, bytes.len(), "the file ends without a footer, as a cut one does".to_owned())),
+        false => {
+            (tables, End::stopped(whole, bytes.len(), "the file ends without a footer, as a cut one does".to_owned()))
+        }
     }
 }
 
@@ -138,7 +141,8 @@ impl Message<'_> {
     pub(super) fn numbers(&self, paths: &[Path]) -> Result<Vec<f64>, String> {
         match &self.body {
             Body::Json(text) => {
-                let value: Value = serde_json::from_slice(text).map_err(|why| format!("a message is no JSON: {why}"))?;
+                let value: Value =
+                    serde_json::from_slice(text).map_err(|why| format!("a message is no JSON: {why}"))?;
                 paths.iter().map(|path| number(&value, path.steps())).collect()
             }
             Body::Cdr(bytes, schema) => schema.numbers(bytes, paths),

@@ -134,7 +134,11 @@ impl Walk<'_> {
         let mine: Vec<Wanted<'_>> = wanted.iter().filter(here).copied().collect();
         if let (Kind::Number(number), true) = (&field.kind, mine.is_empty()) {
             // A block of numbers that are not asked for, such as an image, is one step.
-            return if count > 0 { self.align(*number).and_then(|()| self.skip(number.size() * count)) } else { Ok(()) };
+            return if count > 0 {
+                self.align(*number).and_then(|()| self.skip(number.size() * count))
+            } else {
+                Ok(())
+            };
         }
         // An element has a byte at least, at each level: definitions of empty elements do not multiply.
         self.visits += count;
@@ -146,7 +150,8 @@ impl Walk<'_> {
                 Some(asked) => field.many != Many::One && asked == index,
                 None => field.many == Many::One,
             };
-            let inner: Vec<Wanted<'_>> = mine.iter().filter(this).map(|(i, path, gone)| (*i, *path, gone + 1)).collect();
+            let inner: Vec<Wanted<'_>> =
+                mine.iter().filter(this).map(|(i, path, gone)| (*i, *path, gone + 1)).collect();
             self.element(&field.kind, &inner, depth)?;
         }
         Ok(())

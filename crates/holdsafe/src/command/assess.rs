@@ -58,8 +58,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 fn read_map(file: &Path) -> Result<Map, Failure> {
     let name = file.display().to_string();
-    let text = String::from_utf8(read(file, MAX_MAP)?)
-        .map_err(|why| Failure::new(Exit::Usage, format!("{name}: no text from byte {} on", why.utf8_error().valid_up_to())))?;
+    let text = String::from_utf8(read(file, MAX_MAP)?).map_err(|why| {
+        Failure::new(Exit::Usage, format!("{name}: no text from byte {} on", why.utf8_error().valid_up_to()))
+    })?;
     Ok(Map::parse(&name, &text)?)
 }
 

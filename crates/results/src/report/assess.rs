@@ -205,7 +205,8 @@ pub fn assess_table(object: &AssessObject) -> String {
 }
 
 fn tests_table(object: &AssessObject) -> comfy_table::Table {
-    let mut table = new_table(&["test", "trips", "failing s", "at risk s", "trips an hour at risk (95 %)", "first at s"]);
+    let mut table =
+        new_table(&["test", "trips", "failing s", "at risk s", "trips an hour at risk (95 %)", "first at s"]);
     for row in &object.tests {
         let name = row.test.map_or("any", Check::name).to_owned();
         if !row.judged {
@@ -232,13 +233,16 @@ fn tests_table(object: &AssessObject) -> comfy_table::Table {
     table
 }
 
-fn injections_table(object: &AssessObject) -> comfy_table::Table {
+fn injections_table(object: &AssessObject) -> String {
+    if object.injections.iter().all(|row| row.n == 0) {
+        return format!("NOT ASSESSED: no {} s of the recording are free of trips.", object.window_s + 1.0);
+    }
     let header = ["injection", "noticed (95 %)", "of those in motion", "median s", "longest s", "first by"];
     let mut table = new_table(&header);
     let seconds = |s: Option<f64>| s.map_or_else(|| "-".to_owned(), |s| format!("{s:.2}"));
     for row in &object.injections {
         if row.n == 0 {
-            table.add_row([row.injection.as_str(), "NOT ASSESSED: no moment is quiet for so long"]);
+            table.add_row([row.injection.as_str(), "NOT ASSESSED: no moment with enough past"]);
             continue;
         }
         let Share { hits, n, lower_95, upper_95, .. } = row.noticed;
@@ -251,5 +255,5 @@ fn injections_table(object: &AssessObject) -> comfy_table::Table {
             row.by.iter().map(|(name, n)| format!("{name} {n}")).collect::<Vec<_>>().join(", "),
         ]);
     }
-    table
+    table.to_string()
 }
