@@ -66,7 +66,9 @@ impl<'a> Columns<'a> {
                 let (seconds, rest) = (self.path(path.join("sec")), self.path(path.join("nanosec")));
                 Clock::Two(column(seconds), Column { at: rest, factor: 1e-3 })
             }
-            _ => Clock::One(column(self.path(path))),
+            StampUnit::S | StampUnit::Ms | StampUnit::Us | StampUnit::Ns | StampUnit::Log => {
+                Clock::One(column(self.path(path)))
+            }
         })
     }
 

@@ -2,9 +2,9 @@
 
 use crate::columns::{Column, Columns, in_order};
 use crate::curve::Curve;
+use crate::error::TrackError;
 use crate::log::{Log, Row};
 use crate::map::{FixMap, Frame};
-use crate::track::{TrackError, east_based};
 
 /// Equatorial radius and square of the eccentricity of WGS 84 (NIMA TR8350.2), metres.
 const RADIUS_M: f64 = 6_378_137.0;
@@ -75,6 +75,14 @@ pub(crate) fn read(log: &Log<'_>, map: &FixMap, heading: Option<&Curve>, oldest:
     }
     let unused = (rows.len() - kept.len()) as u64;
     Ok(Fixes { kept, unused })
+}
+
+/// An angle of this frame as one counter-clockwise from east.
+pub(crate) fn east_based(frame: Frame, angle: f64) -> f64 {
+    match frame {
+        Frame::Enu => angle,
+        Frame::Ned => core::f64::consts::FRAC_PI_2 - angle,
+    }
 }
 
 fn on_axes(frame: Frame, x: f64, y: f64) -> (f64, f64) {

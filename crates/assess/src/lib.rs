@@ -1,12 +1,14 @@
 //! Open-loop assessment of other people's recordings: the platform's guards over a log, and over copies of it with false fixes.
 //!
 //! Bytes in, an [`Assessment`] out; no I/O, no clock. `log` reads PX4 ULog and MCAP, `map` says which field is which input, `track` makes
-//! the readings, `replay` runs the guards of `autonomy` over them, `inject` over copies with false fixes, `fit` tells how far the guards'
+//! the readings, `replay` runs the guards of `autonomy` over them, `inject` over copies with the false fixes of `falsify`, `fit` tells how far the guards'
 //! model fits the vehicle. Intervals and tables are `results`' business. A recorded vehicle reacts to no guard, so no property of
 //! the closed loop is assessed.
 
 mod columns;
 mod curve;
+mod error;
+mod falsify;
 mod fit;
 mod fix;
 mod guess;
@@ -16,10 +18,12 @@ pub mod map;
 mod replay;
 mod track;
 
+pub use error::TrackError;
+pub use falsify::Injection;
 pub use guess::guess;
-pub use inject::{Injected, Injection};
+pub use inject::Injected;
 pub use replay::Check;
-pub use track::{Facts, TrackError};
+pub use track::Facts;
 
 use autonomy::geofence::Geofence;
 use wire::bounds::Bounds;

@@ -11,8 +11,8 @@ use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
+use crate::falsify::Placed;
 use crate::fix::Place;
-use crate::inject::Placed;
 use crate::track::Step;
 
 /// A test of a guard.

@@ -9,55 +9,13 @@ use wire::time::Instant;
 
 use crate::columns::{Columns, in_order};
 use crate::curve::Curve;
-use crate::fix::{self, Place};
+use crate::error::{MAX_PERIODS, TrackError};
+use crate::fix::{self, Place, east_based};
 use crate::log::{Log, LogError};
 use crate::map::{Axes, Frame, HeadingMap, Map, OdometryMap};
 
-/// Most control periods from first to last reading: 24 h at 20 Hz, and room.
-const MAX_PERIODS: u64 = 2_000_000;
 /// The oldest heading that a fix or a velocity is given, microseconds.
 const HEADING_US: u64 = 1_000_000;
-
-/// The inputs cannot be made.
-#[derive(Debug, thiserror::Error)]
-pub enum TrackError {
-    /// A topic or field is missing.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// No message gives the input.
-    #[error("topic `{topic}` gives no {input}: {got} messages, none with a time and finite numbers{valid}")]
-    Empty {
-        /// Name.
-        topic: String,
-        /// Input.
-        input: &'static str,
-        /// Messages.
-        got: usize,
-        /// The condition that the map states, in words.
-        valid: &'static str,
-    },
-    /// Fix and odometry have no time in common.
-    #[error(
-        "fixes from {} to {} s and odometry from {} to {} s have no time in common: are both stamps of one clock?",
-        fix.0 / 1_000_000, fix.1 / 1_000_000, odometry.0 / 1_000_000, odometry.1 / 1_000_000
-    )]
-    Apart {
-        /// First and last fix, microseconds.
-        fix: (u64, u64),
-        /// First and last odometry, microseconds.
-        odometry: (u64, u64),
-    },
-    /// It is longer than is judged.
-    #[error(
-        "stamps from {from_s} to {to_s} s, at most {MAX_PERIODS} control periods are judged: is a stamp's unit right?"
-    )]
-    Long {
-        /// First, seconds.
-        from_s: u64,
-        /// Last, seconds.
-        to_s: u64,
-    },
-}
 
 /// A reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -193,14 +151,6 @@ fn heading(log: &Log<'_>, map: &HeadingMap) -> Result<Curve, TrackError> {
     match samples.is_empty() {
         true => Err(TrackError::Empty { topic: map.topic.clone(), input: "heading", got: rows.len(), valid: "" }),
         false => Ok(unwrapped(samples)),
-    }
-}
-
-/// An angle of this frame as one counter-clockwise from east.
-pub(crate) fn east_based(frame: Frame, angle: f64) -> f64 {
-    match frame {
-        Frame::Enu => angle,
-        Frame::Ned => core::f64::consts::FRAC_PI_2 - angle,
     }
 }
 

@@ -108,15 +108,27 @@ impl Tables {
                 let channel = self.channels.get(&id).ok_or_else(|| format!("a message of the unknown channel {id}"))?;
                 self.topics[channel.topic].records += 1;
                 let schema = self.schemas.get(&channel.schema).and_then(|(_, schema)| schema.as_ref());
-                let body = match schema {
-                    _ if channel.json => Body::Json(data),
-                    Some(schema) if channel.cdr => Body::Cdr(data, schema),
-                    Some(_) | None => Body::Other,
+                let body = match (channel.json, schema.filter(|_| channel.cdr)) {
+                    (true, _) => Body::Json(data),
+                    (false, Some(schema)) => Body::Cdr(data, schema),
+                    (false, None) => Body::Other,
                 };
                 each(channel.topic, &Message { log_us: header.log_time / 1000, body });
                 Ok(())
             }
-            _ => Ok(()),
+            Record::Header(_)
+            | Record::Footer(_)
+            | Record::Chunk { .. }
+            | Record::MessageIndex(_)
+            | Record::ChunkIndex(_)
+            | Record::Attachment { .. }
+            | Record::AttachmentIndex(_)
+            | Record::Statistics(_)
+            | Record::Metadata(_)
+            | Record::MetadataIndex(_)
+            | Record::SummaryOffset(_)
+            | Record::DataEnd(_)
+            | Record::Unknown { .. } => Ok(()),
         }
     }
 

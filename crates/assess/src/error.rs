@@ -1,0 +1,47 @@
+//! The error of a recording that lacks an input of its map.
+
+use crate::log::LogError;
+
+/// Most control periods from first to last reading: 24 h at 20 Hz, and room.
+pub(crate) const MAX_PERIODS: u64 = 2_000_000;
+
+/// The inputs cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum TrackError {
+    /// A topic or field is missing.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// No message gives the input.
+    #[error("topic `{topic}` gives no {input}: {got} messages, none with a time and finite numbers{valid}")]
+    Empty {
+        /// Name.
+        topic: String,
+        /// Input.
+        input: &'static str,
+        /// Messages.
+        got: usize,
+        /// The condition that the map states, in words.
+        valid: &'static str,
+    },
+    /// Fix and odometry have no time in common.
+    #[error(
+        "fixes from {} to {} s and odometry from {} to {} s have no time in common: are both stamps of one clock?",
+        fix.0 / 1_000_000, fix.1 / 1_000_000, odometry.0 / 1_000_000, odometry.1 / 1_000_000
+    )]
+    Apart {
+        /// First and last fix, microseconds.
+        fix: (u64, u64),
+        /// First and last odometry, microseconds.
+        odometry: (u64, u64),
+    },
+    /// It is longer than is judged.
+    #[error(
+        "stamps from {from_s} to {to_s} s, at most {MAX_PERIODS} control periods are judged: is a stamp's unit right?"
+    )]
+    Long {
+        /// First, seconds.
+        from_s: u64,
+        /// Last, seconds.
+        to_s: u64,
+    },
+}
