@@ -36,7 +36,7 @@ pub struct Injected {
     pub noticed_moving: u64,
     /// Time to the first failing guard for each noticed one, seconds, in order of size.
     pub after_s: Vec<f64>,
-    /// Test that failed first, and how often.
+    /// Tests that failed at the first failing tick, and how often; several may at one.
     pub by: BTreeMap<Check, u64>,
 }
 
@@ -75,8 +75,7 @@ pub(crate) fn inject(clean: &Clean<'_>, fresh: &Guards<'_>, map: &Inject, seed: 
             let mut copy = guards.clone();
             let found = (moment + 1..=last).find_map(|tick| {
                 let failing = copy.tick(clean.at(tick), clean.steps, Some(&placed)).filter(|failing| failing.any())?;
-                let by = Check::ALL.into_iter().find(|check| failing.has(*check))?;
-                Some((clean.at(tick).since(clean.at(moment)).0 as f64 / 1e6, by))
+                Some((clean.at(tick).since(clean.at(moment)).0 as f64 / 1e6, failing))
             });
             result.count(found, moving);
         }
@@ -133,14 +132,16 @@ impl Injected {
         Self { injection, n: 0, noticed: 0, moving: 0, noticed_moving: 0, after_s: Vec::new(), by: BTreeMap::new() }
     }
 
-    fn count(&mut self, found: Option<(f64, Check)>, moving: bool) {
+    fn count(&mut self, found: Option<(f64, Failing)>, moving: bool) {
         self.n += 1;
         self.moving += u64::from(moving);
-        if let Some((after, by)) = found {
+        if let Some((after, failing)) = found {
             self.noticed += 1;
             self.noticed_moving += u64::from(moving);
             self.after_s.push(after);
-            *self.by.entry(by).or_default() += 1;
+            for check in Check::ALL.into_iter().filter(|check| failing.has(*check)) {
+                *self.by.entry(check).or_default() += 1;
+            }
         }
     }
 }

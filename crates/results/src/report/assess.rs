@@ -102,7 +102,7 @@ pub struct InjectionRow {
     pub median_s: Option<f64>,
     /// Longest time of those that were noticed, seconds.
     pub longest_s: Option<f64>,
-    /// Tests that failed first, by name.
+    /// Tests that failed at the first failing tick, by name; several may at one.
     pub by: BTreeMap<String, u64>,
 }
 
