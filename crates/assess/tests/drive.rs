@@ -65,9 +65,9 @@ fn every_injection_into_motion_is_noticed() {
         assert!(longest <= within, "{name}: {longest} s, expected at most {within}");
     }
     let by = |i: usize| result.injected[i].by.keys().copied().collect::<Vec<_>>();
+    assert_eq!((by(1), by(4)), (vec![Check::Silence], vec![Check::Gate, Check::Drift]));
     // At 2 m/s a fix that is half a second late is also beyond the gate.
-    assert_eq!((by(1), by(4)), (vec![Check::Silence], vec![Check::Gate]));
-    assert_eq!(by(7), [Check::Gate, Check::TimeBase]);
+    assert!(by(7).contains(&Check::Gate) && by(7).contains(&Check::TimeBase), "{:?}", by(7));
 }
 
 /// A vehicle at rest stays where a frozen fix is: the recording cannot show more, and the result says so.
