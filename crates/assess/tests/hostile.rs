@@ -68,7 +68,7 @@ fn damaged_recordings_never_panic() {
     let seeds = [(ulog(&drive).0, &ulog_map), (mcap(&drive, false), &mcap_map), (mcap(&drive, true), &mcap_map)];
     let mut random = ChaCha8Rng::seed_from_u64(20_261_125);
     let (mut refused, mut cut) = (0, 0);
-    for case in 0..2_000 {
+    for case in 0..1_000 {
         let (bytes, map) = &seeds[case % seeds.len()];
         let mut bytes = bytes.clone();
         for _ in 0..1 + random.next_u32() % 4 {
@@ -80,7 +80,7 @@ fn damaged_recordings_never_panic() {
             Some(at) => cut += usize::from(at < bytes.len() as u64),
         }
     }
-    assert!(refused > 0 && cut > 100, "{refused} refused, {cut} cut");
+    assert!(refused > 0 && cut > 50, "{refused} refused, {cut} cut");
 }
 
 #[test]
