@@ -16,6 +16,7 @@
 //! | `Request` | console | gateway | shared memory | [`command`] |
 //! | `Entry` | everyone | recorder | instrument plane | [`audit`], [`event`] |
 //! | `Seal` | recorder | autonomy | shared memory | [`audit`] |
+//! | `Request`, `Answer` | autonomy, a guest | each other | the process that holds the guest | [`guest`] |
 //!
 //! A reviewer of trust starts at [`trust`], then reads `gateway/src/admit.rs` and `autonomy/src/transition.rs`.
 
@@ -29,6 +30,7 @@ pub mod core;
 pub mod drive;
 pub mod event;
 pub mod feed;
+pub mod guest;
 pub mod id;
 pub mod measured;
 pub mod mode;
