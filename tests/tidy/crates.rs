@@ -14,8 +14,11 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 29] = [
+const MAY_KNOW: [(&str, &[&str]); 31] = [
     ("wire", &[]),
+    // Programs of others: the pure part, and their processes.
+    ("guest", &["wire"]),
+    ("confine", &["wire", "guest"]),
     ("parallel", &[]),
     ("stats", &[]),
     ("instrument", &["wire"]),
@@ -34,10 +37,11 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "instrument", "evidence"]),
     ("explain", &["wire", "instrument", "evidence"]),
-    ("scenario", &["wire", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
+    ("scenario", &["wire", "guest", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
     (
         "topology",
         &[
+            "guest",
             "wire",
             "instrument",
             "sim",
@@ -54,6 +58,7 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
     (
         "twin",
         &[
+            "guest",
             "wire",
             "instrument",
             "link",
@@ -73,6 +78,8 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
     (
         "live",
         &[
+            "guest",
+            "confine",
             "wire",
             "instrument",
             "link",
@@ -92,12 +99,14 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
         ],
     ),
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
-    ("results", &["wire", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
+    ("results", &["wire", "guest", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),
     (
         "runner",
         &[
+            "guest",
+            "confine",
             "wire",
             "link",
             "perception",
@@ -140,6 +149,8 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
     (
         "holdsafe",
         &[
+            "guest",
+            "confine",
             "wire",
             "link",
             "sim",

@@ -6,6 +6,7 @@ use wire::setup::{NoChannel, Setup};
 use wire::trust::Validity;
 
 use crate::consistency::MAX_TEAMMATES;
+use crate::pilot::GuestConfig;
 
 /// Most points of a route, corners of a geofence or obstacles of a map.
 pub const MAX_POINTS: usize = 64;
@@ -41,6 +42,9 @@ pub struct AutonomyConfig {
     /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
+    /// The guest that drives in place of mission and navigation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guest: Option<GuestConfig>,
 }
 
 /// A place to keep clear of.

@@ -106,7 +106,7 @@ pub struct Written {
 }
 
 /// A guest's program, its file checked.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Program {
     /// Name in reports.
     pub name: String,

@@ -32,9 +32,12 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session with a program that has just been started.
-    pub fn new(program: Arc<Program>, channel: Box<dyn Channel>) -> Self {
-        Self { program, channel: Some(channel), failed: None }
+    /// A session with a program that has just been started, or could not be.
+    pub fn new(program: Arc<Program>, launched: Result<Box<dyn Channel>, Failure>) -> Self {
+        match launched {
+            Ok(channel) => Self { program, channel: Some(channel), failed: None },
+            Err(failure) => Self { program, channel: None, failed: Some(failure) },
+        }
     }
 
     /// The answer to an encoded request, encoded.
@@ -164,7 +167,7 @@ mod tests {
                     [states]\nGO = \"nominal\"\n";
         let program = Program::parse(text, Path::new("/"), |_| Err("none".into())).unwrap();
         lines.reverse();
-        Session::new(Arc::new(program), Box::new(Says(lines)))
+        Session::new(Arc::new(program), Ok(Box::new(Says(lines))))
     }
 
     fn start() -> Request {

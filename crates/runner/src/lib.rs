@@ -10,6 +10,7 @@ pub mod batch;
 pub mod bring;
 pub mod checked;
 mod context;
+pub mod engage;
 pub mod engine;
 pub mod error;
 pub mod failure;

@@ -414,6 +414,7 @@ fn config() -> AutonomyConfig {
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
         supervisor: PeerId::GATEWAY,
+        guest: None,
     }
 }
 
