@@ -14,7 +14,7 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 32] = [
+const MAY_KNOW: [(&str, &[&str]); 33] = [
     ("wire", &[]),
     // Programs of others: the pure part, and their processes.
     ("guest", &["wire"]),
@@ -40,6 +40,8 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
     ("oracle", &["wire", "instrument", "evidence"]),
     ("explain", &["wire", "instrument", "evidence"]),
     ("scenario", &["wire", "guest", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
+    // Other people's recordings before the product's own guards: no run, no judge.
+    ("assess", &["wire", "autonomy", "scenario"]),
     (
         "topology",
         &[
@@ -103,7 +105,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
     (
         "results",
-        &["wire", "guest", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"],
+        &["wire", "guest", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "assess", "topology", "search"],
     ),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),
@@ -162,6 +164,7 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "perception",
             "console",
             "dataset",
+            "assess",
             "dossier",
             "viewer",
             "parallel",
@@ -193,7 +196,7 @@ const LARGE: [(&str, usize, &str); 2] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 6] = ["dataset", "dossier", "guest-client", "lab", "trainer", "viewer"];
+const OUTSIDE_TRIALS: [&str; 7] = ["assess", "dataset", "dossier", "guest-client", "lab", "trainer", "viewer"];
 
 /// The names of all crates.
 fn crates() -> Vec<String> {
@@ -229,8 +232,8 @@ fn dependencies_point_one_way() {
 #[test]
 fn only_link_knows_the_transport_crates() {
     assert!(CORES.iter().all(|core| crates().iter().any(|name| name == core)));
-    // The live broker is one of them; the viewer makes whole files and sends no messages.
-    for name in crates().iter().filter(|name| !["link", "broker", "viewer"].contains(&name.as_str())) {
+    // The live broker is one of them; the viewer makes whole files, the assessment reads them, and neither sends messages.
+    for name in crates().iter().filter(|name| !["link", "broker", "viewer", "assess"].contains(&name.as_str())) {
         for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
             let knows = dependencies(name).iter().any(|d| d == transport);
             assert!(!knows, "{name} depends on {transport}: only link (and the broker) may");

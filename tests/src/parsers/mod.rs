@@ -20,7 +20,7 @@ pub struct Target {
 }
 
 /// Every target, in the order of `docs/developer/fuzzing.md`.
-pub const TARGETS: [Target; 20] = [
+pub const TARGETS: [Target; 21] = [
     Target { name: "message", holds: messages::message },
     Target { name: "signature", holds: messages::signature },
     Target { name: "session", holds: boundary::session },
@@ -41,4 +41,5 @@ pub const TARGETS: [Target; 20] = [
     Target { name: "settings", holds: files::settings },
     Target { name: "shelf", holds: files::shelf },
     Target { name: "model", holds: files::model },
+    Target { name: "foreign", holds: files::foreign },
 ];
