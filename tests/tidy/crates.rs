@@ -14,10 +14,12 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 29] = [
+const MAY_KNOW: [(&str, &[&str]); 30] = [
     ("wire", &[]),
     ("parallel", &[]),
     ("stats", &[]),
+    // Other authors' link, with none of our messages.
+    ("mavlink_relay", &[]),
     ("instrument", &["wire"]),
     ("link", &["wire", "instrument"]),
     ("sim", OBSERVED),
@@ -128,6 +130,7 @@ const MAY_KNOW: [(&str, &[&str]); 29] = [
             "evidence",
             "oracle",
             "explain",
+            "mavlink_relay",
             "scenario",
             "topology",
             "twin",
@@ -177,7 +180,7 @@ const LARGE: [(&str, usize, &str); 2] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 5] = ["dataset", "dossier", "lab", "trainer", "viewer"];
+const OUTSIDE_TRIALS: [&str; 6] = ["dataset", "dossier", "lab", "mavlink_relay", "trainer", "viewer"];
 
 /// The names of all crates.
 fn crates() -> Vec<String> {

@@ -19,7 +19,7 @@ const FOREIGN: Key = [0x5a; 32];
 const HOUR: u64 = 3600 * TICKS;
 
 /// Kind of link under attack.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Link {
     /// No end has a key.
@@ -82,6 +82,16 @@ pub struct Captured<'a> {
 }
 
 impl Attack {
+    /// Name in tables, which is the one in `expected.toml`.
+    pub fn name(self) -> String {
+        let words = format!("{self:?}");
+        let dashed = words.char_indices().flat_map(|(i, c)| {
+            let dash = (i > 0 && c.is_ascii_uppercase()).then_some('-');
+            dash.into_iter().chain([c.to_ascii_lowercase()])
+        });
+        dashed.collect()
+    }
+
     /// Seconds between the capture and the present for an attack that meets a receiver after its restart; `None` for all others.
     pub fn restarts_after_s(self) -> Option<u32> {
         match self {
@@ -133,7 +143,8 @@ fn other_link(own: u8, round: u32) -> u8 {
 }
 
 fn signed(mut frame: Frame, key: &Key, link: u8, timestamp: u64) -> Frame {
-    signature::sign(&mut frame, key, seed(frame.message), link, timestamp);
+    let seed = seed(frame.message);
+    signature::sign(&mut frame, key, seed, link, timestamp);
     frame
 }
 
