@@ -53,6 +53,8 @@ impl Measured {
 pub enum Verdict {
     /// Both classes are the required ones.
     AsPublished,
+    /// The rules require nothing of one of them, and the other is the required one.
+    Unstated,
     /// One of them differs from the published rules.
     Finding,
     /// A message did not provably arrive, or there were none: the cell says nothing.
@@ -64,6 +66,7 @@ impl Verdict {
     pub fn name(self) -> &'static str {
         match self {
             Verdict::AsPublished => "as published",
+            Verdict::Unstated => "unstated",
             Verdict::Finding => "FINDING",
             Verdict::Invalid => "INVALID",
         }
@@ -75,8 +78,11 @@ pub fn judge(undelivered: u64, pairs: [(Option<Measured>, Required); 2]) -> Verd
     if undelivered > 0 || pairs.iter().any(|(measured, _)| measured.is_none()) {
         return Verdict::Invalid;
     }
-    match pairs.iter().all(|(measured, required)| measured.is_some_and(|m| m.keeps(*required))) {
-        true => Verdict::AsPublished,
-        false => Verdict::Finding,
+    if !pairs.iter().all(|(measured, required)| measured.is_some_and(|m| m.keeps(*required))) {
+        return Verdict::Finding;
+    }
+    match pairs.iter().any(|(_, required)| *required == Required::Unstated) {
+        true => Verdict::Unstated,
+        false => Verdict::AsPublished,
     }
 }

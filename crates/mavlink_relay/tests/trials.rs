@@ -67,8 +67,14 @@ fn broken_receiver_changes_the_class() {
         assert_eq!(measured(trial(attack, Link::Signed, false)), (Measured::Refused, Measured::Accepted), "{attack:?}");
         assert_eq!(measured(trial(attack, Link::Signed, true)), (Measured::Accepted, Measured::Accepted), "{attack:?}");
     }
-    let required = |measured| judge(0, [(Some(measured), Required::Refused), (None, Required::Unstated)]);
-    assert_eq!(required(Measured::Refused), Verdict::Invalid);
+}
+
+#[test]
+fn verdict_follows_counts_and_required_classes() {
+    let half = |measured| judge(0, [(Some(measured), Required::Refused), (None, Required::Unstated)]);
+    assert_eq!(half(Measured::Refused), Verdict::Invalid);
+    let free = |measured| judge(0, [(Some(measured), Required::Unstated), (Some(measured), Required::Accepted)]);
+    assert_eq!((free(Measured::Accepted), free(Measured::Refused)), (Verdict::Unstated, Verdict::Finding));
     let both = |measured| [(Some(measured), Required::Refused), (Some(Measured::Accepted), Required::Accepted)];
     assert_eq!(judge(0, both(Measured::Refused)), Verdict::AsPublished);
     assert_eq!(judge(0, both(Measured::Accepted)), Verdict::Finding);

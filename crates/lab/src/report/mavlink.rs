@@ -120,16 +120,16 @@ pub fn mavlink_table(object: &MavlinkObject) -> String {
         table.add_row([name, row.link.name().to_owned(), receiver, attacker, honest, verdict]);
     }
     let count = |verdict| object.rows.iter().filter(|row| row.verdict == verdict).count();
-    let findings = count(Verdict::Finding);
-    let (as_published, invalid) = (count(Verdict::AsPublished), count(Verdict::Invalid));
+    let (as_published, unstated) = (count(Verdict::AsPublished), count(Verdict::Unstated));
+    let (findings, invalid) = (count(Verdict::Finding), count(Verdict::Invalid));
     let mut told = format!(
         "sender {}, {} messages of the attacker in a cell, required / measured\n{table}\n\
-         {} cells: {as_published} as published, {findings} findings, {invalid} INVALID",
+         {} cells: {as_published} as published, {unstated} unstated, {findings} findings, {invalid} INVALID",
         object.sender,
         object.messages,
         object.rows.len()
     );
-    for row in object.rows.iter().filter(|row| row.verdict != Verdict::AsPublished) {
+    for row in object.rows.iter().filter(|row| [Verdict::Finding, Verdict::Invalid].contains(&row.verdict)) {
         let cause = row.fault.as_deref().or(row.explanation.as_deref()).unwrap_or("not explained");
         let (name, link) = (row.attack.name(), row.link.name());
         told += &format!("\n{}: {name}, {link}, {}: {cause}", row.verdict.name(), row.receiver);
