@@ -94,34 +94,41 @@ impl Attack {
 
     /// Seconds between the capture and the present for an attack that meets a receiver after its restart; `None` for all others.
     pub fn restarts_after_s(self) -> Option<u32> {
-        match self {
-            Attack::RebootReplayRecent => Some(0),
-            Attack::RebootReplayOld => Some(3600),
-            _ => None,
-        }
+        let behind = [(Attack::RebootReplayRecent, 0), (Attack::RebootReplayOld, 3600)];
+        behind.into_iter().find(|(attack, _)| *attack == self).map(|(_, seconds)| seconds)
     }
 
     /// The attacker's datagram. `key` is the link's, and is used by holders of the key alone; on an unsigned link they sign with
     /// a key of their own.
     pub fn datagram(self, of: Captured<'_>, key: Option<&Key>, rng: &mut ChaCha8Rng) -> Vec<u8> {
         let key = key.unwrap_or(&FOREIGN);
+        let (now, own) = (stamp(of.coming), link(of.coming));
+        let command = || arm(of.newest, of.round as f32);
         let frame = match self {
-            Attack::UnsignedCommand => arm(of.newest, of.round as f32),
+            Attack::UnsignedCommand => command(),
             Attack::UnknownMessage => unknown(of.newest, rng.next_u64().to_le_bytes()),
             Attack::Downgrade => downgraded(of.newest),
             Attack::ReplayNewest | Attack::RebootReplayRecent | Attack::RebootReplayOld => of.newest.clone(),
             Attack::ReplayOlder => of.older.clone(),
-            Attack::KeyChangeUnsigned => key_change(of.newest, &FOREIGN, stamp(of.coming)),
+            Attack::KeyChangeUnsigned => key_change(of.newest, &FOREIGN, now),
             Attack::PayloadFlip | Attack::PayloadRewrite => flipped_payload(self, of.coming, rng),
             Attack::Truncation => return truncated(of.coming, rng),
-            Attack::Spoof => spoofed(of, key),
+            // On an unsigned link any system's word is as good: nothing is signed there.
+            Attack::Spoof if is_signed(of.coming) => signed(command(), key, INSIDER, now),
+            Attack::Spoof => command(),
             Attack::SignatureFlip | Attack::FutureForged => damaged(self, of.coming, key, rng),
             Attack::RelabelledLink => relabelled(of, key),
-            Attack::NewLinkOld
-            | Attack::NewLinkRecent
-            | Attack::KeyChangeSigned
-            | Attack::FutureInsider
-            | Attack::FutureInsiderBeside => by_insider(self, of, key),
+            Attack::NewLinkOld => {
+                signed(command(), key, other_link(own, of.round), now.saturating_sub(120 * TICKS))
+            }
+            Attack::NewLinkRecent => {
+                signed(command(), key, other_link(own, of.round), now.saturating_sub(30 * TICKS))
+            }
+            Attack::KeyChangeSigned => signed(key_change(of.newest, &FOREIGN, now), key, INSIDER, now),
+            Attack::FutureInsider => signed(command(), key, own, now + HOUR),
+            Attack::FutureInsiderBeside => {
+                signed(Frame { system: INSIDER, ..command() }, key, INSIDER, now + HOUR)
+            }
         };
         frame.write()
     }
@@ -169,15 +176,6 @@ fn truncated(of: &Frame, rng: &mut ChaCha8Rng) -> Vec<u8> {
     bytes
 }
 
-/// A command in the sender's name. On a signed link it has a valid signature, on a link id of the attacker's.
-fn spoofed(of: Captured<'_>, key: &Key) -> Frame {
-    let frame = arm(of.newest, of.round as f32);
-    match is_signed(of.coming) {
-        true => signed(frame, key, INSIDER, stamp(of.coming)),
-        false => frame,
-    }
-}
-
 fn is_signed(of: &Frame) -> bool {
     matches!(of.version, Version::V2 { incompatible, .. } if incompatible & SIGNED != 0)
 }
@@ -206,20 +204,4 @@ fn relabelled(of: Captured<'_>, key: &Key) -> Frame {
         block.link = other_link(block.link, of.round);
     }
     frame
-}
-
-/// Attacks of a holder of the key.
-fn by_insider(attack: Attack, of: Captured<'_>, key: &Key) -> Frame {
-    let (now, own) = (stamp(of.coming), link(of.coming));
-    let command = arm(of.newest, of.round as f32);
-    match attack {
-        Attack::NewLinkOld => signed(command, key, other_link(own, of.round), now.saturating_sub(120 * TICKS)),
-        Attack::NewLinkRecent => signed(command, key, other_link(own, of.round), now.saturating_sub(30 * TICKS)),
-        Attack::KeyChangeSigned => signed(key_change(of.newest, &FOREIGN, now), key, INSIDER, now),
-        Attack::FutureInsiderBeside => {
-            let own_stream = Frame { system: INSIDER, ..command };
-            signed(own_stream, key, INSIDER, now + HOUR)
-        }
-        _ => signed(command, key, own, now + HOUR),
-    }
 }

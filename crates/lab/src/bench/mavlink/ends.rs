@@ -2,7 +2,7 @@
 //! crate's reader behind a socket of this process.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver as Lines, sync_channel};
 use std::time::Duration;
