@@ -3,6 +3,11 @@
 //! A round is a message of the true sender that the relay holds back, the attacker's message, and the one held back. Around a
 //! restart of the receiver it is a message that the relay passes on and keeps, the restart of both ends, the attacker's message,
 //! and a new one of the true sender.
+//!
+//! A parser of a byte stream may hold a message back until later bytes come. It counts as handed on, and as late; messages behind
+//! the last round release it.
+
+use std::collections::VecDeque;
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
@@ -15,6 +20,11 @@ use crate::signature::Key;
 
 /// Most rounds of a trial.
 pub const MOST_ROUNDS: u32 = 100_000;
+
+/// Messages of the true sender behind the last round, in no count: together longer than the longest frame.
+const CLOSING: u32 = 8;
+/// Most messages that may still be handed on late.
+const PENDING: usize = 32;
 
 /// Key of every signed link: the attacker is without it, so its value is of no matter.
 const KEY: Key = *b"a key that both ends of it share";
@@ -45,10 +55,22 @@ pub struct Counts {
     pub honest: u64,
     /// See above.
     pub honest_accepted: u64,
+    /// Messages of either that were handed on after a later datagram had arrived; they are among the accepted.
+    pub late: u64,
     /// Messages of either that did not provably arrive.
     pub undelivered: u64,
-    /// Messages handed to the application that were no datagram of the same step.
+    /// Messages handed to the application that were no recent datagram.
     pub strays: u64,
+}
+
+/// Author of a datagram.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Author {
+    Attacker,
+    /// The true sender, in a round.
+    Honest,
+    /// The true sender, before the first round or after the last.
+    Uncounted,
 }
 
 /// Progress of a trial: its counts and the attacker's memory.
@@ -57,6 +79,7 @@ struct Run<'a> {
     start: Start,
     rng: ChaCha8Rng,
     counts: Counts,
+    pending: VecDeque<(Author, Vec<u8>)>,
     sender: &'a mut dyn Sender,
     receiver: &'a mut dyn Receiver,
 }
@@ -72,10 +95,13 @@ pub fn run(trial: Trial, sender: &mut dyn Sender, receiver: &mut dyn Receiver) -
     };
     let start = Start { key, behind_s: 0, accept_unsigned: trial.accept_unsigned };
     let rng = ChaCha8Rng::seed_from_u64(trial.seed);
-    let mut run = Run { trial, start, rng, counts: Counts::default(), sender, receiver };
+    let mut run = Run { trial, start, rng, counts: Counts::default(), pending: VecDeque::new(), sender, receiver };
     match trial.attack.restarts_after_s() {
         Some(behind_s) => run.around_restarts(behind_s)?,
         None => run.in_one_session()?,
+    }
+    for _ in 0..CLOSING {
+        run.passed_on()?;
     }
     Ok(run.counts)
 }
@@ -120,39 +146,57 @@ impl Run<'_> {
         }
     }
 
-    /// The same, and the receiver has it. It is in no count but that of messages that did not arrive.
+    /// The same, and the receiver has it.
     fn passed_on(&mut self) -> Result<Frame, EndFault> {
         let frame = self.next()?;
-        self.given(&frame.write())?;
+        self.give(Author::Uncounted, frame.write())?;
         Ok(frame)
     }
 
     fn attack(&mut self, of: Captured<'_>) -> Result<(), EndFault> {
         let datagram = self.trial.attack.datagram(of, self.start.key.as_ref(), &mut self.rng);
-        if let Some(accepted) = self.given(&datagram)? {
-            self.counts.attacks += 1;
-            self.counts.attacks_accepted += u64::from(accepted);
-        }
-        Ok(())
+        self.give(Author::Attacker, datagram)
     }
 
     fn honest(&mut self, frame: &Frame) -> Result<(), EndFault> {
-        if let Some(accepted) = self.given(&frame.write())? {
-            self.counts.honest += 1;
-            self.counts.honest_accepted += u64::from(accepted);
+        self.give(Author::Honest, frame.write())
+    }
+
+    /// Delivers a datagram, and counts the messages that the receiver then handed on.
+    fn give(&mut self, author: Author, datagram: Vec<u8>) -> Result<(), EndFault> {
+        let delivery = self.receiver.deliver(&datagram)?;
+        if delivery.datagram.as_ref() != Some(&datagram) {
+            self.counts.undelivered += 1;
+            return Ok(());
+        }
+        match author {
+            Author::Attacker => self.counts.attacks += 1,
+            Author::Honest => self.counts.honest += 1,
+            Author::Uncounted => {}
+        }
+        self.pending.truncate(PENDING - 1);
+        self.pending.push_front((author, datagram));
+        for frame in &delivery.accepted {
+            self.hand_on(frame);
         }
         Ok(())
     }
 
-    /// Delivers a datagram; true if the receiver handed its message on, `None` if it did not provably arrive.
-    fn given(&mut self, datagram: &[u8]) -> Result<Option<bool>, EndFault> {
-        let delivery = self.receiver.deliver(datagram)?;
-        let same = delivery.accepted.iter().filter(|frame| *frame == datagram).count() as u64;
-        self.counts.strays += delivery.accepted.len() as u64 - same.min(1);
-        if delivery.datagram.as_deref() != Some(datagram) {
-            self.counts.undelivered += 1;
-            return Ok(None);
+    /// Counts a message that was handed on for the newest datagram with its bytes.
+    fn hand_on(&mut self, frame: &[u8]) {
+        let Some(place) = self.pending.iter().position(|(_, datagram)| datagram == frame) else {
+            self.counts.strays += 1;
+            return;
+        };
+        let author = self.pending[place].0;
+        let datagram = &mut self.pending[place].1;
+        // Handed on once: its bytes answer for no other message.
+        datagram.clear();
+        match author {
+            Author::Attacker => self.counts.attacks_accepted += 1,
+            Author::Honest => self.counts.honest_accepted += 1,
+            Author::Uncounted => return,
         }
-        Ok(Some(same > 0))
+        self.counts.late += u64::from(place > 0);
     }
 }

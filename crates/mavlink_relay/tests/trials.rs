@@ -119,8 +119,9 @@ impl Receiver for Lossy {
 fn lost_message_makes_the_cell_invalid() {
     let trial = Trial { attack: Attack::ReplayOlder, link: Link::Signed, rounds: 9, seed: 1, accept_unsigned: false };
     let counts = run(trial, &mut Own::default(), &mut Lossy::default()).unwrap();
-    assert_eq!((counts.undelivered, counts.attacks + counts.honest), (6, 13));
-    let classes = [(Measured::of(0, counts.attacks), Required::Refused), (Measured::of(5, 5), Required::Accepted)];
+    assert!(counts.undelivered > 0 && counts.attacks + counts.honest < 18, "{counts:?}");
+    let of = |k, n| Measured::of(k, n);
+    let classes = [(of(0, counts.attacks), Required::Refused), (of(counts.honest, counts.honest), Required::Accepted)];
     assert_eq!(judge(counts.undelivered, classes), Verdict::Invalid);
 }
 

@@ -51,9 +51,12 @@ pub struct MavlinkRow {
     pub attacker: Party,
     /// Messages of the true sender after the first of these.
     pub honest: Party,
+    /// Messages of either that were handed on after a later datagram had arrived. Where a parser waits depends on the bytes of
+    /// timestamps, and so on the time of the run.
+    pub late: u64,
     /// Messages that did not provably arrive.
     pub undelivered: u64,
-    /// Messages handed to the application that were no datagram of their step.
+    /// Messages handed to the application that were no recent datagram.
     pub strays: u64,
     /// Verdict.
     pub verdict: Verdict,
@@ -82,6 +85,7 @@ impl MavlinkRow {
             rule: rule.clone(),
             attacker,
             honest,
+            late: counts.late,
             undelivered: counts.undelivered,
             strays: counts.strays,
             verdict,
@@ -110,14 +114,14 @@ pub struct MavlinkObject {
 
 /// The table for a terminal, with the findings below it.
 pub fn mavlink_table(object: &MavlinkObject) -> String {
-    let mut table = new_table(&["attack", "link", "receiver", "attacker", "true sender", "verdict"]);
+    let mut table = new_table(&["attack", "link", "receiver", "attacker", "true sender", "late", "verdict"]);
     for row in &object.rows {
         let name = row.attack.name();
         let receiver = row.receiver.clone();
         let verdict = row.verdict.name().to_owned();
         let parties = [row.attacker.told(), row.honest.told()];
         let [attacker, honest] = parties;
-        table.add_row([name, row.link.name().to_owned(), receiver, attacker, honest, verdict]);
+        table.add_row([name, row.link.name().to_owned(), receiver, attacker, honest, row.late.to_string(), verdict]);
     }
     let count = |verdict| object.rows.iter().filter(|row| row.verdict == verdict).count();
     let (as_published, unstated) = (count(Verdict::AsPublished), count(Verdict::Unstated));
