@@ -118,17 +118,11 @@ impl Attack {
             Attack::Spoof => command(),
             Attack::SignatureFlip | Attack::FutureForged => damaged(self, of.coming, key, rng),
             Attack::RelabelledLink => relabelled(of, key),
-            Attack::NewLinkOld => {
-                signed(command(), key, other_link(own, of.round), now.saturating_sub(120 * TICKS))
-            }
-            Attack::NewLinkRecent => {
-                signed(command(), key, other_link(own, of.round), now.saturating_sub(30 * TICKS))
-            }
+            Attack::NewLinkOld => signed(command(), key, other_link(own, of.round), now.saturating_sub(120 * TICKS)),
+            Attack::NewLinkRecent => signed(command(), key, other_link(own, of.round), now.saturating_sub(30 * TICKS)),
             Attack::KeyChangeSigned => signed(key_change(of.newest, &FOREIGN, now), key, INSIDER, now),
             Attack::FutureInsider => signed(command(), key, own, now + HOUR),
-            Attack::FutureInsiderBeside => {
-                signed(Frame { system: INSIDER, ..command() }, key, INSIDER, now + HOUR)
-            }
+            Attack::FutureInsiderBeside => signed(Frame { system: INSIDER, ..command() }, key, INSIDER, now + HOUR),
         };
         frame.write()
     }

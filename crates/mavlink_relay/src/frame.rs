@@ -152,7 +152,8 @@ fn read_v1(bytes: &[u8]) -> Result<(Frame, usize), FrameRefused> {
     };
     let (payload, checksum) = (payload.to_vec(), u16::from_le_bytes([low, high]));
     let message = u32::from(message);
-    let frame = Frame { version: Version::V1, sequence, system, component, message, payload, checksum, signature: None };
+    let frame =
+        Frame { version: Version::V1, sequence, system, component, message, payload, checksum, signature: None };
     Ok((frame, end))
 }
 

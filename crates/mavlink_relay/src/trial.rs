@@ -139,10 +139,14 @@ impl Run<'_> {
     /// The sender's next message; the receiver does not have it yet.
     fn next(&mut self) -> Result<Frame, EndFault> {
         let bytes = self.sender.send()?;
-        let (frame, length) = Frame::read(&bytes).map_err(|refused| EndFault(format!("the sender's datagram: {refused}")))?;
+        let (frame, length) =
+            Frame::read(&bytes).map_err(|refused| EndFault(format!("the sender's datagram: {refused}")))?;
         match length == bytes.len() {
             true => Ok(frame),
-            false => Err(EndFault(format!("byte {length} of the sender's datagram: expected its end, got {} bytes", bytes.len()))),
+            false => Err(EndFault(format!(
+                "byte {length} of the sender's datagram: expected its end, got {} bytes",
+                bytes.len()
+            ))),
         }
     }
 

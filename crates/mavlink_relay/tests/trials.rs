@@ -39,7 +39,8 @@ impl Sender for Own {
         let version = Version::V2 { incompatible: 0, compatible: 0 };
         let (sequence, system, component, checksum, signature) = (self.number, 1, 1, 0, None);
         let payload = vec![self.number | 1; 30];
-        let mut frame = Frame { version, sequence, system, component, message: COMMAND_LONG, payload, checksum, signature };
+        let mut frame =
+            Frame { version, sequence, system, component, message: COMMAND_LONG, payload, checksum, signature };
         frame.seal(seed(COMMAND_LONG));
         if let Some(key) = &self.key {
             signature::sign(&mut frame, key, seed(COMMAND_LONG), 0, self.timestamp);

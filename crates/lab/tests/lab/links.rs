@@ -14,7 +14,9 @@ fn python() -> Option<String> {
     if probe.is_ok_and(|status| status.success()) {
         return Some(program);
     }
-    link::note!("skipped: {program} has no pymavlink (pip install pymavlink==2.4.50, HOLDSAFE_PYTHON names another interpreter)");
+    link::note!(
+        "skipped: {program} has no pymavlink (pip install pymavlink==2.4.50, HOLDSAFE_PYTHON names another interpreter)"
+    );
     None
 }
 
