@@ -7,9 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use serde::{Deserialize, Serialize};
 
-use crate::frame::{Frame, HEADER_V2, SIGNED, Version};
+use crate::frame::{Frame, HEADER_V2, SIGNATURE_LENGTH, SIGNED, Signature, Version};
 use crate::message::{arm, downgraded, key_change, seed, unknown};
-use crate::signature::{self, Key, LENGTH as SIGNATURE, Signature, TICKS};
+use crate::signature::{self, Key, TICKS};
 
 /// System id of the holder of the key in `future-insider-beside`; its link id in `spoof`.
 const INSIDER: u8 = 99;
@@ -165,7 +165,7 @@ fn flipped_payload(attack: Attack, of: &Frame, rng: &mut ChaCha8Rng) -> Frame {
 /// Between 2 and 12 bytes fewer: of a signed frame, a part of the signature.
 fn truncated(of: &Frame, rng: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = of.write();
-    let cut = 2 + rng.next_u32() as usize % (SIGNATURE - 2);
+    let cut = 2 + rng.next_u32() as usize % (SIGNATURE_LENGTH - 2);
     bytes.truncate(bytes.len().saturating_sub(cut).max(HEADER_V2));
     bytes
 }

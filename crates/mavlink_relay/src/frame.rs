@@ -1,9 +1,7 @@
 //! MAVLink framing, versions 1 and 2: <https://mavlink.io/en/guide/serialization.html>.
 //!
-//! A frame that was read is equal to its bytes when written again. Checksums and signatures are kept as they came; `signature`
-//! and [`Frame::seal`] make new ones. The meaning of a payload is left to others.
-
-use crate::signature::{LENGTH as SIGNATURE_LENGTH, Signature};
+//! A frame that was read is equal to its bytes when written again. Checksums and signatures are kept as they came; `signature` and
+//! [`Frame::seal`] make new ones. The meaning of a payload is left to others.
 
 /// First byte of a MAVLink 1 frame.
 pub const STX_V1: u8 = 0xfe;
@@ -19,6 +17,10 @@ pub const HEADER_V1: usize = 6;
 pub const HEADER_V2: usize = 10;
 /// Length of the checksum, bytes.
 pub const CHECKSUM: usize = 2;
+/// Length of the block behind the checksum of a signed frame, bytes: link id, timestamp, hash.
+pub const SIGNATURE_LENGTH: usize = 13;
+/// Greatest timestamp: 48 bits.
+pub const TIMESTAMP: u64 = (1 << 48) - 1;
 
 /// Protocol version of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +55,41 @@ pub struct Frame {
     pub checksum: u16,
     /// Signature as it came.
     pub signature: Option<Signature>,
+}
+
+/// The block behind the checksum of a signed frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signature {
+    /// Link id.
+    pub link: u8,
+    /// Time since 1 January 2015 in units of 10 µs, 48 bits.
+    pub timestamp: u64,
+    /// First 48 bits of the hash.
+    pub hash: [u8; 6],
+}
+
+impl Signature {
+    /// Of exactly [`SIGNATURE_LENGTH`] bytes.
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        let (&link, rest) = bytes.split_first()?;
+        let (stamp, hash) = rest.split_at_checked(6)?;
+        let &[a, b, c, d, e, f] = stamp else { return None };
+        Some(Self { link, timestamp: u64::from_le_bytes([a, b, c, d, e, f, 0, 0]), hash: hash.try_into().ok()? })
+    }
+
+    /// Its bytes.
+    pub fn write(&self) -> [u8; SIGNATURE_LENGTH] {
+        let mut bytes = [0; SIGNATURE_LENGTH];
+        bytes[..7].copy_from_slice(&self.stamp());
+        bytes[7..].copy_from_slice(&self.hash);
+        bytes
+    }
+
+    /// Link id and timestamp, which are signed.
+    pub fn stamp(&self) -> [u8; 7] {
+        let [a, b, c, d, e, f, ..] = (self.timestamp & TIMESTAMP).to_le_bytes();
+        [self.link, a, b, c, d, e, f]
+    }
 }
 
 /// Reason for which bytes are no frame.
