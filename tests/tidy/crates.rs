@@ -14,7 +14,7 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 33] = [
+const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("wire", &[]),
     // Programs of others: the pure part, and their processes.
     ("guest", &["wire"]),
@@ -23,6 +23,8 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
     ("guest-client", &[]),
     ("parallel", &[]),
     ("stats", &[]),
+    // Other authors' link, with none of our messages.
+    ("mavlink_relay", &[]),
     ("instrument", &["wire"]),
     ("link", &["wire", "instrument"]),
     ("sim", OBSERVED),
@@ -144,6 +146,7 @@ const MAY_KNOW: [(&str, &[&str]); 33] = [
             "evidence",
             "oracle",
             "explain",
+            "mavlink_relay",
             "scenario",
             "topology",
             "twin",
@@ -196,7 +199,8 @@ const LARGE: [(&str, usize, &str); 2] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 7] = ["assess", "dataset", "dossier", "guest-client", "lab", "trainer", "viewer"];
+const OUTSIDE_TRIALS: [&str; 8] =
+    ["assess", "dataset", "dossier", "guest-client", "lab", "mavlink_relay", "trainer", "viewer"];
 
 /// The names of all crates.
 fn crates() -> Vec<String> {

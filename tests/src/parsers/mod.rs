@@ -30,6 +30,7 @@ pub const TARGETS: [Target; 21] = [
     Target { name: "certificate", holds: links::certificate },
     Target { name: "topic", holds: links::topic },
     Target { name: "relay", holds: links::relay },
+    Target { name: "mavlink", holds: links::mavlink },
     Target { name: "spec", holds: processes::spec },
     Target { name: "said", holds: processes::said },
     Target { name: "frame", holds: processes::frame },
