@@ -3,7 +3,9 @@
 use guest::file::Limits;
 use rustix::process::{Resource, Rlimit, geteuid, setrlimit};
 use rustix::system::uname;
-use rustix::thread::{CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities, set_no_new_privs};
+use rustix::thread::{
+    CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities, set_no_new_privs,
+};
 
 /// Largest file that a guest can write, bytes. Only temporary folders in memory take any.
 const FILE: u64 = 64 << 20;

@@ -27,7 +27,8 @@ const NAMED: usize = 3;
 /// The first part without which the view would be the launcher's.
 pub(super) fn replace(folder: &Path) -> Result<Vec<String>, String> {
     let step = |part: &'static str| move |why: io::Error| format!("{part}: {why}");
-    mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(|why| step("mounts")(why.into()))?;
+    mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC)
+        .map_err(|why| step("mounts")(why.into()))?;
     let kept = Kept::of(folder).map_err(step("folder"))?;
     let table = fs::read_to_string("/proc/self/mountinfo").map_err(step("table of mounts"))?;
     let mut refused = read_only(&table);
@@ -83,7 +84,8 @@ fn memory(place: &str, options: &str) -> io::Result<()> {
 
 /// Flags of a mount that is only read, without devices: its own, which may be locked, and these.
 fn hardened(options: &str) -> MountFlags {
-    let own = if options.split(',').any(|option| option == "noexec") { MountFlags::NOEXEC } else { MountFlags::empty() };
+    let own =
+        if options.split(',').any(|option| option == "noexec") { MountFlags::NOEXEC } else { MountFlags::empty() };
     MountFlags::BIND | MountFlags::RDONLY | MountFlags::NOSUID | MountFlags::NODEV | own
 }
 
