@@ -11,7 +11,7 @@ use crate::launch::Helper;
 /// How far guests are confined on a machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Level {
-    /// Users, processes, mounts and names of its own: a guest sees no other process, writes to no file of the machine, and nothing of it survives.
+    /// Users, processes, mounts and names of its own: a guest sees no other process, writes to no file of the machine, and leaves no process.
     pub namespaces: bool,
     /// No way to a network: a loopback interface of its own, or no sockets at all.
     pub network: bool,
@@ -38,7 +38,7 @@ impl Level {
         Helper { program: helper, leading }.level()
     }
 
-    /// True if nothing was refused.
+    /// True if no part was refused.
     pub fn full(&self) -> bool {
         self.namespaces && self.network && self.seccomp && self.why.is_empty()
     }

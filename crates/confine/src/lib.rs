@@ -3,11 +3,11 @@
 //! Beside `link` the one crate that knows processes. The crate `guest` has the requests and answers; here a line is bytes. A guest's process
 //! comes about in two stages, both of the helper program ([`inside`]): the *entry* takes namespaces of its own and starts the *warden*,
 //! which is the first process in them. The warden hides the machine, gives up all rights, starts the guest and waits for its end.
-//! When the warden ends, the kernel ends every process of its namespace, and it ends with its socket to the launcher: nothing
-//! of a guest survives its channel, nor a launcher that is killed. [`level`] says how much of this a machine gives.
+//! When the warden ends, the kernel ends every process of its namespace, and it ends with its socket to the launcher: no process
+//! of a guest survives its channel, or a launcher that is killed. [`level`] says how much of this a machine gives.
 //!
 //! Not hidden from a guest: files that its user may read, outside of `/proc`, `/dev`, `/run` and temporary folders. It can tell them to
-//! nobody but the launcher.
+//! the launcher alone.
 
 mod channel;
 pub mod inside;

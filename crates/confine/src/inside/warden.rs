@@ -114,8 +114,9 @@ fn found(name: &str, path: &str) -> Result<PathBuf, String> {
 
 /// Keeps the guest's words until it ends or the launcher does.
 fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<(), String> {
-    let signals = SignalFd::with_flags(&SigSet::from_iter([Signal::SIGCHLD]), SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC)
-        .map_err(|why| format!("signals: {why}"))?;
+    let signals =
+        SignalFd::with_flags(&SigSet::from_iter([Signal::SIGCHLD]), SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC)
+            .map_err(|why| format!("signals: {why}"))?;
     let mut stderr = guest.stderr.take();
     let mut words = Vec::with_capacity(2 * WORDS + 4096);
     let main = Pid::from_raw(guest.id() as i32);
@@ -151,7 +152,7 @@ fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<
 }
 
 fn readable(fd: std::os::fd::BorrowedFd<'_>) -> bool {
-    let now = rustix::time::Timespec { tv_sec: 0, tv_nsec: 0 };
+    let now = rustix::event::Timespec { tv_sec: 0, tv_nsec: 0 };
     poll(&mut [PollFd::new(&fd, PollFlags::IN)], Some(&now)) == Ok(1)
 }
 

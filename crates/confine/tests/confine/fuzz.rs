@@ -35,7 +35,15 @@ const GUEST: &str = "import random\ndraw = random.Random(SEED)\n\
 
 fn step(number: u32) -> Request {
     let (tracks, teammates) = (List::default(), List::default());
-    Request::Step(Box::new(Step { number, now: Instant(0), mode: Mode::Idle, limit_mm_s: 0, navigation: None, tracks, teammates }))
+    Request::Step(Box::new(Step {
+        number,
+        now: Instant(0),
+        mode: Mode::Idle,
+        limit_mm_s: 0,
+        navigation: None,
+        tracks,
+        teammates,
+    }))
 }
 
 /// Runs sessions with seeds from `first`, and counts their ends by name.

@@ -76,13 +76,17 @@ fn an_abort_is_named_as_one() {
 
 #[test]
 fn a_fork_bomb_ends_with_its_guest() {
-    let failure = Case::shell("read line; f() { f | f & }; f 2>/dev/null; wait; sleep 1000", "").with_start_ms(2000).failure(0);
+    let failure =
+        Case::shell("read line; f() { f | f & }; f 2>/dev/null; wait; sleep 1000", "").with_start_ms(2000).failure(0);
     assert!(matches!(failure.fault, Fault::Silent | Fault::Ended), "{failure}");
 }
 
 #[test]
 fn a_memory_hog_meets_its_limit() {
-    let Some(case) = Case::python("take()\nx = []\nwhile True: x.append(bytearray(1 << 24))\n", "memory_mib = 256") else { return };
+    let Some(case) = Case::python("take()\nx = []\nwhile True: x.append(bytearray(1 << 24))\n", "memory_mib = 256")
+    else {
+        return;
+    };
     assert_failed(&case.failure(0), Fault::Ended, "MemoryError");
 }
 
@@ -107,7 +111,9 @@ fn a_flood_of_errors_is_bounded_and_harmless() {
 
 #[test]
 fn a_guest_that_ignores_sigterm_is_ended() {
-    let failure = Case::shell("trap '' TERM HUP INT; read line; echo ready; while :; do sleep 100; done", "step_ms = 200").failure(1);
+    let failure =
+        Case::shell("trap '' TERM HUP INT; read line; echo ready; while :; do sleep 100; done", "step_ms = 200")
+            .failure(1);
     assert_failed(&failure, Fault::Silent, "");
 }
 

@@ -38,7 +38,7 @@ fn a_killed_launcher_leaves_nothing() {
     launcher.wait().unwrap();
     for end in &ends {
         // Readable once the process has ended. The limit is that of a test that has failed.
-        let limit = rustix::time::Timespec { tv_sec: 60, tv_nsec: 0 };
+        let limit = rustix::event::Timespec { tv_sec: 60, tv_nsec: 0 };
         assert_eq!(poll(&mut [PollFd::new(end, PollFlags::IN)], Some(&limit)), Ok(1), "a process of the guest goes on");
     }
     assert!(marked(&mark).is_empty());

@@ -96,7 +96,11 @@ fn the_wardens_secrets_are_closed_to_guests() {
         give(can(lambda: open('/proc/1/environ').read()) + ', ' + can(lambda: os.listdir('/proc/1/fd')) + ', ' + can(lambda: open('/proc/1/mem', 'r+b'))\n  \
         + ', ' + ' '.join(sorted(os.listdir('/proc/self/fd'))))\n";
     let Some(case) = Case::python(text, "") else { return };
-    assert_eq!(said(&case), "Permission denied, Permission denied, Permission denied, 0 1 2 3", "3 is the listing's own");
+    assert_eq!(
+        said(&case),
+        "Permission denied, Permission denied, Permission denied, 0 1 2 3",
+        "3 is the listing's own"
+    );
 }
 
 /// Tries of a guest to connect to this port, and to open other sockets.
@@ -117,7 +121,11 @@ fn no_network_is_reached() {
     let text = SOCKETS.replace("PORT", &listener.local_addr().unwrap().port().to_string());
     let Some(case) = Case::python(&text, "") else { return };
     let denied = "Operation not permitted";
-    assert_eq!(said(&case), format!("Connection refused, yes, {denied}, {denied}, {denied}, yes"), "loopback alone, of its own");
+    assert_eq!(
+        said(&case),
+        format!("Connection refused, yes, {denied}, {denied}, {denied}, yes"),
+        "loopback alone, of its own"
+    );
 }
 
 #[test]
