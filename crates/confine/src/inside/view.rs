@@ -45,6 +45,9 @@ pub(super) fn replace(folder: &Path) -> Result<Vec<String>, String> {
         memory("/run", "size=64k,mode=755").map_err(step("/run"))?;
     }
     kept.again().map_err(step("folder in a temporary one"))?;
+    if is_folder("/run") {
+        mount_remount("/run", hardened(""), "").map_err(|why| step("/run")(why.into()))?;
+    }
     devices().map_err(step("/dev"))?;
     processes(&mut refused).map_err(step("/proc"))?;
     Ok(refused)

@@ -92,7 +92,7 @@ fn a_memory_hog_meets_its_limit() {
 
 #[test]
 fn a_small_limit_still_lets_start() {
-    let case = Case::shell("while read line; do echo ready; done", "memory_mib = 16\nfiles = 8\nprocesses = 1");
+    let case = Case::shell("while read line; do echo ready; done", "memory_mib = 16\nfiles = 16\nprocesses = 1");
     let mut channel = case.launch().unwrap();
     assert_eq!(channel.exchange("start", Patience::Start).unwrap(), "ready");
 }
