@@ -49,6 +49,14 @@ class Log:
     def changes(self):
         return self.modes[1:]
 
+    def guest(self):
+        """Whether a guest drove, bare, and failed within the run; None without a guest."""
+        engaged = self.of("guest_engaged", by="unit-a")
+        if not engaged:
+            return None
+        failed = any(e["t_us"] <= self.end for e in self.of("guest_failed", by="unit-a"))
+        return {"bare": engaged[0]["event"]["bare"], "failed": failed}
+
     def intents(self):
         return [(e["t_us"], key(e["event"]["command"]), e["event"]["kind"]) for e in self.of("intended", by="console")]
 

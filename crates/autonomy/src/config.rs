@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::setup::{NoChannel, Setup};
+use wire::time::Span;
 use wire::trust::Validity;
 
 use crate::consistency::MAX_TEAMMATES;
@@ -41,6 +42,23 @@ pub struct AutonomyConfig {
     /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
+    /// The guest that drives in place of mission and navigation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guest: Option<GuestConfig>,
+}
+
+/// A guest as an autonomy core is told of it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuestConfig {
+    /// Name in reports.
+    pub name: String,
+    /// True if its set-points go to the plant as they are.
+    pub bare: bool,
+    /// Longest time from the start to its first answer.
+    pub start_limit: Span,
+    /// Longest time from a step to its answer.
+    pub step_limit: Span,
 }
 
 /// A place to keep clear of.

@@ -53,6 +53,7 @@ impl Autonomy {
     /// The closing account.
     pub(crate) fn finish(&mut self, now: Instant) {
         self.quiet = true;
+        self.close_guest(now);
         self.accounts.close(now, &mut self.journal, &mut self.out);
         self.journal.sign(now, &mut self.out);
     }
@@ -230,7 +231,16 @@ impl Autonomy {
         if self.quiet {
             return;
         }
-        let SetPoint { speed, curvature } = self.set_point(now);
+        if self.pilot.is_some() {
+            return self.pilot(now);
+        }
+        let set_point = self.set_point(now);
+        self.drive(now, set_point);
+    }
+
+    /// Sends a set-point with its lease.
+    pub(crate) fn drive(&mut self, now: Instant, set_point: SetPoint) {
+        let SetPoint { speed, curvature } = set_point;
         let drive = Drive {
             stamp: now,
             speed_mm_s: speed as i32,
@@ -252,7 +262,7 @@ impl Autonomy {
     }
 
     /// The most that the mode allows, mm/s. Without localisation no speed is safe.
-    fn mode_speed(&self) -> f64 {
+    pub(crate) fn mode_speed(&self) -> f64 {
         let bounds = &self.bounds;
         let lost = self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some();
         match self.mode() {
@@ -262,7 +272,7 @@ impl Autonomy {
         }
     }
 
-    fn seen(&self, now: Instant) -> Vec<Keepout> {
+    pub(crate) fn seen(&self, now: Instant) -> Vec<Keepout> {
         let tracks = self.picture.tracks().iter().map(|track| (f64::from(track.x_mm), f64::from(track.y_mm)));
         let places = tracks.chain(self.teammates.places(now));
         places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM }).collect()

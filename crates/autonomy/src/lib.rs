@@ -15,6 +15,7 @@
 //! | records of the session | [`intake`] |
 //! | the unit's way | [`mission`], [`grid`], [`navigation`] |
 //! | its own reports | [`telemetry`] |
+//! | a guest in place of mission and navigation | [`pilot`] |
 //!
 //! The core itself is in three parts: its making (here), the meaning of an input (`inputs`), periodic work
 //! (`cycle`).
@@ -36,6 +37,7 @@ pub mod localisation;
 pub mod mission;
 pub mod navigation;
 pub mod picture;
+pub mod pilot;
 #[cfg(feature = "process")]
 pub mod process;
 pub mod seals;
@@ -52,6 +54,7 @@ use wire::account::Accounts;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
 use wire::bus::Sender;
+use wire::codec::Text;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::Event;
 use wire::id::{Nonce, Sequence};
@@ -61,7 +64,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Windows};
 
-pub use config::{AutonomyConfig, ConfigError, Disc};
+pub use config::{AutonomyConfig, ConfigError, Disc, GuestConfig};
 pub use transition::{authority, state};
 
 use authority::Mint;
@@ -77,6 +80,7 @@ use lease::Lease;
 use localisation::Localisation;
 use mission::Mission;
 use picture::Picture;
+use pilot::Pilot;
 use seals::Seals;
 use state::Machine;
 use telemetry::StatusRecord;
@@ -108,6 +112,8 @@ pub struct Autonomy {
     commands: CommandGate,
     revoked: RevocationList,
     mission: Mission,
+    /// The guest that drives in place of mission and navigation.
+    pilot: Option<Pilot>,
     drive: Sender,
     act: Sender,
     reports: Sequence,
@@ -143,6 +149,8 @@ impl Autonomy {
         let map: Arc<[Keepout]> = config.obstacles.iter().map(keepout).collect();
         let grid = plan(&fence, &map, &bounds);
         let identity = Arc::new(Identity::new(&setup, &config));
+        let guest =
+            config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.
@@ -171,6 +179,7 @@ impl Autonomy {
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
             revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
+            pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, now)),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
             reports: Sequence(0),
@@ -186,6 +195,10 @@ impl Autonomy {
             identity,
         };
         core.write(now, Event::Started);
+        if let Some((name, bare, mission)) = guest {
+            core.write(now, Event::GuestEngaged { name: Text::new(&name), bare });
+            core.out.push_back(mission);
+        }
         core.health = core.assess(now);
         Ok(core)
     }
@@ -223,6 +236,7 @@ impl Autonomy {
             commands: self.commands.clone(),
             revoked: self.revoked.clone(),
             mission: self.mission.clone(),
+            pilot: self.pilot.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),
             reports: self.reports,
@@ -262,6 +276,7 @@ impl Core for Autonomy {
             Input::Closed { session } => self.closed(now, *session),
             Input::Published { subject, bytes } => self.published(now, *subject, bytes),
             Input::SessionLost => self.session_lost(now),
+            Input::Guest { bytes } => self.answered(now, bytes),
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
             // Of relays and the recorder.

@@ -70,6 +70,14 @@ pub fn follow(motion: &Motion, way: &Way<'_>, around: &Surroundings<'_>) -> SetP
     SetPoint { speed: within_fence(motion, speed, around), curvature }
 }
 
+/// A guest's set-point under the limits that [`follow`] keeps to by itself. Backwards is not driven: nothing looks there.
+pub fn limited(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
+    let curvature = asked.curvature.clamp(-MAX_CURVATURE, MAX_CURVATURE);
+    let curve_speed = (SIDEWAYS / curvature.abs().max(1e-9)).sqrt();
+    let speed = asked.speed.max(0.0).min(around.mode_speed).min(curve_speed).min(free_ahead(motion, around.seen));
+    SetPoint { speed: within_fence(motion, speed, around), curvature }
+}
+
 /// The point of the way one lookahead beyond the point nearest to `at`, and the distance left to the way's end.
 fn carrot(at: Point, way: &Way<'_>, lookahead: f64) -> (Point, f64) {
     let legs = way.points.windows(2).enumerate().map(|(i, ab)| (i, nearest_on(at, ab[0], ab[1])));

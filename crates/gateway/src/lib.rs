@@ -219,6 +219,7 @@ impl Core for Gateway {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::Cue { .. }
+            | Input::Guest { .. }
             | Input::Act { .. } => {}
         }
     }

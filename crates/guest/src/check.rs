@@ -121,7 +121,7 @@ fn round(guest: &Guest) -> (Round, Option<(u32, Failure)>) {
 }
 
 fn drive(guest: &Guest, round: &mut Round) -> Result<(), (u32, Failure)> {
-    let mut session = guest.engage().map_err(|failure| (0, failure))?;
+    let mut session = guest.session();
     session.ask(&Request::Start(Box::new(start()))).map_err(|failure| (0, failure))?;
     let (mut y_mm, mut yaw, mut speed) = (0.0, 0.0_f64, 0.0);
     for number in 1..=STEPS {

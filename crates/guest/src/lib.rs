@@ -48,17 +48,16 @@ pub struct Guest {
     pub program: Arc<Program>,
     /// Where its set-points go.
     pub conduct: Conduct,
+    /// True unless the same trial, run twice, gave two logs.
+    pub repeatable: bool,
     /// Starts its process, once a run.
     pub launcher: Arc<dyn Launcher>,
 }
 
 impl Guest {
-    /// Starts the program for one run.
-    ///
-    /// # Errors
-    /// The program could not be started.
-    pub fn engage(&self) -> Result<Session, Failure> {
-        Ok(Session::new(Arc::clone(&self.program), self.launcher.launch(&self.program)?))
+    /// A session of one run, with a process of its own. That none could be started is the answer to the first request.
+    pub fn session(&self) -> Session {
+        Session::new(Arc::clone(&self.program), self.launcher.launch(&self.program))
     }
 }
 

@@ -1,13 +1,15 @@
-//! The `holdsafe` command: its twelve verbs, one a file or a folder, and its exit codes.
+//! The `holdsafe` command: its verbs, one a file or a folder, and its exit codes.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `renamed` maps
 //! the former verbs, `help` groups the verbs by their users.
 
 mod ablate;
+mod assess;
 mod campaign;
 mod doctor;
 mod estimate;
 mod evaluate;
+mod guest;
 mod help;
 mod inspect;
 mod matrix;
@@ -65,6 +67,8 @@ enum Verb {
     Search(search::Args),
     /// Estimate the probability of a rare event by multilevel splitting.
     Estimate(estimate::Args),
+    /// Run the guards over a recording of another vehicle, and over copies of it with false fixes.
+    Assess(assess::Args),
     /// Watch a run as its operator sees it: as text, in a browser, in Foxglove or in a window.
     Watch(watch::Args),
     /// Explain, compare, verify or replay a recorded run.
@@ -75,6 +79,9 @@ enum Verb {
     /// Check scenario files, print their schema, or start a new one.
     #[command(subcommand)]
     Scenario(scenario::Verb),
+    /// Put an autonomy of your own to the test: exercise it, or compare it bare and inside the guards.
+    #[command(subcommand)]
+    Guest(guest::Verb),
     /// Check that this host has everything a run needs.
     Doctor,
 }
@@ -100,10 +107,12 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Verb::Ablate(args) => ablate::run(&context, &args),
         Verb::Search(args) => search::run(&context, &args),
         Verb::Estimate(args) => estimate::run(&context, &args),
+        Verb::Assess(args) => assess::run(&context, &args),
         Verb::Watch(args) => watch::run(&context, &args),
         Verb::Inspect(verb) => inspect::run(&context, &verb),
         Verb::Report(args) => report::run(&context, &args),
         Verb::Scenario(verb) => scenario::run(&context, &verb),
+        Verb::Guest(verb) => guest::run(&context, &verb),
         Verb::Doctor => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))

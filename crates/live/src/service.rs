@@ -7,7 +7,7 @@ pub fn main(name: &str) -> Option<ExitCode> {
     Some(match name {
         "sim" => sim::process::main(),
         "perception" => perception::process::main(),
-        "autonomy" => autonomy::process::main(),
+        "autonomy" => autonomy::process::main_with(super::guest::attend),
         "gateway" => gateway::process::main(),
         "console" => console::process::main(),
         "broker" => broker::process::main(),

@@ -136,7 +136,7 @@ fn stands(line: &Timeline) -> bool {
 }
 
 /// The first sample from `from` on after which `test` holds for good.
-fn for_good(line: &Timeline, from: Micros, test: impl Fn(&Truth) -> bool) -> Option<Micros> {
+pub(super) fn for_good(line: &Timeline, from: Micros, test: impl Fn(&Truth) -> bool) -> Option<Micros> {
     let after = line.truth.iter().rev().take_while(|t| t.at >= from);
     after.take_while(|t| test(t)).last().map(|t| t.at)
 }

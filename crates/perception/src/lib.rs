@@ -313,6 +313,7 @@ impl Core for Perception {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Cue { .. } => {}
         }

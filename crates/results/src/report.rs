@@ -4,11 +4,13 @@
 //! and once with INVALID counted as failure. No code here judges a trial.
 
 mod ablate;
+mod assess;
 mod campaign;
 mod columns;
 mod cost;
 mod curve;
 mod explain;
+mod guest;
 mod live;
 mod matrix;
 mod mission;
@@ -20,12 +22,14 @@ mod search;
 mod table;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
+pub use assess::{AssessObject, Assessed, InjectionRow, TestRow, assess_table};
 pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, RateBounds, campaign_table};
 pub use columns::{TableError, TrialTable};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use explain::stage_name;
 pub use explain::{ExplainObject, diagram, explained, explained_in_seconds, kept_out};
+pub use guest::{Comparison, ComparisonRow, ComparisonTotal, GuestChecked, comparison_table};
 pub use live::BenchLive;
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
 pub use mission::MissionSummary;

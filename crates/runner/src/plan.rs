@@ -11,6 +11,7 @@ use topology::{is_attacked, needs_rendering};
 
 use super::Context;
 use super::bring::Loaded;
+use super::engage::Engaged;
 use super::failure::{Exit, Failure};
 
 /// One variation of a scenario, ready to run.
@@ -59,6 +60,8 @@ pub struct Wanted {
     pub detector: Option<Loaded>,
     /// Actors do not act, and claim that they did.
     pub sabotage: bool,
+    /// A guest in place of the unit's mission and navigation.
+    pub guest: Option<Engaged>,
 }
 
 /// True if a scenario is given by its file, and not by the name of a shipped one.
@@ -132,12 +135,20 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
         variation
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
+    if wanted.guest.is_some() && variation.scenario.is_of_stacks() {
+        let message = format!(
+            "`{}` runs on the real stacks, where nothing drives; a guest has no part in it",
+            variation.scenario.name.as_str()
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
     if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {
         let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
         return Err(Failure::new(Exit::Usage, message));
     }
     let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
+    setup.guest = wanted.guest.as_ref().map(|engaged| engaged.guest.clone());
     setup.stop = context.stop.clone();
     let options = options(wanted, variation.cell.as_deref());
     Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
@@ -149,11 +160,15 @@ pub fn under(context: &Context, planned: &Planned, policy: &Path) -> Result<Plan
     prepare(context, planned.variation.clone(), &wanted)
 }
 
-/// Bounds, platform and sensing, in words that are hashed. A run with the shipped detector keeps its words.
+/// Bounds, platform, sensing and guest, in words that are hashed. A run with the shipped detector and without a guest keeps its words.
 fn platform(setup: &Setup) -> String {
     let words = format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered);
-    match &setup.detector {
+    let words = match &setup.detector {
         Some(brought) => format!("{words} {} {:?}", brought.model.sha256, brought.head),
+        None => words,
+    };
+    match &setup.guest {
+        Some(guest) => format!("{words} {} {:?}", guest.conduct.name(), guest.program.digests),
         None => words,
     }
 }
@@ -170,6 +185,9 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
         Some(loaded) => options.push_str(&loaded.options),
         None if wanted.rendered => options.push_str(" --rendered"),
         None => {}
+    }
+    if let Some(engaged) = &wanted.guest {
+        options.push_str(&engaged.options);
     }
     if wanted.sabotage {
         options.push_str(" --sabotage");

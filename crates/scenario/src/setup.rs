@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use guest::{Conduct, Guest};
 use parallel::progress::Stop;
 use perception::detector::Brought;
 use wire::bounds::Bounds;
@@ -35,6 +36,8 @@ pub struct Setup {
     pub rendered: bool,
     /// A detector in place of the shipped one, loaded.
     pub detector: Option<Brought>,
+    /// A guest in place of the unit's mission and navigation.
+    pub guest: Option<Guest>,
     /// Directory for the trial's recordings; `None` where none are kept.
     pub run_dir: Option<PathBuf>,
     /// Of a live run's recordings: every n-th set of sensor frames stays whole; 0 for none.
@@ -77,7 +80,7 @@ impl Setup {
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
+        let (misset, detector, guest, run_dir, frames) = (None, None, None, None, FRAMES);
         let (window, retries) = (None, 0);
         Ok(Self {
             policy_name,
@@ -87,6 +90,7 @@ impl Setup {
             platform,
             rendered,
             detector,
+            guest,
             run_dir,
             frames,
             window,
@@ -95,8 +99,25 @@ impl Setup {
         })
     }
 
-    /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.
+    /// The words that every artefact of an ablation or of a guest carries; `None` for the platform itself with every check, guard, rule and
+    /// bound in place.
     pub fn watermark(&self) -> Option<String> {
+        let guest = self.guest.as_ref().map(|guest| {
+            let conduct = match guest.conduct {
+                Conduct::Bare => "bare, without the platform's guards",
+                Conduct::Guarded => "inside the platform's guards",
+            };
+            let repeatable = if guest.repeatable { "" } else { "; NOT DETERMINISTIC: the same trial gave two logs" };
+            format!("GUEST: `{}` drives, {conduct}{repeatable}", guest.program.name)
+        });
+        let ablation = self.ablation();
+        match (guest, ablation) {
+            (Some(guest), Some(ablation)) => Some(format!("{guest}; {ablation}")),
+            (guest, ablation) => guest.or(ablation),
+        }
+    }
+
+    fn ablation(&self) -> Option<String> {
         let waived = (!self.policy.is_full()).then(|| format!("ABLATION: policy `{}` waives checks", self.policy_name));
         waived.or_else(|| self.misset.map(|_| "ABLATION: a bound is set wrong on purpose".to_owned()))
     }

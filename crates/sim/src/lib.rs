@@ -371,6 +371,7 @@ impl Core for Sim {
             | Input::Closed { .. }
             | Input::Published { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }

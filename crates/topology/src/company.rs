@@ -1,14 +1,18 @@
 //! The members of one trial, put together in the order that breaks ties: the vehicle under test, control, adversaries.
 
 use adversary::plan::AdversaryConfig;
-use autonomy::AutonomyConfig;
+use autonomy::{AutonomyConfig, GuestConfig};
 use gateway::GatewayConfig;
+use guest::Conduct;
 use perception::PerceptionConfig;
 use scenario::Scenario;
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::mode::Guard;
+use wire::policy::{Check, Policy, Requirement};
 use wire::setup::{Ablation, Setup};
+use wire::time::Span;
 
 use super::draw::Draw;
 use super::keys::{self, RunSecret};
@@ -111,8 +115,15 @@ impl Company<'_> {
             &[Topic::Tracks],
         );
         let config = self.autonomy(unit, &world);
+        let bare = config.guest.as_ref().is_some_and(|guest| guest.bare);
+        let unguarded = bare.then(|| self.unguarded());
+        let ablation = Ablation { scenario: self.scenario.name.as_str().to_owned() };
         let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
         let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
+        if let Some(policy) = unguarded {
+            member.setup.policy = policy;
+            member.setup.ablation = Some(ablation);
+        }
         member.peer = peer_of(node);
         member.commands = true;
     }
@@ -130,7 +141,28 @@ impl Company<'_> {
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
+            guest: self.guest(unit),
         }
+    }
+
+    /// The guest that drives the unit under test.
+    fn guest(&self, unit: UnitId) -> Option<GuestConfig> {
+        let guest = self.with.guest.as_ref().filter(|_| unit == UnitId::A)?;
+        let limits = &guest.program.limits;
+        Some(GuestConfig {
+            name: guest.program.name.clone(),
+            bare: guest.conduct == Conduct::Bare,
+            start_limit: Span::ms(limits.start_ms),
+            step_limit: Span::ms(limits.step_ms),
+        })
+    }
+
+    /// The policy of a bare guest's unit: nothing of its own looks at what the guest is given, or stops it.
+    fn unguarded(&self) -> Policy {
+        let mut policy = self.with.policy.clone();
+        policy.guards.extend(Guard::ALL.map(|guard| (guard, Requirement::Waived)));
+        policy.boundary.insert(Check::Freshness, Requirement::Waived);
+        policy
     }
 
     pub(super) fn control(&mut self) {

@@ -24,6 +24,7 @@ use evidence::log::hex;
 use evidence::mission::Script;
 use evidence::verification::{Held, HeldClock, Life};
 use evidence::{Plan, Planned};
+use guest::Guest;
 use scenario::Scenario;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
@@ -90,6 +91,8 @@ pub struct Topology {
     pub varied_delays: bool,
     /// The keys under which guards sign their observations, and the launcher its notes.
     pub witnesses: BTreeMap<NodeId, Secret>,
+    /// The guest that drives the unit under test.
+    pub guest: Option<Guest>,
     /// Manipulation of the recording by the recorder's insider, and the seed of its place.
     pub tampering: Option<(Tampering, u64)>,
 }
@@ -228,6 +231,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
         mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
+        guest: with.guest.clone(),
         tampering: attack::tampering(scenario, seed),
         witnesses: witnesses(&members, secret),
         members,

@@ -10,10 +10,11 @@ use results::mode::Mode;
 use results::report::{RunObject, RunsObject, run_table};
 use runner::batch::Batch;
 use runner::bring::Bring;
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::retry::Retries;
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::FRAMES;
 use serde::Serialize;
 use wire::person::Role;
@@ -50,6 +51,8 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
+    #[command(flatten)]
+    engage: Engage,
     /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
     #[arg(long, requires = "live")]
     console: bool,
@@ -80,7 +83,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage };
+    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage, guest: args.engage.load()? };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }
@@ -96,6 +99,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));
         }
         plans.push((scenario, planned));
+    }
+    if !args.live {
+        plans.iter_mut().try_for_each(|(_, planned)| probe::probe(planned, context.seed))?;
     }
     if args.console {
         one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;

@@ -80,7 +80,7 @@ impl Claim {
         let hit = self.classes.contains(&outcome);
         tally.n += 1;
         tally.hits += u64::from(hit);
-        tally.invalid += u64::from(!hit && outcome == Outcome::Invalid);
+        tally.invalid += u64::from(!hit && matches!(outcome, Outcome::Invalid | Outcome::GuestFailed));
     }
 
     /// Judges as many trials as were planned, so that `together` such judgements hold at once with its level.
