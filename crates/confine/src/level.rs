@@ -22,19 +22,11 @@ pub struct Level {
 }
 
 impl Level {
-    /// The level that `helper`, the holdsafe program, reaches on this machine.
+    /// The level that guests of a launcher with this helper reach on this machine; see [`crate::launcher`].
     ///
     /// # Errors
     /// The helper could not be started.
-    pub fn of(helper: PathBuf) -> Result<Level, Failure> {
-        Self::by(helper, vec!["service".into(), "confine".into()])
-    }
-
-    /// The level that another program reaches; see [`crate::launcher_by`].
-    ///
-    /// # Errors
-    /// The helper could not be started.
-    pub fn by(helper: PathBuf, leading: Vec<String>) -> Result<Level, Failure> {
+    pub fn of(helper: PathBuf, leading: Vec<String>) -> Result<Level, Failure> {
         Helper { program: helper, leading }.level()
     }
 

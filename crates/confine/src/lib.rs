@@ -22,12 +22,8 @@ use guest::Launcher;
 
 pub use level::Level;
 
-/// Starts guests by means of `helper`, the holdsafe program, as `HELPER service confine`.
-pub fn launcher(helper: PathBuf) -> Arc<dyn Launcher> {
-    launcher_by(helper, vec!["service".into(), "confine".into()])
-}
-
-/// Starts guests by means of another program that calls [`inside::main`] when it is given the arguments `leading`.
-pub fn launcher_by(helper: PathBuf, leading: Vec<String>) -> Arc<dyn Launcher> {
+/// Starts guests by means of the program `helper`, which calls [`inside::main`] when its arguments are those of `leading`: for holdsafe,
+/// `service confine`.
+pub fn launcher(helper: PathBuf, leading: Vec<String>) -> Arc<dyn Launcher> {
     Arc::new(launch::Helper { program: helper, leading })
 }
