@@ -37,7 +37,7 @@ fn a_guest_that_never_reads_is_silent() {
 #[test]
 fn a_value_that_is_no_number_is_refused() {
     let Some(case) = Case::python("take(); give('NaN'); take()\n", "") else { return };
-    let mut session = Session::new(Arc::new(case.program.clone()), case.launch().unwrap());
+    let mut session = Session::new(Arc::new(case.program.clone()), case.launch());
     let failure = session.ask(&start()).unwrap_err();
     assert_failed(&failure, Fault::Malformed, "NaN");
     assert!(case.left().is_empty(), "a session ends its process with the first failure");
@@ -92,7 +92,7 @@ fn a_memory_hog_meets_its_limit() {
 
 #[test]
 fn a_small_limit_still_lets_start() {
-    let case = Case::shell("while read line; do echo ready; done", "memory_mib = 16\nfiles = 8\nprocesses = 1");
+    let case = Case::shell("while read line; do echo ready; done", "memory_mib = 16\nfiles = 16\nprocesses = 1");
     let mut channel = case.launch().unwrap();
     assert_eq!(channel.exchange("start", Patience::Start).unwrap(), "ready");
 }
@@ -159,13 +159,13 @@ fn a_program_that_cannot_start_says_why() {
 #[test]
 fn a_missing_helper_is_named() {
     let mut case = Case::shell("", "");
-    case.launcher = confine::launcher("/no/such/helper".into());
+    case.launcher = confine::launcher("/no/such/helper".into(), Vec::new());
     assert_failed(&case.failure(0), Fault::NotStarted, "/no/such/helper: No such file");
 }
 
 #[test]
 fn a_helper_that_is_another_program_is_named() {
     let mut case = Case::shell("", "");
-    case.launcher = confine::launcher_by("/bin/cat".into(), vec!["/no/such/file".into()]);
+    case.launcher = confine::launcher("/bin/cat".into(), vec!["/no/such/file".into()]);
     assert_failed(&case.failure(0), Fault::NotStarted, "");
 }
