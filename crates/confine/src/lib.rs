@@ -22,8 +22,13 @@ use guest::Launcher;
 
 pub use level::Level;
 
+/// The arguments with which holdsafe itself is the helper.
+pub fn as_service() -> Vec<String> {
+    ["service", "confine"].map(str::to_owned).to_vec()
+}
+
 /// Starts guests by means of the program `helper`, which calls [`inside::main`] when its arguments are those of `leading`: for holdsafe,
-/// `service confine`.
+/// [`as_service`].
 pub fn launcher(helper: PathBuf, leading: Vec<String>) -> Arc<dyn Launcher> {
     Arc::new(launch::Helper { program: helper, leading })
 }

@@ -12,7 +12,7 @@ use runner::{Context, engage, out};
 pub(super) fn run(context: &Context, file: &Path) -> Result<Exit, Failure> {
     let guest = engage::guest(file, Conduct::Bare)?;
     let checked = guest::check::check(&guest);
-    let level = Level::of(std::env::current_exe()?).map_err(Failure::internal)?;
+    let level = Level::of(std::env::current_exe()?, confine::as_service()).map_err(Failure::internal)?;
     let fine = checked.fine();
     if context.json {
         out::print_json("guest-check", &GuestChecked::new(checked, level.to_string()))?;
