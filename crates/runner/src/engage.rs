@@ -17,7 +17,7 @@ const MAX_PINNED: u64 = 1 << 30;
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Engage {
     /// A guest that drives in place of the unit's own mission and navigation, by its file (docs/researcher/guests.md).
-    #[arg(long, value_name = "GUEST.TOML", conflicts_with = "sabotage")]
+    #[arg(long, value_name = "GUEST.TOML")]
     autonomy: Option<PathBuf>,
     /// Give the guest's set-points to the plant as they are, without the platform's guards.
     #[arg(long, requires = "autonomy")]

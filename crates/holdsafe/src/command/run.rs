@@ -61,7 +61,7 @@ pub(super) struct Args {
     #[arg(long, requires = "console", default_value = "supervise", value_parser = live::role)]
     role: Role,
     /// Deny every injection: the actors' claims in a log of the same trial without any action. INVALID is expected.
-    #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
+    #[arg(long, conflicts_with_all = ["live", "rendered", "detector", "autonomy"])]
     sabotage: bool,
     /// Live trials at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
