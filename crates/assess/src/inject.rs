@@ -172,7 +172,7 @@ pub(crate) fn inject(clean: &Clean<'_>, fresh: &Guards<'_>, map: &Inject, seed: 
             let found = (moment + 1..=last).find_map(|tick| {
                 let failing = copy.tick(clean.at(tick), clean.steps, Some(&placed)).filter(|failing| failing.any())?;
                 let by = Check::ALL.into_iter().find(|check| failing.has(*check))?;
-                Some((clean.at(tick).since(from).0 as f64 / 1e6, by))
+                Some((clean.at(tick).since(clean.at(moment)).0 as f64 / 1e6, by))
             });
             result.count(found, moving);
         }

@@ -32,6 +32,8 @@ mod manners;
 mod rare;
 #[path = "command/readers.rs"]
 mod readers;
+#[path = "command/recordings.rs"]
+mod recordings;
 #[path = "command/verbs.rs"]
 mod verbs;
 #[path = "command/verification.rs"]

@@ -1,0 +1,38 @@
+//! Recordings of other vehicles: a guessed map, an assessment, and the errors of both.
+
+use serde_json::Value;
+
+use super::{holdsafe, root};
+
+fn seed(name: &str) -> String {
+    root().join("fuzz/corpus").join(name).to_str().unwrap().to_owned()
+}
+
+#[test]
+fn guessed_map_is_enough_to_assess() {
+    let (recording, dir) = (seed("foreign/ulog-with-px4-names"), tempfile::tempdir().unwrap());
+    let guessed = holdsafe(&["assess", &recording, "--guess"]);
+    assert!(guessed.status.success(), "{guessed:?}");
+    let map = dir.path().join("map.toml");
+    std::fs::write(&map, &guessed.stdout).unwrap();
+    let told = holdsafe(&["assess", &recording, "--map", map.to_str().unwrap(), "--json"]);
+    let object: Value = serde_json::from_slice(&told.stdout).unwrap();
+    assert_eq!((&object["kind"], &object["facts"]["fixes"]), (&"assess".into(), &15.into()), "{object}");
+    assert_eq!(object["not_assessed"].as_array().map(Vec::len), Some(11));
+}
+
+#[test]
+fn cut_recording_is_read_up_to_the_cut() {
+    let told =
+        holdsafe(&["assess", &seed("foreign/ulog-cut-in-a-record"), "--map", &seed("settings/map-of-a-recording")]);
+    let text = String::from_utf8(told.stdout).unwrap();
+    assert!(told.status.success() && text.contains("read to byte 1886 of 1895: a record"), "{text}");
+}
+
+#[test]
+fn unusable_recording_names_the_byte() {
+    let told = holdsafe(&["assess", &seed("foreign/ulog-of-a-later-version"), "--guess"]);
+    let text = String::from_utf8(told.stderr).unwrap();
+    assert_eq!(told.status.code(), Some(2));
+    assert!(text.contains("at byte 7: ULog version 2, expected 0 or 1"), "{text}");
+}
