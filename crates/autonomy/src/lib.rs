@@ -148,7 +148,7 @@ impl Autonomy {
         let fence = Arc::new(Geofence::new(&config.geofence));
         let map: Arc<[Keepout]> = config.obstacles.iter().map(keepout).collect();
         let grid = plan(&fence, &map, &bounds);
-        let identity = Arc::new(Identity::new(&setup, &config));
+        let identity = Arc::new(Identity::new(&setup, &config)?);
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.

@@ -4,6 +4,7 @@ use adversary::plan::AdversaryConfig;
 use autonomy::AutonomyConfig;
 use autonomy::pilot::GuestConfig;
 use gateway::GatewayConfig;
+use gateway::fanout::Interest;
 use guest::Conduct;
 use perception::PerceptionConfig;
 use scenario::Scenario;
@@ -166,9 +167,10 @@ impl Company<'_> {
 
     pub(super) fn control(&mut self) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
+        let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
         let config = GatewayConfig {
-            units: units.clone(),
-            fanout: units,
+            interests: units.iter().map(|unit| Interest { unit: *unit, hears: others(*unit) }).collect(),
+            units,
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
         };

@@ -1,0 +1,85 @@
+//! Names of identities by number: the table, the rule behind its second half, and the search for a name.
+//!
+//! Numbers 0 to 31 are listed one by one. The numbers above follow a rule, which `docs/reference/telemetry.cddl` states
+//! too: unit *n* of 5 to 64 has number 27 + *n*, the observer at its ingress 87 + *n*; of a unit *n* up to 52, the
+//! simulation has number 147 + *n* and perception 195 + *n*. So 60 further units fit into the byte that a shared-memory
+//! header has for its producer, 48 of them with a body. The table says which names exist; the identities that take part
+//! in one run are left to the setup of that run ([`crate::roster`]).
+
+/// Number of identities.
+pub const NODES: usize = 248;
+/// The first unit that the rule numbers.
+pub(super) const FIRST_RULED: u8 = 5;
+/// The last unit.
+pub(super) const LAST_UNIT: u8 = 64;
+/// The last unit with a simulation and a perception of its own.
+pub(super) const LAST_BODY: u8 = 52;
+/// Number of [`FIRST_RULED`]; the others follow.
+pub(super) const UNITS: u8 = 32;
+/// Number of the ingress observer of [`FIRST_RULED`].
+pub(super) const GUARDS: u8 = UNITS + (LAST_UNIT - FIRST_RULED + 1);
+
+macro_rules! ruled {
+    ([$($unit:literal)*] [$($bodiless:literal)*]) => {
+        [
+            "unit-a", "unit-b", "unit-c", "unit-d", "sim", "perception", "gateway", "broker", "console", "recorder",
+            "relay-telemetry", "relay-command", "insider-b", "operator-1", "operator-2", "campaign", "guard-gateway",
+            "guard-unit-a", "guard-unit-b", "guard-unit-c", "perception-c", "sim-c", "insider-command", "guard-broker",
+            "insider-operator", "insider-broker", "insider-gateway", "insider-perception", "insider-recorder",
+            "observer", "impostor", "host",
+            $(concat!("unit-", $unit),)* $(concat!("unit-", $bodiless),)*
+            $(concat!("guard-unit-", $unit),)* $(concat!("guard-unit-", $bodiless),)*
+            $(concat!("sim-", $unit),)*
+            $(concat!("perception-", $unit),)*
+        ]
+    };
+}
+
+/// The names that certificates, scenario files and logs use, by number.
+///
+/// A name outside the table is refused when parsed, a number outside it when decoded.
+#[rustfmt::skip]
+pub(super) const NAMES: [&str; NODES] = ruled!(
+    [
+        5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28
+        29 30 31 32 33 34 35 36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52
+    ]
+    [53 54 55 56 57 58 59 60 61 62 63 64]
+);
+
+/// Number of the identity with this name.
+pub(super) fn number(name: &str) -> Option<u8> {
+    NAMES.iter().position(|known| *known == name).map(|number| number as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_above_31_follow_the_rule() {
+        for unit in FIRST_RULED..=LAST_UNIT {
+            assert_eq!(NAMES[usize::from(27 + unit)], format!("unit-{unit}"));
+            assert_eq!(NAMES[usize::from(87 + unit)], format!("guard-unit-{unit}"));
+        }
+        for unit in FIRST_RULED..=LAST_BODY {
+            assert_eq!(NAMES[usize::from(147 + unit)], format!("sim-{unit}"));
+            assert_eq!(NAMES[usize::from(195 + unit)], format!("perception-{unit}"));
+        }
+        assert_eq!((UNITS, GUARDS), (27 + FIRST_RULED, 87 + FIRST_RULED));
+    }
+
+    #[test]
+    fn each_name_has_one_number() {
+        for (at, name) in NAMES.iter().enumerate() {
+            assert_eq!(number(name).map(usize::from), Some(at), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_name_off_the_rule_is_unknown() {
+        for name in ["unit-05", "unit-4", "unit-65", "unit-+5", "Unit-5", "unit-5 ", "sim-53", "guard-unit-d", ""] {
+            assert_eq!(number(name), None, "{name}");
+        }
+    }
+}
