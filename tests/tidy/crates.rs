@@ -99,10 +99,7 @@ const MAY_KNOW: [(&str, &[&str]); 31] = [
         ],
     ),
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
-    (
-        "results",
-        &["wire", "guest", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"],
-    ),
+    ("results", &["wire", "guest", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "topology", "search"]),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),
     (

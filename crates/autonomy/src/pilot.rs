@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 use wire::codec::{self, List, Text};
 use wire::core::Output;
 use wire::event::Event;
-use wire::guest::{Answer, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step};
+use wire::guest::{
+    Answer, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step,
+};
 use wire::mode::Mode;
 use wire::sensor::Navigation;
 use wire::setup::Setup;
@@ -95,8 +97,7 @@ impl Pilot {
             Stage::Idle | Stage::Failed => return None,
         };
         let waited = now.since(since);
-        (waited > limit)
-            .then(|| format!("an answer within {} ms expected, none after {}", limit.0 / 1000, waited.0 / 1000))
+        (waited > limit).then(|| format!("an answer within {} ms expected, none after {}", limit.0 / 1000, waited.0 / 1000))
     }
 
     /// The step that an answer is for, as far as it answers what was asked.
@@ -231,9 +232,7 @@ impl Autonomy {
     }
 
     fn drive_as_asked(&mut self, now: Instant) {
-        let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
-            return;
-        };
+        let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else { return };
         let asked = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
         let given = if bare { asked } else { self.within_guards(asked, now) };
         if let Some(pilot) = self.pilot.as_mut().filter(|_| given != asked) {

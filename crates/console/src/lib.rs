@@ -338,6 +338,7 @@ impl Core for Console {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::Guest { .. }
             | Input::Cue { .. } => return,
         }
         self.refresh(now);

@@ -84,9 +84,7 @@ pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
 
 fn program(file: &Path) -> Result<Program, Failure> {
     let name = file.display().to_string();
-    let unread = |why: String| {
-        Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"))
-    };
+    let unread = |why: String| Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"));
     let bytes = link::files::read(file, MAX_FILE).map_err(|e| unread(e.to_string()))?;
     let text = String::from_utf8(bytes).map_err(|_| unread("UTF-8 expected".to_owned()))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);

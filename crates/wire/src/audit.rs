@@ -343,6 +343,7 @@ impl<E: for<'b> Decode<'b, ()> + Encode<()>> Core for Recorder<E> {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Cue { .. } => {}
         }

@@ -12,8 +12,6 @@ pub const NODES: usize = 248;
 pub(super) const FIRST_RULED: u8 = 5;
 /// The last unit.
 pub(super) const LAST_UNIT: u8 = 64;
-/// The last unit with a simulation and a perception of its own.
-pub(super) const LAST_BODY: u8 = 52;
 /// Number of [`FIRST_RULED`]; the others follow.
 pub(super) const UNITS: u8 = 32;
 /// Number of the ingress observer of [`FIRST_RULED`].
@@ -62,7 +60,7 @@ mod tests {
             assert_eq!(NAMES[usize::from(27 + unit)], format!("unit-{unit}"));
             assert_eq!(NAMES[usize::from(87 + unit)], format!("guard-unit-{unit}"));
         }
-        for unit in FIRST_RULED..=LAST_BODY {
+        for unit in FIRST_RULED..=52 {
             assert_eq!(NAMES[usize::from(147 + unit)], format!("sim-{unit}"));
             assert_eq!(NAMES[usize::from(195 + unit)], format!("perception-{unit}"));
         }
