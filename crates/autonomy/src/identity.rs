@@ -4,6 +4,7 @@ use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::mode::Guards;
 use wire::policy::Policy;
+use wire::roster::RosterError;
 use wire::setup::Setup;
 use wire::sign::{Key, Keyring};
 

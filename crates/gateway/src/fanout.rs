@@ -71,7 +71,9 @@ impl Hearers {
             if hears.contains(unit) {
                 return Err(InterestError::Itself(*unit));
             }
-            hears.iter().for_each(|origin| drop(hearers.entry(*origin).or_default().insert(*unit)));
+            for origin in hears {
+                hearers.entry(*origin).or_default().insert(*unit);
+            }
         }
         Ok(Self(hearers))
     }
