@@ -122,7 +122,7 @@ fn every_identity_has_rows_or_is_uncovered() {
     let page = read("docs/reviewer/assumptions.md");
     for number in 0..NODES as u8 {
         let bytes = minicbor::to_vec(number).expect("a number");
-        let node: NodeId = minicbor::decode(&bytes).expect("an identity of the closed set");
+        let node: NodeId = minicbor::decode(&bytes).expect("an identity of the table");
         if number >= RULED {
             let kind = format!("`{}N`", node.name().trim_end_matches(|c: char| c.is_ascii_digit()));
             assert!(page.contains(&kind), "docs/reviewer/assumptions.md has no row for {kind}");

@@ -10,7 +10,7 @@ use minicbor::{Decode, Encode};
 mod names;
 
 pub use names::NODES;
-use names::{FIRST_RULED, GUARDS, LAST_UNIT, NAMES, UNITS};
+use names::{GUARDS, NAMES, SIMS, UNITS};
 
 macro_rules! name_id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -143,7 +143,7 @@ impl NodeId {
 
     /// True if it is the observer at the ingress of a node's secure sessions ([`NodeId::guard`]).
     pub fn is_mouth(self) -> bool {
-        matches!(self.0, 16..=19 | 23) || (GUARDS..GUARDS + RULED).contains(&self.0)
+        matches!(self.0, 16..=19 | 23) || (GUARDS..SIMS).contains(&self.0)
     }
 
     /// True if it holds a place or credentials in the platform and misuses them: its own statements of sending need
@@ -201,9 +201,6 @@ impl PeerId {
     }
 }
 
-/// Units that the rule numbers.
-const RULED: u8 = LAST_UNIT - FIRST_RULED + 1;
-
 impl UnitId {
     /// The platform under test.
     pub const A: UnitId = UnitId(0);
@@ -217,7 +214,7 @@ impl UnitId {
         NAMES[self.0 as usize]
     }
 
-    /// Every unit of the table, in the order of numbers.
+    /// Every unit of the table, in the order of their numbers.
     pub fn all() -> impl Iterator<Item = UnitId> {
         (0..4).chain(UNITS..GUARDS).map(UnitId)
     }

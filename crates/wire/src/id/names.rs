@@ -9,13 +9,17 @@
 /// Number of identities.
 pub const NODES: usize = 248;
 /// The first unit that the rule numbers.
-pub(super) const FIRST_RULED: u8 = 5;
+const FIRST_RULED: u8 = 5;
 /// The last unit.
-pub(super) const LAST_UNIT: u8 = 64;
+const LAST_UNIT: u8 = 64;
+/// Number of units that the rule numbers.
+const RULED: u8 = LAST_UNIT - FIRST_RULED + 1;
 /// Number of [`FIRST_RULED`]; the others follow.
 pub(super) const UNITS: u8 = 32;
 /// Number of the ingress observer of [`FIRST_RULED`].
-pub(super) const GUARDS: u8 = UNITS + (LAST_UNIT - FIRST_RULED + 1);
+pub(super) const GUARDS: u8 = UNITS + RULED;
+/// Number of the simulation of [`FIRST_RULED`].
+pub(super) const SIMS: u8 = GUARDS + RULED;
 
 macro_rules! ruled {
     ([$($unit:literal)*] [$($bodiless:literal)*]) => {
@@ -64,7 +68,7 @@ mod tests {
             assert_eq!(NAMES[usize::from(147 + unit)], format!("sim-{unit}"));
             assert_eq!(NAMES[usize::from(195 + unit)], format!("perception-{unit}"));
         }
-        assert_eq!((UNITS, GUARDS), (27 + FIRST_RULED, 87 + FIRST_RULED));
+        assert_eq!([UNITS, GUARDS, SIMS], [27, 87, 147].map(|before| before + FIRST_RULED));
     }
 
     #[test]
