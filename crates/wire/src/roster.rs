@@ -74,6 +74,7 @@ impl Keyring {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::id::UnitId;
     use crate::sign::Key;
 
     const A: NodeId = NodeId::UNIT_A;
@@ -94,7 +95,7 @@ mod tests {
     #[test]
     fn role_of_a_stranger_is_refused_by_name() {
         let run = Keyring::default().of_run(&[(A, public(1)), (B, public(2))]).expect("a table");
-        let stranger = NodeId::from_name("unit-64").expect("a name of the table");
+        let stranger = UnitId::from_name("unit-64").expect("a unit").node();
         assert_eq!(run.cast("units", [A, B]), Ok(()));
         assert_eq!(run.cast("units", [A, stranger]), Err(RosterError::Stranger { field: "units", got: stranger }));
         assert_eq!(run.cast("units", [A, B, A]), Err(RosterError::Again { field: "units", got: A }));
