@@ -52,7 +52,7 @@ fn recast(log: &Log) -> Evidence {
 fn answer(verdict: &Verdict) -> (String, Vec<String>) {
     let plain = |found: &Finding| {
         let what = found.what.replace("unit-9", "unit").replace("unit-a", "unit");
-        format!("{:?} {} {what}", found.property, found.at)
+        format!("{:?} {} {what}", found.property, found.at_us)
     };
     (format!("{:?}", verdict.outcome), verdict.findings.iter().map(plain).collect())
 }
