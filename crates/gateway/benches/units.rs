@@ -80,9 +80,13 @@ fn main() {
     for _ in 0..ROUNDS {
         rounds.push(ROWS.iter().map(|(units, gateways)| measure(*units, *gateways)).collect());
     }
-    println!("{ROUNDS} rounds of {SECONDS} simulated s, {REPORTS} reports/s a unit; least / median / most of the rounds");
+    println!(
+        "{ROUNDS} rounds of {SECONDS} simulated s, {REPORTS} reports/s a unit; least / median / most of the rounds"
+    );
     println!("linear: that many times the one unit at one gateway of the same round");
-    println!("units gateways | CPU us/s a unit      | CPU, times linear  | KiB a unit, median; times linear | told/s a unit");
+    println!(
+        "units gateways | CPU us/s a unit      | CPU, times linear  | KiB a unit, median; times linear | told/s a unit"
+    );
     for (at, (units, gateways)) in ROWS.iter().enumerate() {
         let each = |of: fn(&Cost) -> f64| rounds.iter().map(move |round| of(&round[at]) / *units as f64);
         let ratio = |of: fn(&Cost) -> f64| rounds.iter().map(move |r| of(&r[at]) / *units as f64 / of(&r[0]));
@@ -144,12 +148,8 @@ impl Cell {
             others.map(|step| ids[(n + step) % ids.len()]).collect::<Vec<_>>()
         };
         let interests = ids.iter().enumerate().map(|(n, unit)| Interest { unit: *unit, hears: hears(n) }).collect();
-        let config = GatewayConfig {
-            units: ids.to_vec(),
-            interests,
-            operators: vec![NodeId::OPERATOR],
-            mandates: Vec::new(),
-        };
+        let config =
+            GatewayConfig { units: ids.to_vec(), interests, operators: vec![NodeId::OPERATOR], mandates: Vec::new() };
         let gateway = Gateway::new(setup(ids), config, Instant(0)).expect("a gateway");
         let units = ids.iter().enumerate().map(|(n, id)| Unit::new(n, *id)).collect();
         Self { gateway, units, told: 0 }
@@ -158,8 +158,7 @@ impl Cell {
     /// One second: the units make its records, the gateway takes them in the order of time. Gives the gateway's CPU
     /// microseconds.
     fn second(&mut self, second: u64) -> u64 {
-        let mut inputs: Vec<(Instant, Input)> =
-            self.units.iter_mut().flat_map(|unit| unit.second(second)).collect();
+        let mut inputs: Vec<(Instant, Input)> = self.units.iter_mut().flat_map(|unit| unit.second(second)).collect();
         inputs.sort_by_key(|(at, _)| *at);
         let mut outputs = Vec::new();
         let before = thread_cpu_us();

@@ -10,7 +10,7 @@ use minicbor::{Decode, Encode};
 mod names;
 
 pub use names::NODES;
-use names::{GUARDS, NAMES, SIMS, UNITS};
+use names::{GUARDS, GUARDS_END, NAMES, UNITS, UNITS_END};
 
 macro_rules! name_id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -29,7 +29,7 @@ macro_rules! name_id {
         impl<'b, C> Decode<'b, C> for $name {
             fn decode(d: &mut minicbor::Decoder<'b>, _: &mut C) -> Result<Self, minicbor::decode::Error> {
                 let n = d.u8()?;
-                if usize::from(n) < NAMES.len() {
+                if names::is_assigned(n) {
                     Ok(Self(n))
                 } else {
                     Err(minicbor::decode::Error::message("identity outside the table"))
@@ -136,14 +136,14 @@ impl NodeId {
             NodeId::UNIT_A => Some(NodeId(17)),
             NodeId::UNIT_B | NodeId::INSIDER_B => Some(NodeId(18)),
             NodeId::UNIT_C => Some(NodeId(19)),
-            NodeId(number @ UNITS..GUARDS) => Some(NodeId(number - UNITS + GUARDS)),
+            NodeId(number @ UNITS..UNITS_END) => Some(NodeId(number - UNITS + GUARDS)),
             NodeId(_) => None,
         }
     }
 
     /// True if it is the observer at the ingress of a node's secure sessions ([`NodeId::guard`]).
     pub fn is_mouth(self) -> bool {
-        matches!(self.0, 16..=19 | 23) || (GUARDS..SIMS).contains(&self.0)
+        matches!(self.0, 16..=19 | 23) || (GUARDS..GUARDS_END).contains(&self.0)
     }
 
     /// True if it holds a place or credentials in the platform and misuses them: its own statements of sending need
@@ -155,6 +155,11 @@ impl NodeId {
     /// The name, as in scenario files and logs.
     pub fn name(self) -> &'static str {
         NAMES[self.0 as usize]
+    }
+
+    /// Every identity of the table, in the order of their numbers.
+    pub fn all() -> impl Iterator<Item = NodeId> {
+        (0..=u8::MAX).filter(|number| names::is_assigned(*number)).map(NodeId)
     }
 
     /// Number in the table of identities.
@@ -169,7 +174,7 @@ impl NodeId {
 
     /// The unit this node speaks for, when it is one.
     pub fn unit(self) -> Option<UnitId> {
-        (self.0 < 4 || (UNITS..GUARDS).contains(&self.0)).then_some(UnitId(self.0))
+        (self.0 < 4 || (UNITS..UNITS_END).contains(&self.0)).then_some(UnitId(self.0))
     }
 }
 
@@ -216,7 +221,7 @@ impl UnitId {
 
     /// Every unit of the table, in the order of their numbers.
     pub fn all() -> impl Iterator<Item = UnitId> {
-        (0..4).chain(UNITS..GUARDS).map(UnitId)
+        (0..4).chain(UNITS..UNITS_END).map(UnitId)
     }
 
     /// The node that speaks for this unit.

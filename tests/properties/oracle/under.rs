@@ -9,7 +9,7 @@ use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Cause, Guard, Mode};
 
-use crate::Log;
+use super::log::Log;
 
 /// Unit 9 with the parts that the rule gives it.
 fn unit_9() -> Under {

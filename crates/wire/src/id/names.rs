@@ -1,13 +1,14 @@
 //! Names of identities by number: the table, the rule behind its second half, and the search for a name.
 //!
 //! Numbers 0 to 31 are listed one by one. The numbers above follow a rule, which `docs/reference/telemetry.cddl` states
-//! too: unit *n* of 5 to 64 has number 27 + *n*, the observer at its ingress 87 + *n*; of a unit *n* up to 52, the
-//! simulation has number 147 + *n* and perception 195 + *n*. So 60 further units fit into the byte that a shared-memory
+//! too: unit *n* of 5 to 64 has number 27 + *n*, the observer at its ingress 95 + *n*; of a unit *n* up to 52, the
+//! simulation has number 155 + *n* and perception 203 + *n*. So 60 further units fit into the byte that a shared-memory
 //! header has for its producer, 48 of them with a body. The table says which names exist; the identities that take part
 //! in one run are left to the setup of that run ([`crate::roster`]).
 
-/// Number of identities.
-pub const NODES: usize = 248;
+/// Numbers of identities: those of a byte. Eight of them, 92 to 99, are no identity's, of which the scenario `malformed`
+/// claims one.
+pub const NODES: usize = 256;
 /// The first unit that the rule numbers.
 const FIRST_RULED: u8 = 5;
 /// The last unit.
@@ -16,10 +17,12 @@ const LAST_UNIT: u8 = 64;
 const RULED: u8 = LAST_UNIT - FIRST_RULED + 1;
 /// Number of [`FIRST_RULED`]; the others follow.
 pub(super) const UNITS: u8 = 32;
+/// The first number behind those of units.
+pub(super) const UNITS_END: u8 = UNITS + RULED;
 /// Number of the ingress observer of [`FIRST_RULED`].
-pub(super) const GUARDS: u8 = UNITS + RULED;
-/// Number of the simulation of [`FIRST_RULED`].
-pub(super) const SIMS: u8 = GUARDS + RULED;
+pub(super) const GUARDS: u8 = 100;
+/// The first number behind those of ingress observers.
+pub(super) const GUARDS_END: u8 = GUARDS + RULED;
 
 macro_rules! ruled {
     ([$($unit:literal)*] [$($bodiless:literal)*]) => {
@@ -30,6 +33,7 @@ macro_rules! ruled {
             "insider-operator", "insider-broker", "insider-gateway", "insider-perception", "insider-recorder",
             "observer", "impostor", "host",
             $(concat!("unit-", $unit),)* $(concat!("unit-", $bodiless),)*
+            "", "", "", "", "", "", "", "",
             $(concat!("guard-unit-", $unit),)* $(concat!("guard-unit-", $bodiless),)*
             $(concat!("sim-", $unit),)*
             $(concat!("perception-", $unit),)*
@@ -37,7 +41,7 @@ macro_rules! ruled {
     };
 }
 
-/// The names that certificates, scenario files and logs use, by number.
+/// The names that certificates, scenario files and logs use, by number; empty where there is no identity.
 ///
 /// A name outside the table is refused when parsed, a number outside it when decoded.
 #[rustfmt::skip]
@@ -51,30 +55,50 @@ pub(super) const NAMES: [&str; NODES] = ruled!(
 
 /// Number of the identity with this name.
 pub(super) fn number(name: &str) -> Option<u8> {
-    NAMES.iter().position(|known| *known == name).map(|number| number as u8)
+    NAMES.iter().position(|known| *known == name).map(|at| at as u8).filter(|number| is_assigned(*number))
+}
+
+/// True if an identity has this number.
+pub(super) fn is_assigned(number: u8) -> bool {
+    !NAMES[usize::from(number)].is_empty()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::codec::{self, Malformed};
+    use crate::id::NodeId;
 
     #[test]
     fn numbers_above_31_follow_the_rule() {
         for unit in FIRST_RULED..=LAST_UNIT {
             assert_eq!(NAMES[usize::from(27 + unit)], format!("unit-{unit}"));
-            assert_eq!(NAMES[usize::from(87 + unit)], format!("guard-unit-{unit}"));
+            assert_eq!(NAMES[usize::from(95 + unit)], format!("guard-unit-{unit}"));
         }
         for unit in FIRST_RULED..=52 {
-            assert_eq!(NAMES[usize::from(147 + unit)], format!("sim-{unit}"));
-            assert_eq!(NAMES[usize::from(195 + unit)], format!("perception-{unit}"));
+            assert_eq!(NAMES[usize::from(155 + unit)], format!("sim-{unit}"));
+            assert_eq!(NAMES[usize::from(203 + unit)], format!("perception-{unit}"));
         }
-        assert_eq!([UNITS, GUARDS, SIMS], [27, 87, 147].map(|before| before + FIRST_RULED));
+        assert_eq!([UNITS, GUARDS], [27, 95].map(|before| before + FIRST_RULED));
+        let unassigned = (0..=u8::MAX).filter(|number| !is_assigned(*number));
+        assert_eq!(unassigned.collect::<Vec<_>>(), (UNITS_END..GUARDS).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn unassigned_number_is_refused_when_decoded() {
+        let decoded = |number: u8| codec::decode::<NodeId>(&codec::encode(&number), 2);
+        for number in UNITS_END..GUARDS {
+            assert!(matches!(decoded(number), Err(Malformed::Schema { .. })), "{number}");
+        }
+        assert_eq!(decoded(UNITS_END - 1).map(NodeId::name), Ok("unit-64"));
+        assert_eq!(decoded(GUARDS).map(NodeId::name), Ok("guard-unit-5"));
+        assert_eq!(NodeId::all().count(), NODES - usize::from(GUARDS - UNITS_END));
     }
 
     #[test]
     fn each_name_has_one_number() {
-        for (at, name) in NAMES.iter().enumerate() {
-            assert_eq!(number(name).map(usize::from), Some(at), "{name}");
+        for at in (0..=u8::MAX).filter(|at| is_assigned(*at)) {
+            assert_eq!(number(NAMES[usize::from(at)]), Some(at));
         }
     }
 
