@@ -76,10 +76,11 @@ fn another_unit_under_test_is_judged_alike() {
     }
 }
 
-/// The check above can fail: a judge that still looks at unit A sees nothing of this run.
+/// The check above can fail: a judge that still looks at unit A finds no receipt of this fault.
 #[test]
-fn run_of_another_unit_shows_nothing_of_a() {
-    let log = Log::whole();
+fn fault_at_another_unit_is_none_of_a() {
+    let mut log = Log::whole();
+    log.thermal_fault(5000, 9000);
     let evidence = Evidence { under: Under::A, ..recast(&log) };
     assert_ne!(answer(&judge(&evidence)), answer(&judge(&log.evidence(Vec::new()))));
 }
