@@ -29,9 +29,10 @@ use receiver::Receiver;
 
 /// Distance between fix and anchor that wheels and terrain can explain, millimetres.
 const GATE_MM: f64 = 500.0;
-/// Deviations of the fix that are added to the gate, and the largest stated deviation that is believed, millimetres.
+/// Deviations of the fix that are added to the gate.
 const SIGMAS: f64 = 4.0;
-const MAX_SIGMA_MM: f64 = 60.0;
+/// The largest stated deviation of a fix that is believed, millimetres.
+pub const MAX_SIGMA_MM: f64 = 60.0;
 /// Heading difference that the same can explain, radians.
 const YAW_GATE: f64 = 0.15;
 /// A disagreement ends within this share of the gate, so that noise does not make it flicker.
@@ -42,7 +43,7 @@ const ANCHOR_S: f64 = 4.0;
 const POSE_GAIN: f64 = 0.3;
 /// Distance of the rear axle behind the body's origin, millimetres. Wheels that do not steer do not slide, so in a curve
 /// the origin moves sideways, towards the inside of the turn, by this times the rate of turn.
-const LEVER_MM: f64 = 600.0;
+pub const LEVER_MM: f64 = 600.0;
 /// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
 const MAX_UNOBSERVED_MM: f64 = 2500.0;
 

@@ -136,7 +136,10 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
     if wanted.guest.is_some() && variation.scenario.is_of_stacks() {
-        let message = format!("`{}` runs on the real stacks, where nothing drives; a guest has no part in it", variation.scenario.name.as_str());
+        let message = format!(
+            "`{}` runs on the real stacks, where nothing drives; a guest has no part in it",
+            variation.scenario.name.as_str()
+        );
         return Err(Failure::new(Exit::Usage, message));
     }
     if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {

@@ -1,8 +1,7 @@
 //! The members of one trial, put together in the order that breaks ties: the vehicle under test, control, adversaries.
 
 use adversary::plan::AdversaryConfig;
-use autonomy::AutonomyConfig;
-use autonomy::pilot::GuestConfig;
+use autonomy::{AutonomyConfig, GuestConfig};
 use gateway::GatewayConfig;
 use gateway::fanout::Interest;
 use guest::Conduct;
@@ -119,10 +118,12 @@ impl Company<'_> {
         let config = self.autonomy(unit, &world);
         let bare = config.guest.as_ref().is_some_and(|guest| guest.bare);
         let unguarded = bare.then(|| self.unguarded());
+        let ablation = Ablation { scenario: self.scenario.name.as_str().to_owned() };
         let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
         let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
         if let Some(policy) = unguarded {
             member.setup.policy = policy;
+            member.setup.ablation = Some(ablation);
         }
         member.peer = peer_of(node);
         member.commands = true;

@@ -5,8 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use autonomy::pilot::GuestConfig;
-use autonomy::{Autonomy, AutonomyConfig};
+use autonomy::{Autonomy, AutonomyConfig, GuestConfig};
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
 use wire::audit::{Entry, Seal, SealedHead};
