@@ -107,7 +107,19 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
     (
         "results",
-        &["wire", "guest", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "assess", "topology", "search"],
+        &[
+            "wire",
+            "guest",
+            "instrument",
+            "autonomy",
+            "stats",
+            "evidence",
+            "explain",
+            "scenario",
+            "assess",
+            "topology",
+            "search",
+        ],
     ),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),

@@ -23,7 +23,10 @@ pub(crate) struct Deadline {
 
 impl Deadline {
     /// This many milliseconds from now.
-    #[expect(clippy::disallowed_methods, reason = "a guest is a process: its patience is real time, and no core is handed this")]
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a guest is a process: its patience is real time, and no core is handed this"
+    )]
     pub(crate) fn after_ms(ms: u64) -> Self {
         Self { at: Instant::now() + Duration::from_millis(ms), ms }
     }
@@ -126,7 +129,8 @@ impl Lines {
 
     fn silent(&mut self, rest: &[u8], ms: u64) -> Failure {
         let (_, words) = self.process.end(Duration::ZERO);
-        let unread = if rest.is_empty() { String::new() } else { format!(", {} bytes of the request unread", rest.len()) };
+        let unread =
+            if rest.is_empty() { String::new() } else { format!(", {} bytes of the request unread", rest.len()) };
         Failure::new(Fault::Silent, with_words(format!("an answer within {ms} ms expected, got none{unread}"), &words))
     }
 

@@ -86,7 +86,9 @@ impl Process {
         let mut line = serde_json::to_string(spec).map_err(not_started)?;
         line.push('\n');
         self.control.set_write_timeout(Some(deadline.left())).map_err(not_started)?;
-        self.control.write_all(line.as_bytes()).map_err(|why| not_started(format!("the helper takes no specification: {why}")))?;
+        self.control
+            .write_all(line.as_bytes())
+            .map_err(|why| not_started(format!("the helper takes no specification: {why}")))?;
         match self.report(deadline.left()) {
             Some(Report::Started(level)) => Ok(level),
             Some(Report::NotStarted(why)) => Err(not_started(why)),
@@ -99,7 +101,10 @@ impl Process {
     fn report(&mut self, within: Duration) -> Option<Report> {
         self.control.set_read_timeout(Some(within.max(Duration::from_millis(1)))).ok()?;
         let line = spec::line(&mut self.control).ok()??;
-        Some(serde_json::from_str(&line).unwrap_or_else(|_| Report::NotStarted(format!("the helper failed: {}", said(&line)))))
+        Some(
+            serde_json::from_str(&line)
+                .unwrap_or_else(|_| Report::NotStarted(format!("the helper failed: {}", said(&line)))),
+        )
     }
 
     /// Ends the program unless it has ended; its exit in words where it ended by itself within `grace`, and its last words.
@@ -140,7 +145,8 @@ pub(crate) fn timeout(within: Duration) -> rustix::event::Timespec {
 /// A guest's words on one line without control characters, the last line first: that of a traceback has the reason.
 fn said(words: &str) -> String {
     let plain = |line: &str| line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>();
-    let lines: Vec<String> = words.lines().map(|line| plain(line).trim().to_owned()).filter(|line| !line.is_empty()).collect();
+    let lines: Vec<String> =
+        words.lines().map(|line| plain(line).trim().to_owned()).filter(|line| !line.is_empty()).collect();
     match lines.split_last() {
         Some((last, [])) => last.clone(),
         Some((last, before)) => format!("{last} (after: {})", before.join(" / ")),

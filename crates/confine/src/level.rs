@@ -11,7 +11,7 @@ use crate::launch::Helper;
 /// How far guests are confined on a machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Level {
-    /// Users, processes, mounts and names of its own: a guest sees no other process, writes to no file of the machine, and nothing of it survives.
+    /// Users, processes, mounts and names of its own: a guest sees no other process, writes to no file of the machine, and leaves no process.
     pub namespaces: bool,
     /// No way to a network: a loopback interface of its own, or no sockets at all.
     pub network: bool,
@@ -22,23 +22,15 @@ pub struct Level {
 }
 
 impl Level {
-    /// The level that `helper`, the holdsafe program, reaches on this machine.
+    /// The level that guests of a launcher with this helper reach on this machine; see [`crate::launcher`].
     ///
     /// # Errors
     /// The helper could not be started.
-    pub fn of(helper: PathBuf) -> Result<Level, Failure> {
-        Self::by(helper, vec!["service".into(), "confine".into()])
-    }
-
-    /// The level that another program reaches; see [`crate::launcher_by`].
-    ///
-    /// # Errors
-    /// The helper could not be started.
-    pub fn by(helper: PathBuf, leading: Vec<String>) -> Result<Level, Failure> {
+    pub fn of(helper: PathBuf, leading: Vec<String>) -> Result<Level, Failure> {
         Helper { program: helper, leading }.level()
     }
 
-    /// True if nothing was refused.
+    /// True if no part was refused.
     pub fn full(&self) -> bool {
         self.namespaces && self.network && self.seccomp && self.why.is_empty()
     }

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::level::Level;
 
 /// Longest line, bytes: a guest file has at most 64 words and 64 values of 4 KiB, and escapes make six bytes of one.
-const MAX_LINE: u64 = 4 << 20;
+const MAX_LINE: usize = 4 << 20;
 
 /// A process to start.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -49,11 +49,14 @@ pub(crate) enum Report {
 /// # Errors
 /// The stream's, or a line beyond any specification.
 pub(crate) fn line(stream: &mut impl Read) -> io::Result<Option<String>> {
-    let mut line = Vec::new();
-    for byte in stream.take(MAX_LINE).bytes() {
-        match byte? {
-            b'\n' => return String::from_utf8(line).map(Some).map_err(io::Error::other),
-            byte => line.push(byte),
+    let (mut line, mut byte) = (Vec::new(), [0]);
+    while line.len() < MAX_LINE {
+        match stream.read(&mut byte) {
+            Ok(0) => break,
+            Ok(_) if byte[0] == b'\n' => return String::from_utf8(line).map(Some).map_err(io::Error::other),
+            Ok(_) => line.push(byte[0]),
+            Err(why) if why.kind() == io::ErrorKind::Interrupted => {}
+            Err(why) => return Err(why),
         }
     }
     // A helper that panics says so here, without the report's form.

@@ -57,8 +57,12 @@ pub fn options(file: &Path, conduct: Conduct) -> String {
 /// A mistake in it, in its place.
 pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
     let program = Arc::new(program(file)?);
-    let arguments = ["service", "confine"].map(str::to_owned).to_vec();
-    Ok(Guest { program, conduct, repeatable: true, launcher: confine::launcher(std::env::current_exe()?, arguments) })
+    Ok(Guest {
+        program,
+        conduct,
+        repeatable: true,
+        launcher: confine::launcher(std::env::current_exe()?, confine::as_service()),
+    })
 }
 
 fn program(file: &Path) -> Result<Program, Failure> {

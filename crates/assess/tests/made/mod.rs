@@ -10,17 +10,17 @@ use mcap::records::MessageHeader;
 
 /// A moment of the made drive.
 #[derive(Clone, Copy)]
-pub struct At {
-    pub us: u64,
-    pub x: f64,
-    pub y: f64,
-    pub yaw: f64,
-    pub speed: f64,
-    pub rate: f64,
+pub(crate) struct At {
+    pub(crate) us: u64,
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) yaw: f64,
+    pub(crate) speed: f64,
+    pub(crate) rate: f64,
 }
 
 /// `seconds` at `speed`, sampled 20 times a second; fixes are wrong by up to 20 mm. The origin is 600 mm ahead of the rear axle.
-pub fn drive(seconds: u64, speed: f64) -> Vec<At> {
+pub(crate) fn drive(seconds: u64, speed: f64) -> Vec<At> {
     let (mut x, mut y, mut yaw) = (3.0_f64, -2.0_f64, 0.5_f64);
     let mut noise = 12_345_u64;
     let mut off = || {
@@ -44,7 +44,7 @@ pub fn drive(seconds: u64, speed: f64) -> Vec<At> {
 }
 
 /// The map of the ULog.
-pub const ULOG_MAP: &str = r#"title = "made drive"
+pub(crate) const ULOG_MAP: &str = r#"title = "made drive"
 vehicle = "wheeled"
 
 [fix]
@@ -71,13 +71,13 @@ field = "mode"
 names = { 2 = "mission" }
 "#;
 
-pub fn record(kind: u8, body: &[u8]) -> Vec<u8> {
+pub(crate) fn record(kind: u8, body: &[u8]) -> Vec<u8> {
     let size = u16::try_from(body.len()).unwrap().to_le_bytes();
     [&size[..], &[kind], body].concat()
 }
 
 /// The drive as ULog, and the offset of each border between records.
-pub fn ulog(drive: &[At]) -> (Vec<u8>, Vec<usize>) {
+pub(crate) fn ulog(drive: &[At]) -> (Vec<u8>, Vec<usize>) {
     let mut bytes = [&b"ULog\x01\x12\x35\x01"[..], &5_000_000_u64.to_le_bytes()].concat();
     let mut borders = vec![bytes.len()];
     let mut add = |kind: u8, body: &[u8]| {
@@ -108,7 +108,7 @@ builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n============================
 geometry_msgs/Twist\nuint8 KIND=3\nfloat64 linear\nfloat64 angular 0.0\nfloat32 yaw\n";
 
 /// The drive as MCAP with a topic in CDR and one in JSON.
-pub fn mcap(drive: &[At], compressed: bool) -> Vec<u8> {
+pub(crate) fn mcap(drive: &[At], compressed: bool) -> Vec<u8> {
     let compression = compressed.then_some(mcap::Compression::Zstd);
     let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(4096)).profile("ros2");
     let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
@@ -160,7 +160,7 @@ fn cdr(at: &At) -> Vec<u8> {
 }
 
 /// The map of the MCAP file.
-pub const MCAP_MAP: &str = r#"title = "made drive"
+pub(crate) const MCAP_MAP: &str = r#"title = "made drive"
 vehicle = "wheeled"
 
 [fix]
@@ -180,7 +180,7 @@ yaw_rate = { field = "twist.angular", unit = "rad/s" }
 "#;
 
 /// The text with one passage replaced.
-pub fn with<'a>(text: &'a str, from: &str, to: &str) -> Cow<'a, str> {
+pub(crate) fn with<'a>(text: &'a str, from: &str, to: &str) -> Cow<'a, str> {
     assert!(text.contains(from), "{from}");
     text.replace(from, to).into()
 }

@@ -12,7 +12,7 @@ use rustix::thread::{CapabilitySet, capabilities, configure_capability_in_ambien
 use super::{PLAIN, WARDEN, close_others, let_go};
 
 /// Rights in the new namespaces that the warden needs until it gives them up: to mount, and to give up.
-const RIGHTS: [CapabilitySet; 3] = [CapabilitySet::SYS_ADMIN, CapabilitySet::SETPCAP, CapabilitySet::DAC_OVERRIDE];
+const RIGHTS: [CapabilitySet; 2] = [CapabilitySet::SYS_ADMIN, CapabilitySet::SETPCAP];
 
 pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), String> {
     close_others().map_err(|why| format!("open descriptors cannot be listed: {why}"))?;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nix::libc;
 use seccompiler::{
-    BpfProgram, Error, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule, TargetArch,
-    apply_filter,
+    BpfProgram, Error, SeccompAction, SeccompCmpArgLen, SeccompCmpOp, SeccompCondition, SeccompFilter, SeccompRule,
+    TargetArch, apply_filter,
 };
 
 /// Rights over other processes: their memory, their registers, their descriptors.
@@ -79,7 +79,7 @@ const SECOND: Option<(i64, [i64; 2])> = Some((0x4000_0000, [521, 528]));
 #[cfg(not(target_arch = "x86_64"))]
 const SECOND: Option<(i64, [i64; 2])> = None;
 
-/// Applies the filter to this process and all that it starts. `network` is true in a network namespace, in which sockets reach nobody else.
+/// Applies the filter to this process and all that it starts. `network` is true in a network namespace, in which sockets reach no other.
 pub(super) fn apply(network: bool) -> Result<(), Error> {
     apply_filter(&program(rules(network)?, libc::EPERM)?)?;
     // The flags of clone3 lie in memory, where no filter sees them. A C library that gets ENOSYS takes clone.

@@ -3,7 +3,9 @@
 use guest::file::Limits;
 use rustix::process::{Resource, Rlimit, geteuid, setrlimit};
 use rustix::system::uname;
-use rustix::thread::{CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities, set_no_new_privs};
+use rustix::thread::{
+    CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities, set_no_new_privs,
+};
 
 /// Largest file that a guest can write, bytes. Only temporary folders in memory take any.
 const FILE: u64 = 64 << 20;
@@ -34,13 +36,12 @@ pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, Stri
         (Resource::Nofile, limits.files),
         (Resource::As, limits.memory_mib << 20),
     ];
-    if geteuid().is_root() {
-        why.push("the limit on processes does not bind root".into());
-    } else if namespaces && counts_apart() {
+    let root = geteuid().is_root();
+    if namespaces && !root && kernel() >= COUNTS_APART {
         // Entry and warden count too.
         all.insert(0, (Resource::Nproc, limits.processes + 2));
-    } else {
-        why.push("no limit on processes: the kernel would count all processes of the user".into());
+    } else if !(namespaces && root) {
+        why.push("no limit on processes: the kernel would count all of the user, or none".into());
     }
     for (resource, most) in all {
         let limit = Rlimit { current: Some(most), maximum: Some(most) };
@@ -49,8 +50,9 @@ pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, Stri
     Ok(why)
 }
 
-fn counts_apart() -> bool {
+/// The first two numbers of the kernel's release.
+pub(super) fn kernel() -> (u32, u32) {
     let release = uname().release().to_string_lossy().into_owned();
-    let mut numbers = release.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse::<u32>().ok());
-    (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0)) >= COUNTS_APART
+    let mut numbers = release.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse().ok());
+    (numbers.next().unwrap_or(0), numbers.next().unwrap_or(0))
 }

@@ -1,6 +1,7 @@
 //! The files that a guest sees: the machine's, none of them writable; no devices but those without a state; a `/proc` of its own
 //! processes; and temporary folders in memory, empty and bounded.
 
+use std::ffi::{CStr, CString};
 use std::fs::{self, File};
 use std::io;
 use std::os::fd::{AsRawFd, OwnedFd};
@@ -9,6 +10,9 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags, open};
 use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_bind, mount_change, mount_remount};
+use rustix::process::geteuid;
+
+use super::limits::kernel;
 
 /// Folders that are replaced.
 const COVERED: [&str; 5] = ["/proc", "/dev", "/run", "/tmp", "/var/tmp"];
@@ -16,7 +20,9 @@ const COVERED: [&str; 5] = ["/proc", "/dev", "/run", "/tmp", "/var/tmp"];
 const DEVICES: [&str; 5] = ["null", "zero", "full", "random", "urandom"];
 /// Size of a temporary folder.
 const SIZE: &str = "size=64m,nr_inodes=4096,mode=1777";
-/// Most processes of a namespace, where the kernel counts them so (Linux 6.14): the smallest number that it takes.
+/// First kernel in which `pid_max` is of a namespace.
+const COUNTED_BY_NAMESPACE: (u32, u32) = (6, 14);
+/// Most processes of a namespace under root, whom no other limit binds: the smallest number that the kernel takes.
 const PIDS: &str = "301";
 /// Most mounts that a reason names.
 const NAMED: usize = 3;
@@ -27,7 +33,8 @@ const NAMED: usize = 3;
 /// The first part without which the view would be the launcher's.
 pub(super) fn replace(folder: &Path) -> Result<Vec<String>, String> {
     let step = |part: &'static str| move |why: io::Error| format!("{part}: {why}");
-    mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(|why| step("mounts")(why.into()))?;
+    mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC)
+        .map_err(|why| step("mounts")(why.into()))?;
     let kept = Kept::of(folder).map_err(step("folder"))?;
     let table = fs::read_to_string("/proc/self/mountinfo").map_err(step("table of mounts"))?;
     let mut refused = read_only(&table);
@@ -38,6 +45,9 @@ pub(super) fn replace(folder: &Path) -> Result<Vec<String>, String> {
         memory("/run", "size=64k,mode=755").map_err(step("/run"))?;
     }
     kept.again().map_err(step("folder in a temporary one"))?;
+    if is_folder("/run") {
+        mount_remount("/run", hardened(""), "").map_err(|why| step("/run")(why.into()))?;
+    }
     devices().map_err(step("/dev"))?;
     processes(&mut refused).map_err(step("/proc"))?;
     Ok(refused)
@@ -61,8 +71,8 @@ impl Kept {
     fn again(&self) -> io::Result<()> {
         for place in self.places.iter().filter(|place| !place.exists()) {
             fs::create_dir_all(place)?;
-            mount_bind(held(&self.folder), place)?;
-            mount_remount(place, hardened(""), "")?;
+            mount_bind(held(&self.folder), place.as_path())?;
+            mount_remount(place.as_path(), hardened(""), "")?;
         }
         Ok(())
     }
@@ -77,13 +87,14 @@ fn is_folder(place: &str) -> bool {
 }
 
 fn memory(place: &str, options: &str) -> io::Result<()> {
-    let options = std::ffi::CString::new(options)?;
+    let options = CString::new(options)?;
     Ok(mount("tmpfs", place, "tmpfs", MountFlags::NOSUID | MountFlags::NODEV, options.as_c_str())?)
 }
 
 /// Flags of a mount that is only read, without devices: its own, which may be locked, and these.
 fn hardened(options: &str) -> MountFlags {
-    let own = if options.split(',').any(|option| option == "noexec") { MountFlags::NOEXEC } else { MountFlags::empty() };
+    let own =
+        if options.split(',').any(|option| option == "noexec") { MountFlags::NOEXEC } else { MountFlags::empty() };
     MountFlags::BIND | MountFlags::RDONLY | MountFlags::NOSUID | MountFlags::NODEV | own
 }
 
@@ -139,12 +150,15 @@ fn devices() -> io::Result<()> {
 /// A `/proc` of the namespace. A kernel that refuses one, as in most containers, leaves an empty one.
 fn processes(refused: &mut Vec<String>) -> io::Result<()> {
     let flags = MountFlags::NOSUID | MountFlags::NODEV | MountFlags::NOEXEC;
-    if let Err(why) = mount("proc", "/proc", "proc", flags, None) {
+    if let Err(why) = mount("proc", "/proc", "proc", flags, None::<&CStr>) {
         refused.push(format!("/proc is empty ({why})"));
         return memory("/proc", "size=64k,mode=755");
     }
-    if let Err(why) = fs::write("/proc/sys/kernel/pid_max", PIDS) {
-        refused.push(format!("the namespace's processes are not counted ({why})"));
+    if geteuid().is_root() {
+        // An older kernel would take the number for the whole machine.
+        let counted = kernel() >= COUNTED_BY_NAMESPACE && fs::write("/proc/sys/kernel/pid_max", PIDS).is_ok();
+        let most = if counted { PIDS } else { "any number of" };
+        refused.push(format!("a guest of root may start {most} processes, whatever its limit"));
     }
     Ok(mount_remount("/proc", flags | MountFlags::BIND | MountFlags::RDONLY, "")?)
 }

@@ -114,8 +114,9 @@ fn found(name: &str, path: &str) -> Result<PathBuf, String> {
 
 /// Keeps the guest's words until it ends or the launcher does.
 fn watch(mut guest: Child, mut control: UnixStream, namespaces: bool) -> Result<(), String> {
-    let signals = SignalFd::with_flags(&SigSet::from_iter([Signal::SIGCHLD]), SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC)
-        .map_err(|why| format!("signals: {why}"))?;
+    let signals =
+        SignalFd::with_flags(&SigSet::from_iter([Signal::SIGCHLD]), SfdFlags::SFD_NONBLOCK | SfdFlags::SFD_CLOEXEC)
+            .map_err(|why| format!("signals: {why}"))?;
     let mut stderr = guest.stderr.take();
     let mut words = Vec::with_capacity(2 * WORDS + 4096);
     let main = Pid::from_raw(guest.id() as i32);

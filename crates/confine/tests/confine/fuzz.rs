@@ -35,7 +35,15 @@ const GUEST: &str = "import random\ndraw = random.Random(SEED)\n\
 
 fn step(number: u32) -> Request {
     let (tracks, teammates) = (List::default(), List::default());
-    Request::Step(Box::new(Step { number, now: Instant(0), mode: Mode::Idle, limit_mm_s: 0, navigation: None, tracks, teammates }))
+    Request::Step(Box::new(Step {
+        number,
+        now: Instant(0),
+        mode: Mode::Idle,
+        limit_mm_s: 0,
+        navigation: None,
+        tracks,
+        teammates,
+    }))
 }
 
 /// Runs sessions with seeds from `first`, and counts their ends by name.
@@ -43,7 +51,7 @@ fn sessions(first: u32, count: u32) -> Option<BTreeMap<&'static str, u32>> {
     let mut ends = BTreeMap::new();
     for seed in first..first + count {
         let case = Case::python(&GUEST.replace("SEED", &seed.to_string()), "step_ms = 300")?;
-        let mut session = Session::new(Arc::new(case.program.clone()), case.launch().unwrap());
+        let mut session = Session::new(Arc::new(case.program.clone()), case.launch());
         let requests = std::iter::once(start()).chain((1..=STEPS).map(step));
         let end = requests.map(|request| session.ask(&request)).find_map(Result::err);
         drop(session);

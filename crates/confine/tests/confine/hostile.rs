@@ -37,7 +37,7 @@ fn a_guest_that_never_reads_is_silent() {
 #[test]
 fn a_value_that_is_no_number_is_refused() {
     let Some(case) = Case::python("take(); give('NaN'); take()\n", "") else { return };
-    let mut session = Session::new(Arc::new(case.program.clone()), case.launch().unwrap());
+    let mut session = Session::new(Arc::new(case.program.clone()), case.launch());
     let failure = session.ask(&start()).unwrap_err();
     assert_failed(&failure, Fault::Malformed, "NaN");
     assert!(case.left().is_empty(), "a session ends its process with the first failure");
@@ -76,19 +76,23 @@ fn an_abort_is_named_as_one() {
 
 #[test]
 fn a_fork_bomb_ends_with_its_guest() {
-    let failure = Case::shell("read line; f() { f | f & }; f 2>/dev/null; wait; sleep 1000", "").with_start_ms(2000).failure(0);
+    let failure =
+        Case::shell("read line; f() { f | f & }; f 2>/dev/null; wait; sleep 1000", "").with_start_ms(2000).failure(0);
     assert!(matches!(failure.fault, Fault::Silent | Fault::Ended), "{failure}");
 }
 
 #[test]
 fn a_memory_hog_meets_its_limit() {
-    let Some(case) = Case::python("take()\nx = []\nwhile True: x.append(bytearray(1 << 24))\n", "memory_mib = 256") else { return };
+    let Some(case) = Case::python("take()\nx = []\nwhile True: x.append(bytearray(1 << 24))\n", "memory_mib = 256")
+    else {
+        return;
+    };
     assert_failed(&case.failure(0), Fault::Ended, "MemoryError");
 }
 
 #[test]
 fn a_small_limit_still_lets_start() {
-    let case = Case::shell("while read line; do echo ready; done", "memory_mib = 16\nfiles = 8\nprocesses = 1");
+    let case = Case::shell("while read line; do echo ready; done", "memory_mib = 16\nfiles = 16\nprocesses = 1");
     let mut channel = case.launch().unwrap();
     assert_eq!(channel.exchange("start", Patience::Start).unwrap(), "ready");
 }
@@ -107,7 +111,9 @@ fn a_flood_of_errors_is_bounded_and_harmless() {
 
 #[test]
 fn a_guest_that_ignores_sigterm_is_ended() {
-    let failure = Case::shell("trap '' TERM HUP INT; read line; echo ready; while :; do sleep 100; done", "step_ms = 200").failure(1);
+    let failure =
+        Case::shell("trap '' TERM HUP INT; read line; echo ready; while :; do sleep 100; done", "step_ms = 200")
+            .failure(1);
     assert_failed(&failure, Fault::Silent, "");
 }
 
@@ -153,13 +159,13 @@ fn a_program_that_cannot_start_says_why() {
 #[test]
 fn a_missing_helper_is_named() {
     let mut case = Case::shell("", "");
-    case.launcher = confine::launcher("/no/such/helper".into());
+    case.launcher = confine::launcher("/no/such/helper".into(), Vec::new());
     assert_failed(&case.failure(0), Fault::NotStarted, "/no/such/helper: No such file");
 }
 
 #[test]
 fn a_helper_that_is_another_program_is_named() {
     let mut case = Case::shell("", "");
-    case.launcher = confine::launcher_by("/bin/cat".into(), vec!["/no/such/file".into()]);
+    case.launcher = confine::launcher("/bin/cat".into(), vec!["/no/such/file".into()]);
     assert_failed(&case.failure(0), Fault::NotStarted, "");
 }

@@ -1,4 +1,4 @@
-//! Guests that mean harm or are broken, each as a process: every one ends with its named fault, and leaves nothing behind.
+//! Guests that mean harm or are broken, each as a process: every one ends with its named fault, and leaves no process behind.
 
 mod fuzz;
 mod hostile;
@@ -59,12 +59,12 @@ impl Case {
              [environment]\nONLY = \"this\"\n[limits]\nstart_ms = 30000\n{limits}\n"
         );
         let program = Program::parse(&file, folder.path(), |_| Err("none".into())).unwrap();
-        Self { program, launcher: confine::launcher_by(helper(), vec![mark.clone()]), mark, folder }
+        Self { program, launcher: confine::launcher(helper(), vec![mark.clone()]), mark, folder }
     }
 
     /// The same guest without namespaces.
     fn plain(mut self) -> Self {
-        self.launcher = confine::launcher_by(helper(), vec![self.mark.clone(), "--no-namespaces".into()]);
+        self.launcher = confine::launcher(helper(), vec![self.mark.clone(), "--no-namespaces".into()]);
         self
     }
 
@@ -77,7 +77,7 @@ impl Case {
         self.launcher.launch(&self.program)
     }
 
-    /// The failure of a guest that is asked once at the start and then `steps` times, its channel dropped and nothing left.
+    /// The failure of a guest that is asked once at the start and then `steps` times, its channel dropped and no process left.
     fn failure(&self, steps: usize) -> Failure {
         let asked = self.launch().and_then(|mut channel| {
             channel.exchange("start", Patience::Start)?;
@@ -93,7 +93,7 @@ impl Case {
     }
 }
 
-/// A mission that asks for nothing.
+/// An empty mission.
 fn start() -> Request {
     Request::Start(Box::new(Start {
         now: Instant(0),
@@ -115,6 +115,8 @@ fn helper() -> PathBuf {
 /// Processes of the machine with this word in their command line.
 fn marked(mark: &str) -> Vec<i32> {
     let all = fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<i32>().ok());
-    let has = |pid: &i32| fs::read(format!("/proc/{pid}/cmdline")).is_ok_and(|line| String::from_utf8_lossy(&line).contains(mark));
+    let has = |pid: &i32| {
+        fs::read(format!("/proc/{pid}/cmdline")).is_ok_and(|line| String::from_utf8_lossy(&line).contains(mark))
+    };
     all.filter(has).collect()
 }

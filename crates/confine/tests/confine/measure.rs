@@ -32,7 +32,12 @@ fn start_to_ready(name: &str, case: &Case) {
         })
         .collect();
     times.sort();
-    println!("{name}: start to ready, n = {STARTS}: median {:?}, from {:?} to {:?}", times[STARTS / 2], times[0], times[STARTS - 1]);
+    println!(
+        "{name}: start to ready, n = {STARTS}: median {:?}, from {:?} to {:?}",
+        times[STARTS / 2],
+        times[0],
+        times[STARTS - 1]
+    );
 }
 
 #[test]
@@ -48,5 +53,8 @@ fn measures_of_start_and_exchange() {
     channel.exchange("start", Patience::Start).unwrap();
     let line = "x".repeat(300);
     let time = timed(|| (0..EXCHANGES).for_each(|_| drop(channel.exchange(&line, Patience::Step).unwrap())));
-    println!("python echo of 300 bytes, n = {EXCHANGES}: {:.0} exchanges a second", f64::from(EXCHANGES) / time.as_secs_f64());
+    println!(
+        "python echo of 300 bytes, n = {EXCHANGES}: {:.0} exchanges a second",
+        f64::from(EXCHANGES) / time.as_secs_f64()
+    );
 }

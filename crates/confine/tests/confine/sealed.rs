@@ -17,7 +17,7 @@ fn said(case: &Case) -> String {
 
 /// True if this machine lets namespaces be taken; tests of them say so and end otherwise.
 fn namespaces() -> bool {
-    let level = Level::by(helper(), Vec::new()).unwrap();
+    let level = Level::of(helper(), Vec::new()).unwrap();
     if !level.namespaces {
         println!("skipped: {level}");
     }
@@ -26,11 +26,11 @@ fn namespaces() -> bool {
 
 #[test]
 fn the_level_has_reasons_unless_full() {
-    let level = Level::by(helper(), Vec::new()).unwrap();
+    let level = Level::of(helper(), Vec::new()).unwrap();
     println!("{level}");
     assert!(level.seccomp && level.network, "{level}");
     assert_eq!(level.to_string() == "full", level.why.is_empty(), "{level}");
-    let plain = Level::by(helper(), vec!["--no-namespaces".into()]).unwrap();
+    let plain = Level::of(helper(), vec!["--no-namespaces".into()]).unwrap();
     assert!(!plain.namespaces && plain.network && plain.to_string().starts_with("partial: no namespaces (not wanted)"));
 }
 
@@ -93,10 +93,14 @@ fn the_wardens_secrets_are_closed_to_guests() {
     let text = "take()\ndef can(f):\n  \
         try: f(); return 'yes'\n  \
         except OSError as why: return why.strerror\n\
-        give(can(lambda: open('/proc/1/environ').read()) + ', ' + can(lambda: os.listdir('/proc/1/fd')) + ', ' + can(lambda: open('/proc/1/mem', 'r+b'))\n  \
+        give(can(lambda: open('/proc/1/environ').read()) + ', ' + can(lambda: os.readlink('/proc/1/fd/2')) + ', ' + can(lambda: open('/proc/1/mem', 'rb'))\n  \
         + ', ' + ' '.join(sorted(os.listdir('/proc/self/fd'))))\n";
     let Some(case) = Case::python(text, "") else { return };
-    assert_eq!(said(&case), "Permission denied, Permission denied, Permission denied, 0 1 2 3", "3 is the listing's own");
+    assert_eq!(
+        said(&case),
+        "Permission denied, Permission denied, Permission denied, 0 1 2 3",
+        "3 is the listing's own"
+    );
 }
 
 /// Tries of a guest to connect to this port, and to open other sockets.
@@ -117,7 +121,11 @@ fn no_network_is_reached() {
     let text = SOCKETS.replace("PORT", &listener.local_addr().unwrap().port().to_string());
     let Some(case) = Case::python(&text, "") else { return };
     let denied = "Operation not permitted";
-    assert_eq!(said(&case), format!("Connection refused, yes, {denied}, {denied}, {denied}, yes"), "loopback alone, of its own");
+    assert_eq!(
+        said(&case),
+        format!("Connection refused, yes, {denied}, {denied}, {denied}, yes"),
+        "loopback alone, of its own"
+    );
 }
 
 #[test]
