@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
+use wire::roster::RosterError;
+use wire::session::MAX_TEAMMATES;
 use wire::setup::{NoChannel, Setup};
 use wire::time::Span;
 use wire::trust::Validity;
-
-use crate::consistency::MAX_TEAMMATES;
 
 /// Most points of a route, corners of a geofence or obstacles of a map.
 pub const MAX_POINTS: usize = 64;
@@ -79,6 +79,9 @@ pub enum ConfigError {
     /// A channel's key is missing.
     #[error(transparent)]
     Channel(#[from] NoChannel),
+    /// The run's identities are no table, or the configuration names one that is not in it.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
     /// A list has too few or too many items.
     #[error("{field}: {least} to {most} items expected, got {got}")]
     Count {

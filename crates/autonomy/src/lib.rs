@@ -148,7 +148,7 @@ impl Autonomy {
         let fence = Arc::new(Geofence::new(&config.geofence));
         let map: Arc<[Keepout]> = config.obstacles.iter().map(keepout).collect();
         let grid = plan(&fence, &map, &bounds);
-        let identity = Arc::new(Identity::new(&setup, &config));
+        let identity = Arc::new(Identity::new(&setup, &config)?);
         let guest =
             config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
         let waived = identity.waived_guards;

@@ -4,12 +4,15 @@ use wire::bounds::Bounds;
 
 use crate::mission::Script;
 use crate::plan::Plan;
+use crate::under::Under;
 use crate::verification::Flaw;
 use crate::witnessed::{Micros, Witnessed};
 
 /// Everything the judge gets to see.
 #[derive(Clone, Debug)]
 pub struct Evidence {
+    /// The unit that the run is judged by.
+    pub under: Under,
     /// Events in (time, node, counter) order.
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.

@@ -31,7 +31,7 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
 /// followed it, or doubted its true class or the class aimed at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told =
-        |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Any::Instrument(Note::Printed { object });
+        |w: &Witnessed| w.entry.node == evidence.under.sim && w.entry.event == Any::Instrument(Note::Printed { object });
     let since = evidence.entries.iter().find(|w| told(w))?.at;
     if !given(evidence, since..Micros::MAX) {
         return None;
@@ -43,7 +43,7 @@ pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window:
 /// the one aimed at before it ended: an object followed already is not told anew.
 pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Instrument(Note::Fault { kind: FaultKind::Perturbation, active, .. }) if w.entry.node == NodeId::SIM => {
+        Any::Instrument(Note::Fault { kind: FaultKind::Perturbation, active, .. }) if w.entry.node == evidence.under.sim => {
             Some((w.at, active))
         }
         _ => None,
@@ -56,8 +56,8 @@ pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
 
 /// True if perception was given an image, to the last byte, that the sim says it altered in this span.
 fn given(evidence: &Evidence, within: Range<Micros>) -> bool {
-    let given: BTreeSet<_> = pictures(evidence, NodeId::PERCEPTION).map(|(_, picture)| picture).collect();
-    pictures(evidence, NodeId::SIM).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
+    let given: BTreeSet<_> = pictures(evidence, evidence.under.perception).map(|(_, picture)| picture).collect();
+    pictures(evidence, evidence.under.sim).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
 }
 
 /// Colour images that a node tells of: when, and which frame's, with its hash.
@@ -123,11 +123,11 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
                 place = Some((f64::from(x_mm), f64::from(y_mm)));
                 return None;
             }
-            Any::Instrument(Note::Truth { unit: wire::id::UnitId::A, x_mm, y_mm, yaw_mrad, .. }) => {
+            Any::Instrument(Note::Truth { unit: of, x_mm, y_mm, yaw_mrad, .. }) if of == evidence.under.unit => {
                 unit = Some((f64::from(x_mm), f64::from(y_mm), f64::from(yaw_mrad)));
                 return None;
             }
-            _ if w.entry.node != NodeId::PERCEPTION => return None,
+            _ if w.entry.node != evidence.under.perception => return None,
             told => told,
         };
         let (east, north) = place?;

@@ -79,7 +79,7 @@ fn astray(evidence: &Evidence, at: Micros) -> Option<String> {
 fn supervision(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<String> {
     let bounds = &evidence.bounds;
     let (lease, heard) = (bounds.lease_ms, bounds.freshness_ms + bounds.lease_ms);
-    [(NodeId::UNIT_A, lease), (NodeId::GATEWAY, heard)].into_iter().find_map(|(node, limit)| {
+    [(evidence.under.node(), lease), (NodeId::GATEWAY, heard)].into_iter().find_map(|(node, limit)| {
         let timely = link::timely(evidence, receipt, node);
         let last = timely.into_iter().take_while(|t| *t <= at).last();
         let silent = last.is_none_or(|last| at - last > limit * 1000 + SLACK);
@@ -93,7 +93,7 @@ fn sensors(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<String>
     let lost =
         receipt.faults.iter().find(|f| f.is_loss() && without(f.start, f.end)).map(|f| format!("{:?}", f.sensor));
     let dead = || {
-        let mut spans = life::dead(evidence, NodeId::PERCEPTION).into_iter();
+        let mut spans = life::dead(evidence, evidence.under.perception).into_iter();
         spans.any(|(from, to)| without(from, to)).then(|| "perception".to_owned())
     };
     lost.or_else(dead).map(|what| format!("more than {} ms after {what} was lost", td / 1000))

@@ -10,7 +10,6 @@ use evidence::trial::{GuestFailure, GuestRow};
 use evidence::{Evidence, Finding, Micros, Property};
 use instrument::Any;
 use wire::event::Event;
-use wire::id::NodeId;
 
 use super::place::{length, minus, truth};
 use super::speed::STANDING;
@@ -50,7 +49,7 @@ pub(super) fn is_bare(evidence: &Evidence) -> bool {
 }
 
 fn events(evidence: &Evidence) -> impl Iterator<Item = (Micros, Event)> {
-    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
+    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node());
     of_unit.filter_map(|w| if let Any::Service(event) = w.entry.event { Some((w.at, event)) } else { None })
 }
 
@@ -99,7 +98,7 @@ pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let margin = f64::from(evidence.bounds.fence_margin_mm);
     let truth = truth(evidence);
-    let stamped = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
+    let stamped = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node());
     let places = stamped.filter_map(|w| match w.entry.event {
         Any::Service(Event::GuestPlaced { x_mm, y_mm }) => Some((w.at, w.entry.at, (f64::from(x_mm), f64::from(y_mm)))),
         _ => None,

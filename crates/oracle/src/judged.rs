@@ -48,7 +48,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
     };
     for w in &evidence.entries {
         if let Any::Service(Event::Count { account, n }) = w.entry.event {
-            add(&mut trial, w.entry.node, account, n);
+            add(&mut trial, evidence, w.entry.node, account, n);
         }
         if let Any::Instrument(Note::Step { step, begun: true }) = w.entry.event {
             trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
@@ -81,10 +81,10 @@ fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
     Some(peers::claims(evidence, reaction)).filter(|claims| claims.said > 0)
 }
 
-fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
+fn add(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Account, n: u64) {
     let ours = |interface: Interface| {
         (node == NodeId::GATEWAY && interface == Interface::Uplink)
-            || (node == NodeId::UNIT_A && interface == Interface::Downlink)
+            || (node == evidence.under.node() && interface == Interface::Downlink)
     };
     match account {
         Account::Received(i) if ours(i) => trial.received += n,

@@ -53,7 +53,7 @@ fn judged(evidence: &Evidence, from: Micros, order: CommandId, certificate: Opti
     evidence.entries.iter().any(|w| {
         w.at >= from
             && match w.entry.event {
-                Any::Service(Event::Executed { command, .. }) => w.entry.node == NodeId::UNIT_A && command == order,
+                Any::Service(Event::Executed { command, .. }) => w.entry.node == evidence.under.node() && command == order,
                 Any::Service(Event::Staged { command, .. }) => w.entry.node == NodeId::GATEWAY && command == order,
                 Any::Service(Event::Refused { at: Interface::Broker, peer, .. }) => {
                     peer.is_some() && peer == certificate

@@ -102,7 +102,6 @@ fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<In
 /// perception saw through a disguise; or the display told the operator that something is amiss.
 fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     use wire::event::{Account, Event, Freshness, ShownAs};
-    use wire::id::UnitId;
     let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
     let below = evidence.entries.iter().any(|w| match w.entry.event {
         Any::Instrument(Note::GuardSaw { verdict, .. }) => w.at >= zero && verdict != GuardVerdict::Passed,
@@ -111,7 +110,9 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
             w.at >= zero
         }
         // After the end everything falls silent, and the display says so.
-        Any::Service(Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. }) => {
+        Any::Service(Event::Displayed { unit, freshness: Freshness::Stale | Freshness::Lost, .. })
+            if unit == evidence.under.unit =>
+        {
             (zero..evidence.duration).contains(&w.at)
         }
         Any::Service(Event::Count { account: Account::Discarded, n }) => n > 0,

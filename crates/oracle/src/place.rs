@@ -5,7 +5,6 @@
 use evidence::{Evidence, Finding, Micros, Property};
 use instrument::{Any, Note, Sensor};
 use wire::event::Event;
-use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::time::Instant;
 
@@ -37,7 +36,7 @@ struct Sight {
 }
 
 fn sights(evidence: &Evidence) -> Vec<Sight> {
-    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
+    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node());
     of_unit
         .filter_map(|w| match w.entry.event {
             Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. }) => {
@@ -59,7 +58,7 @@ impl<const N: usize> Series<N> {
     }
 
     fn of(evidence: &Evidence, pick: impl Fn(&Any, Instant) -> Option<(Instant, [f64; N])>) -> Self {
-        let of_sim = evidence.entries.iter().filter(|w| w.entry.node == NodeId::SIM);
+        let of_sim = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.sim);
         let mut values: Vec<_> = of_sim.filter_map(|w| pick(&w.entry.event, w.entry.at)).collect();
         values.sort_by_key(|(at, _)| *at);
         Series(values)
@@ -82,7 +81,7 @@ impl<const N: usize> Series<N> {
 /// The true place of the unit under test.
 pub(super) fn truth(evidence: &Evidence) -> Series<2> {
     Series::of(evidence, |event, at| match *event {
-        Any::Instrument(Note::Truth { unit: UnitId::A, x_mm, y_mm, .. }) => {
+        Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => {
             Some((at, [f64::from(x_mm), f64::from(y_mm)]))
         }
         _ => None,

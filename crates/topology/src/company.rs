@@ -3,6 +3,7 @@
 use adversary::plan::AdversaryConfig;
 use autonomy::{AutonomyConfig, GuestConfig};
 use gateway::GatewayConfig;
+use gateway::fanout::Interest;
 use guest::Conduct;
 use perception::PerceptionConfig;
 use scenario::Scenario;
@@ -167,9 +168,10 @@ impl Company<'_> {
 
     pub(super) fn control(&mut self) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
+        let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
         let config = GatewayConfig {
-            units: units.clone(),
-            fanout: units,
+            interests: units.iter().map(|unit| Interest { unit: *unit, hears: others(*unit) }).collect(),
+            units,
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
         };

@@ -23,7 +23,7 @@ use evidence::cue::Cue;
 use evidence::log::hex;
 use evidence::mission::Script;
 use evidence::verification::{Held, HeldClock, Life};
-use evidence::{Plan, Planned};
+use evidence::{Plan, Planned, Under};
 use guest::Guest;
 use scenario::Scenario;
 use wire::core::Topic;
@@ -69,6 +69,8 @@ pub struct ClockDraw {
 /// Participants of one trial, with their keys, links, clocks and plans.
 #[derive(Clone, Debug)]
 pub struct Topology {
+    /// The unit under test.
+    pub under: Under,
     /// Members, in the order that breaks ties.
     pub members: Vec<Member>,
     /// Sessions.
@@ -114,7 +116,7 @@ impl Topology {
     pub fn world(&self) -> Option<&sim::SimConfig> {
         self.members.iter().find_map(|member| {
             let Role::Sim(config) = &member.role else { return None };
-            (config.node == NodeId::SIM).then_some(config)
+            (config.node == self.under.sim).then_some(config)
         })
     }
 
@@ -222,6 +224,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
     company.adversary(&draw);
     let members = company.finish();
     Topology {
+        under: Under::A,
         links: links(scenario, &members),
         clocks: draw.clocks,
         process_faults: process::process_faults(scenario, draw.phase_ms),

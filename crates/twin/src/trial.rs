@@ -101,6 +101,7 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
 fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
     let (entries, broken_log, verification) = read_against(log, held, verifier);
     Evidence {
+        under: topology.under,
         entries,
         broken_log,
         log_flaws: verification.flaws,

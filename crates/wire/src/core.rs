@@ -126,7 +126,7 @@ impl Subject {
         }
     }
 
-    /// The subject with this MQTT topic name; `None` outside the closed set (only vehicles are subjects).
+    /// The subject with this MQTT topic name; `None` outside the table of units (only vehicles are subjects).
     pub fn from_topic(topic: &str) -> Option<Self> {
         let vehicle = |name| UnitId::from_name(name).filter(|unit| unit.node().unit().is_some());
         match topic.strip_prefix("hs/")?.split_once('/')? {

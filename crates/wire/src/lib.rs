@@ -38,6 +38,7 @@ pub mod person;
 pub mod policy;
 pub mod refusal;
 pub mod report;
+pub mod roster;
 pub mod sensor;
 pub mod session;
 pub mod settings;

@@ -2,7 +2,7 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
+use evidence::{Evidence, Plan, Planned, Property, Under, Verdict, Witnessed};
 use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
 use oracle::{Approaches, approaches, judge};
 use wire::bounds::Bounds;
@@ -216,6 +216,7 @@ impl Log {
         let mut entries = self.entries.clone();
         entries.sort_by_key(|w| w.at);
         Evidence {
+            under: Under::A,
             entries,
             broken_log: None,
             log_flaws: Vec::new(),

@@ -15,9 +15,10 @@ mod orders;
 mod plant;
 mod receipts;
 mod trust;
+mod under;
 
 use evidence::trial::Outcome;
-use evidence::{Evidence, Property};
+use evidence::{Evidence, Property, Under};
 use instrument::Note;
 use oracle::judge;
 use wire::event::{Account, Event, Interface};
@@ -49,6 +50,7 @@ fn p10_a_broken_log() {
     let mut entries = log.entries.clone();
     entries.sort_by_key(|w| w.at);
     let verdict = judge(&Evidence {
+        under: Under::A,
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
         log_flaws: Vec::new(),

@@ -75,8 +75,8 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("act", vec![named!("confirmed", Act, act())]),
         ("entry", entries()),
         ("seal", seals()),
-        ("revocation", vec![named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 })]),
-        ("head", vec![named!("unit-a", Head, head())]),
+        ("revocation", revocations()),
+        ("head", vec![named!("unit-a", Head, head()), named!("guard-unit-64", Head, head_of_guard())]),
         ("sign1", signed()),
         ("numbered-act", acts()),
         ("input", inputs()),
@@ -192,6 +192,24 @@ pub(crate) fn intent(kind: CommandKind, reason: &str) -> Intent {
     Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason) }
 }
 
+/// The unit with this name, numbered by rule.
+fn ruled(name: &str) -> UnitId {
+    UnitId::from_name(name).expect("a unit of the table")
+}
+
+fn revocations() -> Vec<Named> {
+    let last = NodeId::from_name("perception-52").expect("the last identity of the table");
+    vec![
+        named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 }),
+        named!("of-unit-5", Revocation, Revocation { of: ruled("unit-5").node() }),
+        named!("of-the-last-identity", Revocation, Revocation { of: last }),
+    ]
+}
+
+fn head_of_guard() -> Head {
+    Head { node: ruled("unit-64").node().guard().expect("a unit has one"), ..head() }
+}
+
 fn intents() -> Vec<Named> {
     vec![
         named!("hold", Intent, intent(CommandKind::Hold, "")),
@@ -201,6 +219,7 @@ fn intents() -> Vec<Named> {
         named!("arm", Intent, intent(CommandKind::Arm(TrackId(3)), "vehicle in view")),
         named!("confirm", Intent, intent(CommandKind::Confirm(TrackId(3)), "still in view")),
         named!("configure", Intent, intent(CommandKind::Configure(VALUES), "wet ground")),
+        named!("hold-of-unit-64", Intent, Intent { unit: ruled("unit-64"), ..intent(CommandKind::Hold, "") }),
     ]
 }
 
