@@ -29,6 +29,7 @@ use crate::interval::wilson;
 use crate::net::{Net, loss};
 use crate::sense::Sense;
 use crate::train::{paint, wanted};
+use wire::platform::Sensors;
 
 /// Strengths, of 255, fixed before anything was measured.
 const STRENGTHS: [u8; 7] = [0, 1, 2, 4, 8, 16, 32];
@@ -62,7 +63,7 @@ pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn
     let net = Net::new(Sense::Colour, &Device::default()).try_load_file(directory.join("detector.bpk"))?;
     let bytes = std::fs::read(directory.join("detector.onnx"))?;
     let sha256 = hex_digest(&bytes);
-    let stages = Stages::new(Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?), Arc::new(Detector::thermal()?));
+    let stages = Stages::new(&Sensors::GROUND, Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?), Arc::new(Detector::thermal()?));
     let mut rows = String::new();
     for goal in [Goal::None, Goal::Hide, Goal::Impersonate] {
         for strength in STRENGTHS {

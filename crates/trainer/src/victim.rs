@@ -12,6 +12,7 @@ use perception::stages::Stages;
 
 use crate::net::Net;
 use crate::sense::Sense;
+use wire::platform::Sensors;
 
 /// A network by its file and its weights.
 pub(crate) struct Victim {
@@ -32,6 +33,6 @@ impl Victim {
 
     /// All stages, with this detector and this thermal network.
     pub(crate) fn stages(&self, thermal: &Arc<Detector>) -> Stages {
-        Stages::new(Arc::clone(&self.detector), Arc::clone(thermal))
+        Stages::new(&Sensors::GROUND, Arc::clone(&self.detector), Arc::clone(thermal))
     }
 }

@@ -43,6 +43,9 @@ pub(super) struct Args {
     /// A policy file in place of the scenario's own.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
+    /// A platform in place of the scenario's own, by name or by file; classes are then those that `[[under]]` expects on it.
+    #[arg(long, value_name = "PLATFORM")]
+    platform: Option<String>,
     /// Only this cell, such as verbatim/present/session-only.
     #[arg(long)]
     cell: Option<String>,
@@ -83,7 +86,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage, guest: args.engage.load()? };
+    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
+    let guest = args.engage.load()?;
+    let wanted = Wanted { policy, platform, cell, rendered, detector, sabotage: args.sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }
