@@ -79,6 +79,13 @@ pub(super) struct Args {
     frames: u32,
 }
 
+impl Args {
+    /// The file of the platform that is named.
+    fn platform(&self, context: &Context) -> Result<Option<PathBuf>, Failure> {
+        self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
+    }
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.watch {
         return live::run(context, args);
@@ -86,8 +93,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
-    let guest = args.engage.load()?;
+    let (platform, guest) = (args.platform(context)?, args.engage.load()?);
     let wanted = Wanted { policy, platform, cell, rendered, detector, sabotage: args.sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
