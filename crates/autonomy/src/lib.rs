@@ -146,6 +146,7 @@ impl Autonomy {
         let map: Arc<[Keepout]> = config.obstacles.iter().map(|disc| keepout(disc, &config.limits)).collect();
         let grid = plan(&fence, &map, &bounds, &config.limits);
         let identity = Arc::new(Identity::new(&setup, &config));
+        let guest = config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.
@@ -190,9 +191,9 @@ impl Autonomy {
             identity,
         };
         core.write(now, Event::Started);
-        if let Some(guest) = &config.guest {
-            core.write(now, Event::GuestEngaged { name: Text::new(&guest.name), bare: guest.bare });
-            core.out.push_back(pilot::start(&setup, &config, now));
+        if let Some((name, bare, mission)) = guest {
+            core.write(now, Event::GuestEngaged { name: Text::new(&name), bare });
+            core.out.push_back(mission);
         }
         core.health = core.assess(now);
         Ok(core)

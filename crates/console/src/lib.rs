@@ -332,6 +332,7 @@ impl Core for Console {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::Guest { .. }
             | Input::Cue { .. } => return,
         }
         self.refresh(now);

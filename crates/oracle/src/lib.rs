@@ -62,7 +62,8 @@ mod timeline;
 mod view;
 mod window;
 
-use evidence::{Evidence, Finding, Micros, Property, Response, Verdict};
+use evidence::process_fault::Response;
+use evidence::{Evidence, Finding, Micros, Property, Verdict};
 use wire::bounds::Bounds;
 
 use arrived::Receipt;

@@ -329,6 +329,7 @@ impl<E: for<'b> Decode<'b, ()> + Encode<()>> Core for Recorder<E> {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Cue { .. } => {}
         }

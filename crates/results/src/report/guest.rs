@@ -190,8 +190,8 @@ pub fn comparison_table(comparison: &Comparison) -> String {
 }
 
 fn of_guest(comparison: &Comparison, guest: &str) -> String {
-    let mut table = new_table();
-    table.set_header(["attack", "bare: harmful", "outcomes", "to safe, ms", "guarded: harmful", "outcomes", "to safe, ms"]);
+    let columns = ["attack", "bare: harmful", "outcomes", "to safe, ms", "guarded: harmful", "outcomes", "to safe, ms"];
+    let mut table = new_table(&columns);
     let of = |conduct: &'static str| comparison.rows.iter().filter(move |row| row.is_of(guest, conduct));
     for bare in of("bare") {
         let same = |other: &&ComparisonRow| other.scenario == bare.scenario && other.cell == bare.cell;
