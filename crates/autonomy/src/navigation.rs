@@ -166,7 +166,8 @@ mod tests {
         let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
         let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0 }];
-        let mut around = Surroundings { mode_speed: 3000.0, seen: &wall, fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
+        let mut around =
+            Surroundings { mode_speed: 3000.0, seen: &wall, fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
         assert_eq!(follow(&motion, &way, &around).speed, 0.0);
         around.seen = &[];
         assert!(follow(&motion, &way, &around).speed > 2000.0);
@@ -178,9 +179,13 @@ mod tests {
     fn navigation_slows_before_the_fence_guard_trips() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(40_000.0, 0.0), (49_900.0, 0.0)], beyond: Some((0.0, 0.0)) };
-        let around = Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
+        let around =
+            Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
         let motion = Motion { at: (47_000.0, 0.0), yaw: 0.0, speed: 3000.0 };
         let asked = follow(&motion, &way, &around);
-        assert!(fence.breached(&Motion { speed: asked.speed, ..motion }, &bounds, &Limits::GROUND).is_none(), "{asked:?}");
+        assert!(
+            fence.breached(&Motion { speed: asked.speed, ..motion }, &bounds, &Limits::GROUND).is_none(),
+            "{asked:?}"
+        );
     }
 }

@@ -73,6 +73,9 @@ mod tests {
     #[test]
     fn armable_track_is_not_given_up_at_once() {
         let flicker = Settings { arm_permille: 600, keep_permille: 600, ..PLATFORM };
-        assert!(matches!(jointly_safe(&flicker, &Bounds::GROUND, &Limits::GROUND), Err(Refusal::Joint { least: 700, got: 600, .. })));
+        assert!(matches!(
+            jointly_safe(&flicker, &Bounds::GROUND, &Limits::GROUND),
+            Err(Refusal::Joint { least: 700, got: 600, .. })
+        ));
     }
 }

@@ -61,7 +61,8 @@ fn fence(evidence: &Evidence, line: &Timeline, at: Micros) -> Option<String> {
         return Some("of a plant of which there is no ground truth".into());
     };
     let speed = u64::from(truth.speed.unsigned_abs());
-    let stops = speed * reaction_ms(&evidence.bounds) / 1000 + speed * speed / (2 * u64::from(evidence.bounds.braking_mm_s2).max(1));
+    let stops = speed * reaction_ms(&evidence.bounds) / 1000
+        + speed * speed / (2 * u64::from(evidence.bounds.braking_mm_s2).max(1));
     let left = i64::from(truth.fence) - i64::try_from(stops).unwrap_or(i64::MAX);
     (left < 0).then(|| format!("{} mm from the fence at {speed} mm/s", truth.fence))
 }

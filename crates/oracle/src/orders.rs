@@ -10,8 +10,8 @@ use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{CommandId, NodeId, PeerId};
 
-use super::{finding, reaction_ms};
 use super::window::Window;
+use super::{finding, reaction_ms};
 
 /// P4 for settings: under no values that were accepted may a unit that loses its place at the margin leave the fence.
 pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {

@@ -100,7 +100,8 @@ pub fn platform_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
         return Ok(path);
     }
     let known: Vec<String> = scenario::platform_files(&context.root()?)?.iter().map(|path| stem(path)).collect();
-    let message = format!("no platform `{name}`; there are: {}. A file is named by its path, ending in .toml", known.join(", "));
+    let message =
+        format!("no platform `{name}`; there are: {}. A file is named by its path, ending in .toml", known.join(", "));
     Err(Failure::new(Exit::Usage, message))
 }
 
@@ -124,7 +125,8 @@ pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
 /// Prepares the variations of a loaded scenario.
 pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);
-    let platform = wanted.platform.as_deref().map(|file| load_platform(file).map(|platform| scenario.on(&platform.name)));
+    let platform =
+        wanted.platform.as_deref().map(|file| load_platform(file).map(|platform| scenario.on(&platform.name)));
     let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
@@ -155,7 +157,10 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
     if wanted.guest.is_some() && variation.scenario.is_of_stacks() {
-        let message = format!("`{}` runs on the real stacks, where nothing drives; a guest has no part in it", variation.scenario.name.as_str());
+        let message = format!(
+            "`{}` runs on the real stacks, where nothing drives; a guest has no part in it",
+            variation.scenario.name.as_str()
+        );
         return Err(Failure::new(Exit::Usage, message));
     }
     if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {

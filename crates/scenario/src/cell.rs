@@ -55,7 +55,7 @@ pub struct Under {
     /// The policy; the scenario's own where absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub policy: Option<Located<Name>>,
-    /// The platform; the scenario's own where absent. The classes hold for every cell.
+    /// The platform; the scenario's own where absent. Classes without a policy hold for every cell that names none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub platform: Option<Located<Name>>,
     /// Classes that are expected there.
@@ -175,8 +175,8 @@ impl Scenario {
         scenario
     }
 
-    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there: none where none are
-    /// declared, so that no class counts as unexpected.
+    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy:
+    /// none where none are declared, so that no class counts as unexpected.
     #[must_use]
     pub fn on(&self, platform: &Name) -> Scenario {
         let mut scenario = self.clone();
@@ -186,11 +186,14 @@ impl Scenario {
         let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform);
         let under: Vec<Under> =
             self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect();
-        let declared = under.iter().find(|under| under.policy.is_none());
-        scenario.expected = declared.map_or_else(|| Located::nowhere(List::default()), |under| under.expected.clone());
+        let declared = |policy: Option<&Name>| under.iter().find(|under| under.policy.as_deref() == policy);
+        let none = || Located::nowhere(List::default());
+        scenario.expected = declared(None).map_or_else(none, |under| under.expected.clone());
         scenario.cell = List::of(self.cell.iter().map(|cell| {
             let mut cell = cell.clone();
-            cell.expected = None;
+            // A cell under a policy of its own expects what is declared for both, or nothing.
+            cell.expected =
+                cell.policy.clone().map(|own| declared(Some(&own)).map_or_else(none, |under| under.expected.clone()));
             cell
         }));
         scenario.under = List::of(under);

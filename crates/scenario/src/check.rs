@@ -51,7 +51,13 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
 /// An entry that says under which policy and on which platform its classes hold says at least one.
 fn neither(under: &Under) -> Option<Finding> {
     let nothing = under.policy.is_none() && under.platform.is_none();
-    nothing.then(|| finding(&under.expected, "neither a policy nor a platform", "name one; the scenario's own classes are its `expected`"))
+    nothing.then(|| {
+        finding(
+            &under.expected,
+            "neither a policy nor a platform",
+            "name one; the scenario's own classes are its `expected`",
+        )
+    })
 }
 
 /// Mistakes in the keys of a process fault; each ending takes its own.

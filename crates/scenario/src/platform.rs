@@ -3,11 +3,14 @@
 //!
 //! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). The values' meaning is
 //! given by `wire::bounds` and `wire::platform`; here they are only read, checked and handed on. `tables` has the optional
-//! tables, `check` holds all values against each other, `template` is a file to start from.
+//! tables, `check` and `body` hold all values against each other, `template` is a file to start from.
 
+mod body;
 pub(super) mod check;
 mod tables;
 mod template;
+#[cfg(test)]
+mod tests;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -9,10 +9,10 @@ use std::path::{Component, Path, PathBuf};
 use serde::de::DeserializeOwned;
 
 use super::check;
-use super::platform;
 use super::extend::Sources;
 use super::file::read_text;
 use super::finding::Finding;
+use super::platform;
 use super::shipped::shipped_folder;
 use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene};
 

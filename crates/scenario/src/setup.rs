@@ -4,8 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use parallel::progress::Stop;
 use guest::{Conduct, Guest};
+use parallel::progress::Stop;
 use perception::detector::Brought;
 use wire::bounds::Bounds;
 use wire::person::Role;

@@ -109,7 +109,12 @@ impl Company<'_> {
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
         let detector = self.with.detector.clone().filter(|_| rendered);
-        let config = PerceptionConfig { rendered, detector, sensors: self.with.platform.sensors(), ..PerceptionConfig::default() };
+        let config = PerceptionConfig {
+            rendered,
+            detector,
+            sensors: self.with.platform.sensors(),
+            ..PerceptionConfig::default()
+        };
         self.add(
             host,
             Role::Perception(config),

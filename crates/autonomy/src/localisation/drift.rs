@@ -30,7 +30,13 @@ impl Drift {
     /// `share` of the way, and `unobserved` millimetres were travelled without it.
     ///
     /// A finding stays until every sum has run empty again.
-    pub(super) fn take(&mut self, (east, north): (f64, f64), elapsed: f64, speed: f64, (share, unobserved): (f64, f64)) {
+    pub(super) fn take(
+        &mut self,
+        (east, north): (f64, f64),
+        elapsed: f64,
+        speed: f64,
+        (share, unobserved): (f64, f64),
+    ) {
         self.way += speed.abs() * elapsed;
         let allowed = NOISE_MM + share * self.way + unobserved;
         let elapsed = elapsed.min(LONGEST_S);
