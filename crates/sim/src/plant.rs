@@ -289,6 +289,40 @@ mod tests {
         }
     }
 
+    /// A light one with small wheels: it stands on them, keeps to its own limits, and stops by itself.
+    #[test]
+    fn another_vehicle_keeps_to_its_own_limits() {
+        let vehicle = Vehicle {
+            mass_kg: 27.0,
+            chassis_m: [0.7, 0.55, 0.4],
+            wheelbase_m: 0.5,
+            track_m: 0.5,
+            wheel_radius_m: 0.1,
+            suspension_m: 0.2,
+            spring_rate: 49.0,
+            max_speed_m_s: 1.8,
+            braking_m_s2: 3.0,
+            max_curvature_per_m: 1.0,
+            ..Vehicle::GROUND
+        };
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        let mut world = World::new(Arc::new(scene.clone()));
+        let mut plant = Plant::new(&mut world, &scene.start, &vehicle, &Fidelity::SHIPPED);
+        drive(&mut plant, &mut world, 0, 100, None);
+        let parked = plant.state(&world);
+        assert!((parked.position.z - world.terrain().height(-10.0, -5.0)).abs() < 0.05, "{parked:?}");
+
+        drive(&mut plant, &mut world, 100, 500, Some((9.0, 9.0)));
+        let fast = plant.state(&world);
+        assert!((1.5..1.95).contains(&fast.speed()), "{fast:?}");
+        assert!((fast.yaw_rate - fast.speed()).abs() < 0.3, "{fast:?}");
+        assert!((fast.rotation * Vector::Z).z > 0.9, "{fast:?}");
+
+        // The lease runs 0.3 s on; what is left of 1.3 s at 2 m/s² stops it.
+        drive(&mut plant, &mut world, 600, 130, None);
+        assert!(plant.state(&world).speed().abs() < STANDSTILL, "{:?}", plant.state(&world));
+    }
+
     /// The brakes know of neither.
     #[test]
     fn load_or_low_grip_lengthens_the_stop() {
