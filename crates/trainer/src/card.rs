@@ -12,12 +12,12 @@ use perception::corroborate::Limits;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use perception::{detector::Detector, runtime};
+use wire::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::heated;
 use crate::interval::wilson;
 use crate::sense::Sense;
-use wire::platform::Sensors;
 
 /// Frames of each cell and split that the card rests on.
 const FRAMES: u64 = 300;

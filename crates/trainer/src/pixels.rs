@@ -22,6 +22,7 @@ use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use wire::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::{Example, target};
@@ -29,7 +30,6 @@ use crate::interval::wilson;
 use crate::net::{Net, loss};
 use crate::sense::Sense;
 use crate::train::{paint, wanted};
-use wire::platform::Sensors;
 
 /// Strengths, of 255, fixed before anything was measured.
 const STRENGTHS: [u8; 7] = [0, 1, 2, 4, 8, 16, 32];
