@@ -44,7 +44,7 @@ use wire::drive::Drive;
 use wire::event::{Event, PICTURED_EVERY, wire_hash};
 use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
 use wire::platform::{Sensors, Vehicle};
-use wire::sensor::{Frames, Navigation};
+use wire::sensor::{Camera, Frames, Navigation};
 use wire::sign::Key;
 use wire::time::{Instant, Span};
 

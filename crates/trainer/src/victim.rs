@@ -9,10 +9,10 @@ use burn::tensor::Device;
 use perception::detector::Detector;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
+use wire::platform::Sensors;
 
 use crate::net::Net;
 use crate::sense::Sense;
-use wire::platform::Sensors;
 
 /// A network by its file and its weights.
 pub(crate) struct Victim {
