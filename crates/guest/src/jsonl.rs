@@ -149,7 +149,7 @@ pub struct Reply {
     /// Name of the guest's state, one of its file's `states`. Needed where the file gives `state`, and refused where not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<String>,
-    /// The place that the guest drives by, m, within ±10,000. Needed where the file gives `place`, and refused where not.
+    /// The place that the guest drives by, m, within ±10,000. Where the file gives `place`, needed of a guest that drives, and refused where not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
     /// Time until the guest wants the next step, s, up to 1; the set-point stands meanwhile. Null for the next period.

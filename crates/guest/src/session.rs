@@ -105,7 +105,7 @@ fn reply_of(reply: &jsonl::Reply, number: u32, program: &Program) -> Result<Repl
         speed_mm_s: (within("speed_m_s", reply.speed_m_s, -MAX_SPEED, MAX_SPEED)? * 1e3) as i32,
         curvature_um: (within("curvature_per_m", reply.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)? * 1e6) as i32,
         state: state_of(reply.state.as_deref(), program)?,
-        place: place_of(reply.place, program)?,
+        place: place_of(reply.place, reply.speed_m_s == 0.0, program)?,
         wake: wake.map(|s| Span((s * 1e6) as u64)),
     })
 }
@@ -136,7 +136,11 @@ fn state_of(state: Option<&str>, program: &Program) -> Result<Option<State>, Fai
     Ok(Some((declared, Text::new(state))))
 }
 
-fn place_of(place: Option<[f64; 2]>, program: &Program) -> Result<Option<Place>, Failure> {
+/// A guest that stands may know no place yet; one that drives goes by one.
+fn place_of(place: Option<[f64; 2]>, standing: bool, program: &Program) -> Result<Option<Place>, Failure> {
+    if place.is_none() && standing {
+        return Ok(None);
+    }
     let Some([x, y]) = promised(place, Output::Place, "place", program)? else { return Ok(None) };
     let millimetres = |field, m| within(field, m, -MAX_COORDINATE, MAX_COORDINATE).map(|m| (m * 1e3) as i32);
     Ok(Some(Place(millimetres("place east", x)?, millimetres("place north", y)?)))
@@ -222,6 +226,7 @@ mod tests {
             (&REPLY.replace("0.2", "1.5"), Fault::Value, "wake_s: 0 to 1 expected"),
             (&REPLY.replace("wake_s", "time_s"), Fault::Malformed, "unknown field `time_s`"),
             (&REPLY.replace("[1,2]", "[1e9,2]"), Fault::Value, "place east"),
+            (&REPLY.replace("[1,2]", "null"), Fault::Undeclared, "`place` is promised"),
         ];
         for (line, fault, why) in wrong {
             let line: &'static str = line.to_owned().leak();
@@ -229,6 +234,12 @@ mod tests {
             assert_eq!(failure.fault, fault, "{line}: {failure}");
             assert!(failure.why.contains(why), "{line}: {failure}");
         }
+    }
+
+    #[test]
+    fn a_standing_guest_need_not_know_its_place() {
+        let line = REPLY.replace("[1,2]", "null").replace("1.5", "0").leak();
+        assert!(matches!(session(vec![line]).ask(&step(1)), Ok(Answer::Reply(Reply { place: None, .. }))));
     }
 
     #[test]

@@ -125,10 +125,12 @@ impl Company<'_> {
         let config = self.autonomy(unit, &world);
         let bare = config.guest.as_ref().is_some_and(|guest| guest.bare);
         let unguarded = bare.then(|| self.unguarded());
+        let ablation = Ablation { scenario: self.scenario.name.as_str().to_owned() };
         let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
         let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
         if let Some(policy) = unguarded {
             member.setup.policy = policy;
+            member.setup.ablation = Some(ablation);
         }
         member.peer = peer_of(node);
         member.commands = true;

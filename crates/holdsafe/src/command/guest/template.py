@@ -18,7 +18,7 @@ def main():
 
 
 def step(step, route):
-    speed, curvature, place = 0.0, 0.0, [0.0, 0.0]
+    speed, curvature, place = 0.0, 0.0, None
     fix = step["fix"]
     if fix is not None:
         place = fix["at"]
