@@ -47,13 +47,22 @@ impl Planned {
     }
 }
 
+/// A platform as it was asked for, and its file.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// By name or by path.
+    pub asked: String,
+    /// The file.
+    pub file: PathBuf,
+}
+
 /// Options for every scenario of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
     /// A policy file in place of the scenario's own.
     pub policy: Option<PathBuf>,
-    /// A platform's file in place of the scenario's own.
-    pub platform: Option<PathBuf>,
+    /// A platform in place of the scenario's own.
+    pub platform: Option<Chosen>,
     /// Only this cell.
     pub cell: Option<String>,
     /// Rendered sensors and the detector.
@@ -89,15 +98,16 @@ pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
     Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
 }
 
-/// The file of a platform given by name or by path.
-pub fn platform_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
+/// The platform given by name or by path.
+pub fn platform_of(context: &Context, name: &str) -> Result<Chosen, Failure> {
+    let chosen = |file| Chosen { asked: name.to_owned(), file };
     if is_path(name) {
-        return Ok(PathBuf::from(name));
+        return Ok(chosen(PathBuf::from(name)));
     }
     let folder = context.root()?.join("platforms");
     let path = folder.join(format!("{name}.toml"));
     if path.is_file() {
-        return Ok(path);
+        return Ok(chosen(path));
     }
     let known: Vec<String> = scenario::platform_files(&context.root()?)?.iter().map(|path| stem(path)).collect();
     let message =
@@ -125,8 +135,8 @@ pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
 /// Prepares the variations of a loaded scenario.
 pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);
-    let platform =
-        wanted.platform.as_deref().map(|file| load_platform(file).map(|platform| scenario.on(&platform.name)));
+    let platform = wanted.platform.as_ref().map(|chosen| load_platform(&chosen.file));
+    let platform = platform.map(|loaded| loaded.map(|platform| scenario.on(&platform.name)));
     let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
@@ -169,7 +179,7 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
     }
     let (root, policy) = (context.root()?, wanted.policy.as_deref());
     let mut setup = match &wanted.platform {
-        Some(file) => Setup::load_on(&root, &variation.scenario, file, policy, rendered)?,
+        Some(chosen) => Setup::load_on(&root, &variation.scenario, &chosen.file, policy, rendered)?,
         None => Setup::load(&root, &variation.scenario, policy, rendered)?,
     };
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
@@ -204,7 +214,7 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
         options.push_str(&format!(" --policy {}", policy.display()));
     }
     if let Some(platform) = &wanted.platform {
-        options.push_str(&format!(" --platform {}", platform.display()));
+        options.push_str(&format!(" --platform {}", platform.asked));
     }
     if let Some(cell) = cell {
         options.push_str(&format!(" --cell {cell}"));

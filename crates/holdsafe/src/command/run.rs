@@ -12,7 +12,7 @@ use runner::batch::Batch;
 use runner::bring::Bring;
 use runner::engage::{self, Engage};
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan};
 use scenario::FRAMES;
@@ -80,8 +80,8 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// The file of the platform that is named.
-    fn platform(&self, context: &Context) -> Result<Option<PathBuf>, Failure> {
+    /// The platform that is named.
+    fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
         self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
     }
 }

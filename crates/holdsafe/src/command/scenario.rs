@@ -68,7 +68,9 @@ fn check(context: &Context, names: &[String], platform: bool) -> Result<Exit, Fa
     let files = match (names.is_empty(), platform) {
         (true, true) => scenario::platform_files(&context.root()?)?,
         (true, false) => scenario::shipped(&context.root()?)?,
-        (false, true) => names.iter().map(|name| plan::platform_of(context, name)).collect::<Result<_, _>>()?,
+        (false, true) => {
+            names.iter().map(|name| Ok(plan::platform_of(context, name)?.file)).collect::<Result<_, Failure>>()?
+        }
         (false, false) => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
     };
     let mut rows = Vec::new();
@@ -111,7 +113,7 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
     for under in &scenario.under {
         let file = |folder: &str, name: &Name| root.join(folder).join(format!("{}.toml", name.as_str()));
         let policy = under.policy.as_deref().map(|name| file("policies", name));
-        let platform = under.platform.as_deref().map(|name| file("platforms", name));
+        let platform = under.platform.as_deref().map(|name| plan::platform_of(context, name.as_str())).transpose()?;
         plan::of_scenario(context, &scenario, &Wanted { policy, platform, ..Wanted::default() })?;
     }
     Ok(None)
