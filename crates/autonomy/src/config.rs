@@ -4,10 +4,10 @@ use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::platform::Limits;
 use wire::setup::{NoChannel, Setup};
+use wire::time::Span;
 use wire::trust::Validity;
 
 use crate::consistency::MAX_TEAMMATES;
-use crate::pilot::GuestConfig;
 
 /// Most points of a route, corners of a geofence or obstacles of a map.
 pub const MAX_POINTS: usize = 64;
@@ -49,6 +49,20 @@ pub struct AutonomyConfig {
     /// The guest that drives in place of mission and navigation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guest: Option<GuestConfig>,
+}
+
+/// A guest as an autonomy core is told of it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuestConfig {
+    /// Name in reports.
+    pub name: String,
+    /// True if its set-points go to the plant as they are.
+    pub bare: bool,
+    /// Longest time from the start to its first answer.
+    pub start_limit: Span,
+    /// Longest time from a step to its answer.
+    pub step_limit: Span,
 }
 
 /// A place to keep clear of.

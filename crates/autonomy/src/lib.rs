@@ -65,7 +65,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Windows};
 
-pub use config::{AutonomyConfig, ConfigError, Disc};
+pub use config::{AutonomyConfig, ConfigError, Disc, GuestConfig};
 pub use transition::{authority, state};
 
 use authority::Mint;
@@ -146,7 +146,8 @@ impl Autonomy {
         let map: Arc<[Keepout]> = config.obstacles.iter().map(|disc| keepout(disc, &config.limits)).collect();
         let grid = plan(&fence, &map, &bounds, &config.limits);
         let identity = Arc::new(Identity::new(&setup, &config));
-        let guest = config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
+        let guest =
+            config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.

@@ -28,9 +28,10 @@ use crate::geofence::{Motion, Point, between};
 use drift::Drift;
 use receiver::Receiver;
 
-/// Deviations of the fix that are added to the gate, and the largest stated deviation that is believed, millimetres.
+/// Deviations of the fix that are added to the gate.
 const SIGMAS: f64 = 4.0;
-const MAX_SIGMA_MM: f64 = 60.0;
+/// The largest stated deviation of a fix that is believed, millimetres.
+pub const MAX_SIGMA_MM: f64 = 60.0;
 /// A disagreement ends within this share of the gate, so that noise does not make it flicker.
 const RETURN: f64 = 0.7;
 /// Time over which the anchor follows fixes, seconds.

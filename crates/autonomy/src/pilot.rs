@@ -6,37 +6,21 @@
 //! fails drives no more: guarded the unit is stopped, bare the lease of the last set-point ends at the plant. The process, its limits and the form of
 //! its messages are left to others; here are only requests and answers.
 
-use serde::{Deserialize, Serialize};
 use wire::codec::{self, List, Text};
 use wire::core::Output;
 use wire::event::Event;
-use wire::guest::{
-    Answer, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step,
-};
+use wire::guest::{Answer, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step};
 use wire::mode::Mode;
 use wire::sensor::Navigation;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
+use crate::config::GuestConfig;
 use crate::navigation::{self, SetPoint, Surroundings};
 use crate::{Autonomy, AutonomyConfig};
 
 /// Least time between two entries of the place that a guest drives by.
 const PLACED_PERIOD: Span = Span::ms(190);
-
-/// A guest as an autonomy core is told of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GuestConfig {
-    /// Name in reports.
-    pub name: String,
-    /// True if its set-points go to the plant as they are.
-    pub bare: bool,
-    /// Longest time from the start to its first answer.
-    pub start_limit: Span,
-    /// Longest time from a step to its answer.
-    pub step_limit: Span,
-}
 
 /// State of the exchange with a guest.
 #[derive(Clone, Debug)]
@@ -97,7 +81,8 @@ impl Pilot {
             Stage::Idle | Stage::Failed => return None,
         };
         let waited = now.since(since);
-        (waited > limit).then(|| format!("an answer within {} ms expected, none after {}", limit.0 / 1000, waited.0 / 1000))
+        (waited > limit)
+            .then(|| format!("an answer within {} ms expected, none after {}", limit.0 / 1000, waited.0 / 1000))
     }
 
     /// The step that an answer is for, as far as it answers what was asked.
@@ -232,7 +217,9 @@ impl Autonomy {
     }
 
     fn drive_as_asked(&mut self, now: Instant) {
-        let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else { return };
+        let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
+            return;
+        };
         let asked = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
         let given = if bare { asked } else { self.within_guards(asked, now) };
         if let Some(pilot) = self.pilot.as_mut().filter(|_| given != asked) {

@@ -1,64 +1,34 @@
-//! Programs of others as confined processes. The crate `guest` says what is asked of them.
+//! Guests' programs as confined processes, and the exchange of lines with them.
+//!
+//! Beside `link` the one crate that knows processes. The crate `guest` has the requests and answers; here a line is bytes. A guest's process
+//! comes about in two stages, both of the helper program ([`inside`]): the *entry* takes namespaces of its own and starts the *warden*,
+//! which is the first process in them. The warden hides the machine, gives up all rights, starts the guest and waits for its end.
+//! When the warden ends, the kernel ends every process of its namespace, and it ends with its socket to the launcher: no process
+//! of a guest survives its channel, or a launcher that is killed. [`level`] says how much of this a machine gives.
+//!
+//! Not hidden from a guest: files that its user may read, outside of `/proc`, `/dev`, `/run` and temporary folders. It can tell them to
+//! the launcher alone.
 
-use std::io::{BufRead, BufReader, Write};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+mod channel;
+pub mod inside;
+mod launch;
+pub mod level;
+mod spec;
 
-use guest::{Channel, Failure, Launcher, Patience, Program};
-use wire::guest::Fault;
+use std::path::PathBuf;
+use std::sync::Arc;
 
-/// TEMPORARY.
-pub fn launcher(_program: std::path::PathBuf, _arguments: Vec<String>) -> Arc<dyn Launcher> {
-    Arc::new(Plain)
+use guest::Launcher;
+
+pub use level::Level;
+
+/// The arguments with which holdsafe itself is the helper.
+pub fn as_service() -> Vec<String> {
+    ["service", "confine"].map(str::to_owned).to_vec()
 }
 
-struct Plain;
-
-struct Running {
-    child: Child,
-    stdin: ChildStdin,
-    lines: Mutex<Receiver<String>>,
-    limits: guest::file::Limits,
-}
-
-impl Launcher for Plain {
-    fn launch(&self, program: &Program) -> Result<Box<dyn Channel>, Failure> {
-        let mut child = Command::new(&program.command[0])
-            .args(&program.command[1..])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .current_dir(&program.folder)
-            .spawn()
-            .map_err(|e| Failure::new(Fault::NotStarted, e.to_string()))?;
-        let (stdin, stdout) = (child.stdin.take().unwrap(), child.stdout.take().unwrap());
-        let (tx, rx) = channel();
-        std::thread::spawn(move || {
-            for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                if tx.send(line).is_err() {
-                    return;
-                }
-            }
-        });
-        Ok(Box::new(Running { child, stdin, lines: Mutex::new(rx), limits: program.limits.clone() }))
-    }
-}
-
-impl Channel for Running {
-    fn exchange(&mut self, line: &str, patience: Patience) -> Result<String, Failure> {
-        writeln!(self.stdin, "{line}").map_err(|e| Failure::new(Fault::Ended, e.to_string()))?;
-        let ms = if patience == Patience::Start { self.limits.start_ms } else { self.limits.step_ms };
-        self.lines.lock().unwrap().recv_timeout(Duration::from_millis(ms)).map_err(|e| match e {
-            std::sync::mpsc::RecvTimeoutError::Timeout => Failure::new(Fault::Silent, "no answer"),
-            std::sync::mpsc::RecvTimeoutError::Disconnected => Failure::new(Fault::Ended, "ended"),
-        })
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
+/// Starts guests by means of the program `helper`, which calls [`inside::main`] when its arguments are those of `leading`: for holdsafe,
+/// [`as_service`].
+pub fn launcher(helper: PathBuf, leading: Vec<String>) -> Arc<dyn Launcher> {
+    Arc::new(launch::Helper { program: helper, leading })
 }

@@ -56,7 +56,11 @@ impl Outcome {
 
     /// True if it counts as unexpected. Without an expectation only outcomes that no run should show do.
     pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
-        if expected.is_empty() { matches!(self, Outcome::Unsafe | Outcome::GuestFailed | Outcome::Invalid) } else { !expected.contains(&self) }
+        if expected.is_empty() {
+            matches!(self, Outcome::Unsafe | Outcome::GuestFailed | Outcome::Invalid)
+        } else {
+            !expected.contains(&self)
+        }
     }
 
     /// The name in every file and table.

@@ -21,7 +21,7 @@ const REACHED_M: f64 = 0.8;
 
 /// A follower of the route.
 #[derive(Default)]
-pub struct Follower {
+pub(crate) struct Follower {
     max_speed: f64,
     looped: bool,
     ahead: VecDeque<Place>,

@@ -223,7 +223,8 @@ fn named(name: &Spanned<String>) -> Result<(), FileError> {
     if (1..=MAX_NAME).contains(&text.len()) && text.chars().all(plain) {
         return Ok(());
     }
-    let message = format!("a name of 1 to {MAX_NAME} characters expected, got {:?}", text.chars().take(60).collect::<String>());
+    let message =
+        format!("a name of 1 to {MAX_NAME} characters expected, got {:?}", text.chars().take(60).collect::<String>());
     Err(mistake(name.span(), message, "use a-z, 0-9, - and _"))
 }
 
@@ -296,12 +297,20 @@ fn pinned(
     few("pins", pins.len())?;
     let held = pins.iter().map(|(path, pin)| {
         let bytes = read(&folder.join(path)).map_err(|why| {
-            mistake(pin.span(), format!("{path}: {why}"), "pin files that are there, by their path from this file's folder")
+            mistake(
+                pin.span(),
+                format!("{path}: {why}"),
+                "pin files that are there, by their path from this file's folder",
+            )
         })?;
         let got = digest(&bytes);
         if got != pin.get_ref().to_ascii_lowercase() {
             let message = format!("{path}: SHA-256 {} expected, got {got}", pin.get_ref());
-            return Err(mistake(pin.span(), message, "the file is not the one that was pinned: restore it, or pin this one"));
+            return Err(mistake(
+                pin.span(),
+                message,
+                "the file is not the one that was pinned: restore it, or pin this one",
+            ));
         }
         Ok((path.clone(), got))
     });
@@ -367,7 +376,8 @@ DRIVING = "nominal"
     #[test]
     fn pinned_files_are_held_by_their_digest() {
         let digest = digest(b"weights");
-        let program = parse(&GOOD.replace("[states]", &format!("[pins]\n\"model.bin\" = \"{digest}\"\n[states]"))).unwrap();
+        let program =
+            parse(&GOOD.replace("[states]", &format!("[pins]\n\"model.bin\" = \"{digest}\"\n[states]"))).unwrap();
         assert_eq!(program.digests.get("model.bin"), Some(&digest));
         assert_eq!(program.digests.len(), 2, "the file itself too");
     }

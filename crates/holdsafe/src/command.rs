@@ -4,6 +4,7 @@
 //! the former verbs, `help` groups the verbs by their users.
 
 mod ablate;
+mod assess;
 mod campaign;
 mod doctor;
 mod estimate;
@@ -66,6 +67,8 @@ enum Verb {
     Search(search::Args),
     /// Estimate the probability of a rare event by multilevel splitting.
     Estimate(estimate::Args),
+    /// Run the guards over a recording of another vehicle, and over copies of it with false fixes.
+    Assess(assess::Args),
     /// Watch a run as its operator sees it: as text, in a browser, in Foxglove or in a window.
     Watch(watch::Args),
     /// Explain, compare, verify or replay a recorded run.
@@ -104,6 +107,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Verb::Ablate(args) => ablate::run(&context, &args),
         Verb::Search(args) => search::run(&context, &args),
         Verb::Estimate(args) => estimate::run(&context, &args),
+        Verb::Assess(args) => assess::run(&context, &args),
         Verb::Watch(args) => watch::run(&context, &args),
         Verb::Inspect(verb) => inspect::run(&context, &verb),
         Verb::Report(args) => report::run(&context, &args),

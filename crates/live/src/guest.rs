@@ -26,7 +26,7 @@ pub(super) fn carried(guest: &Guest) -> Value {
 pub(super) fn attend(carried: Value) -> Result<Attendant, Box<dyn Error>> {
     let Carried { program, folder } = serde_json::from_value(carried)?;
     let program = Arc::new(Program { folder, ..program });
-    let launcher = confine::launcher(std::env::current_exe()?, ["service", "confine"].map(str::to_owned).to_vec());
+    let launcher = confine::launcher(std::env::current_exe()?, confine::as_service());
     let mut session = Session::new(Arc::clone(&program), launcher.launch(&program));
     Ok(Box::new(move |request| session.answer(request)))
 }

@@ -14,6 +14,7 @@ pub fn main(name: &str) -> Option<ExitCode> {
         "adversary" => adversary::process::main(),
         "recorder" => link::process::main(),
         "try-detector" => perception::process::try_detector::main(),
+        "confine" => confine::inside::main(),
         "janitor" => super::janitor::main(),
         _ => return None,
     })

@@ -112,7 +112,10 @@ pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
         let Some(from) = since.filter(|since| at - since > th) else { continue };
         let due = super::speed::braked(evidence, from + th, 0);
         if at > due && line.truth.iter().rev().find(|t| t.at <= at).is_some_and(drives) {
-            let what = format!("drives {off:.0} mm from the place that it goes by, {} ms after that began", (at - from) / 1000);
+            let what = format!(
+                "drives {off:.0} mm from the place that it goes by, {} ms after that began",
+                (at - from) / 1000
+            );
             return Some(finding(Property::P3, at, what));
         }
     }

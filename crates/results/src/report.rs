@@ -4,6 +4,7 @@
 //! and once with INVALID counted as failure. No code here judges a trial.
 
 mod ablate;
+mod assess;
 mod campaign;
 mod columns;
 mod cost;
@@ -21,6 +22,7 @@ mod search;
 mod table;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
+pub use assess::{AssessObject, Assessed, InjectionRow, TestRow, assess_table};
 pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, RateBounds, campaign_table};
 pub use columns::{TableError, TrialTable};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};

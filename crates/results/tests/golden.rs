@@ -12,8 +12,8 @@ use std::path::Path;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use results::report::{
-    Ablation, BenchLive, CampaignObject, CurveObject, Matrix, RareObject, Reference, RunObject, RunsObject,
-    SearchObject, TwinCost,
+    Ablation, AssessObject, BenchLive, CampaignObject, CurveObject, Matrix, RareObject, Reference, RunObject,
+    RunsObject, SearchObject, TwinCost,
 };
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -22,8 +22,9 @@ use serde::de::DeserializeOwned;
 type Again = fn(&str) -> Result<String, String>;
 
 /// Every kind of version 1, with its object.
-const VERSION_1: [(&str, Again); 12] = [
+const VERSION_1: [(&str, Again); 13] = [
     ("ablation", again::<Ablation>),
+    ("assess", again::<AssessObject>),
     ("bench-live", again::<BenchLive>),
     ("bench-twin", again::<TwinCost>),
     ("campaign", again::<CampaignObject>),

@@ -4,12 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use guest::{Conduct, Guest, Program};
-use results::mode::Mode;
 use scenario::{Problem, Problems};
 
-use super::engine;
-use super::failure::{Exit, Failure};
-use super::plan::Planned;
+use super::failure::Failure;
 
 /// The largest guest file, bytes.
 const MAX_FILE: u64 = 64 << 10;
@@ -54,37 +51,25 @@ pub fn options(file: &Path, conduct: Conduct) -> String {
     format!(" --autonomy {}{bare}", file.display())
 }
 
-/// Runs the first trial of a plan with a guest twice in the twin. Two different logs are a watermark on all that follows.
-///
-/// # Errors
-/// The trial cannot begin.
-pub fn probe(planned: &mut [Planned], seed: u64) -> Result<(), Failure> {
-    let Some(first) = planned.first().filter(|first| first.setup.guest.is_some() && first.mode() == Mode::Twin) else {
-        return Ok(());
-    };
-    let log = || {
-        let stop = &first.setup.stop;
-        engine::trial(Mode::Twin, &first.variation.scenario, &first.setup, seed, stop).map(|trial| trial.log_hash)
-    };
-    if log()? != log()? {
-        planned.iter_mut().filter_map(|one| one.setup.guest.as_mut()).for_each(|guest| guest.repeatable = false);
-    }
-    Ok(())
-}
-
 /// The guest of a file.
 ///
 /// # Errors
 /// A mistake in it, in its place.
 pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
     let program = Arc::new(program(file)?);
-    let arguments = ["service", "confine"].map(str::to_owned).to_vec();
-    Ok(Guest { program, conduct, repeatable: true, launcher: confine::launcher(std::env::current_exe()?, arguments) })
+    Ok(Guest {
+        program,
+        conduct,
+        repeatable: true,
+        launcher: confine::launcher(std::env::current_exe()?, confine::as_service()),
+    })
 }
 
 fn program(file: &Path) -> Result<Program, Failure> {
     let name = file.display().to_string();
-    let unread = |why: String| Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"));
+    let unread = |why: String| {
+        Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"))
+    };
     let bytes = link::files::read(file, MAX_FILE).map_err(|e| unread(e.to_string()))?;
     let text = String::from_utf8(bytes).map_err(|_| unread("UTF-8 expected".to_owned()))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);

@@ -19,6 +19,7 @@ pub mod kept;
 pub mod lines;
 pub mod out;
 pub mod plan;
+pub mod probe;
 pub mod recorded;
 pub mod retry;
 pub mod runs;

@@ -75,6 +75,37 @@ pub fn events_upper(events: u64, exposure: f64) -> Option<f64> {
     Some(mean / exposure)
 }
 
+/// Rate of events, with its exact two-sided 95 % interval (Poisson; F. Garwood, *Fiducial limits for the Poisson distribution*,
+/// Biometrika 28, 1936).
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct EventRate {
+    /// Events in a unit of the exposure.
+    pub rate: f64,
+    /// Lower end of the interval.
+    pub lower_95: f64,
+    /// Upper end of the interval.
+    pub upper_95: f64,
+}
+
+impl EventRate {
+    /// Of `events` in `exposure` (any unit of time); none without exposure.
+    pub fn of(events: u64, exposure: f64) -> Option<Self> {
+        if exposure.is_nan() || exposure <= 0.0 {
+            return None;
+        }
+        let one_side = 0.5 * (1.0 - LEVEL);
+        // The means at which so many events or more, and so many or fewer, have the probability of one side.
+        let (few, many) = (events as f64, events as f64 + 1.0);
+        let ceiling = 4.0 * many + 20.0;
+        let lower = match events {
+            0 => 0.0,
+            _ => bisect(0.0, ceiling, |m| m <= 0.0 || 1.0 - gamma_ur(few, m) < one_side),
+        };
+        let upper = bisect(0.0, ceiling, |m| m <= 0.0 || gamma_ur(many, m) > one_side);
+        Some(Self { rate: few / exposure, lower_95: lower / exposure, upper_95: upper / exposure })
+    }
+}
+
 /// The point between `low` and `high` up to which `below` holds.
 fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..200 {
@@ -163,6 +194,17 @@ mod tests {
         near(events_upper(0, 30.0).unwrap(), 2.9957 / 30.0, 1e-5);
         near(events_upper(3, 30.0).unwrap(), 7.7537 / 30.0, 1e-5);
         assert_eq!(events_upper(0, 0.0), None);
+    }
+
+    /// Garwood's table: 0 events (0, 3.689), 1 (0.0253, 5.572), 10 (4.795, 18.39).
+    #[test]
+    fn an_event_rate_lies_in_its_exact_interval() {
+        for (events, lower, upper) in [(0, 0.0, 3.689), (1, 0.0253, 5.572), (10, 4.795, 18.39)] {
+            let rate = EventRate::of(events, 2.0).unwrap();
+            near(rate.lower_95 * 2.0, lower, 6e-4);
+            near(rate.upper_95 * 2.0, upper, 6e-3);
+        }
+        assert_eq!(EventRate::of(1, 0.0), None);
     }
 
     #[test]

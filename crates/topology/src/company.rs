@@ -1,8 +1,7 @@
 //! The members of one trial, put together in the order that breaks ties: the vehicle under test, control, adversaries.
 
 use adversary::plan::AdversaryConfig;
-use autonomy::AutonomyConfig;
-use autonomy::pilot::GuestConfig;
+use autonomy::{AutonomyConfig, GuestConfig};
 use gateway::GatewayConfig;
 use guest::Conduct;
 use perception::PerceptionConfig;

@@ -1,5 +1,7 @@
-//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models.
+//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models, recordings of other vehicles.
 
+use assess::log::{Log, LogError};
+use assess::map::Map;
 use evidence::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
@@ -7,6 +9,7 @@ use runner::kept::{finished, kept_line};
 use scenario::{AttackSpace, MAX_FILE_BYTES, Problems, Weaknesses};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use wire::bounds::Bounds;
 
 /// Most variations of one scenario.
 const MAX_VARIATIONS: usize = 4096;
@@ -36,7 +39,7 @@ pub fn scene(bytes: &[u8]) -> bool {
 }
 
 /// The same for platform and policy files, for attack spaces with drawable numbers, and for lists of weaknesses with
-/// findable entries.
+/// findable entries; a map of a recording has its problems told.
 pub fn settings(bytes: &[u8]) -> bool {
     let Some(text) = text(bytes) else { return false };
     let platform = match scenario::parse_platform("any.toml", named(text), text) {
@@ -74,7 +77,36 @@ pub fn settings(bytes: &[u8]) -> bool {
         }
         Err(problems) => told(&problems, text),
     };
-    platform | policy | space | weaknesses | labels
+    let map = match Map::parse("any.toml", text) {
+        Ok(map) => {
+            assert!(map.inject.window_s.as_ref().is_finite());
+            true
+        }
+        Err(problems) => told(&problems, text),
+    };
+    platform | policy | space | weaknesses | labels | map
+}
+
+/// A recording of another vehicle is refused at a place within it, or read up to one; a map guessed from its topics is a map, and
+/// the guards get through it.
+pub fn foreign(bytes: &[u8]) -> bool {
+    let log = match Log::open(bytes) {
+        Ok(log) => log,
+        Err(LogError::Refused { at, why }) => {
+            assert!(at <= bytes.len() as u64 && !why.is_empty());
+            return false;
+        }
+        Err(other) => panic!("not an error of opening: {other}"),
+    };
+    assert!(log.end.at <= log.end.of && log.end.of == bytes.len() as u64, "{:?}", log.end);
+    assert!(log.end.why.is_some() || log.end.at == log.end.of, "{:?}", log.end);
+    if let Ok(text) = assess::guess(&log) {
+        let map = Map::parse("guess.toml", &text).unwrap_or_else(|problems| panic!("a guess is no map: {problems}"));
+        if let Ok(result) = assess::assess(&log, &map, &Bounds::GROUND, 1) {
+            assert!(result.judged_s.is_finite() && result.trips.len() == 6);
+        }
+    }
+    true
 }
 
 /// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told.

@@ -52,9 +52,8 @@ fn new(name: &str) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, message));
     }
     let folder = Path::new(name);
-    std::fs::create_dir(folder).map_err(|e| {
-        Failure::new(Exit::Usage, format!("{name}: {e}; choose another name or remove the folder"))
-    })?;
+    std::fs::create_dir(folder)
+        .map_err(|e| Failure::new(Exit::Usage, format!("{name}: {e}; choose another name or remove the folder")))?;
     for (file, text) in FILES {
         let path = folder.join(file);
         std::fs::File::create_new(&path)?.write_all(text.replace("NAME", name).as_bytes())?;

@@ -12,12 +12,12 @@ use results::catalogue::{Catalogue, Row};
 use results::mode::Mode;
 use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
 use runner::batch::Batch;
-use runner::engage::{self, Engage};
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
 use runner::plan::{Planned, Wanted};
 use runner::retry::Retries;
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
@@ -99,7 +99,7 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
         }
         let wanted = Wanted { guest: guest.clone(), ..Wanted::default() };
         let mut planned = plan::of_scenario(context, &scenario, &wanted)?;
-        engage::probe(&mut planned, context.seed)?;
+        probe::probe(&mut planned, context.seed)?;
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
         parts.push(Part { scenario: scenario.clone(), mode, n: args.trials, planned });
         if args.live > 0 && mode == Mode::Twin {

@@ -10,11 +10,11 @@ use results::mode::Mode;
 use results::report::{RunObject, RunsObject, run_table};
 use runner::batch::Batch;
 use runner::bring::Bring;
-use runner::engage::{self, Engage};
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::FRAMES;
 use serde::Serialize;
 use wire::person::Role;
@@ -112,7 +112,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         plans.push((scenario, planned));
     }
     if !args.live {
-        plans.iter_mut().try_for_each(|(_, planned)| engage::probe(planned, context.seed))?;
+        plans.iter_mut().try_for_each(|(_, planned)| probe::probe(planned, context.seed))?;
     }
     if args.console {
         one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;

@@ -86,9 +86,15 @@ fn hostile_guests_end_by_name() {
         (after_start("sleep 100"), "silent"),
         (after_start("exit 0"), "ended"),
         (after_start("echo hello"), "malformed"),
-        (after_start(r#"echo '{"reply":{"number":1,"speed_m_s":NaN,"curvature_per_m":0,"place":[0,0]}}'"#), "malformed"),
+        (
+            after_start(r#"echo '{"reply":{"number":1,"speed_m_s":NaN,"curvature_per_m":0,"place":[0,0]}}'"#),
+            "malformed",
+        ),
         (after_start(r#"echo '{"reply":{"number":1,"speed_m_s":1e9,"curvature_per_m":0,"place":[0,0]}}'"#), "value"),
-        (after_start(r#"echo '{"reply":{"number":9,"speed_m_s":1,"curvature_per_m":0,"place":[0,0]}}'"#), "out_of_step"),
+        (
+            after_start(r#"echo '{"reply":{"number":9,"speed_m_s":1,"curvature_per_m":0,"place":[0,0]}}'"#),
+            "out_of_step",
+        ),
         (after_start(r#"echo '{"reply":{"number":1,"speed_m_s":1,"curvature_per_m":0}}'"#), "undeclared"),
         (after_start("head -c 1073741824 /dev/zero | tr '\\0' x"), "flood"),
         (after_start("while :; do echo '{}'; done"), "malformed"),
@@ -108,7 +114,10 @@ fn hostile_guests_end_by_name() {
 #[test]
 fn a_failed_guarded_guest_is_stopped() {
     let dir = tempfile::tempdir().unwrap();
-    let dies = STRAIGHT.replace("while read -r line; do", "while read -r line; do\n  case \"$line\" in *'\"number\":90,'*) exit 1 ;; esac");
+    let dies = STRAIGHT.replace(
+        "while read -r line; do",
+        "while read -r line; do\n  case \"$line\" in *'\"number\":90,'*) exit 1 ;; esac",
+    );
     let guest = guest(dir.path(), &dies, "");
     let trial = trial("nominal", &guest, &[]);
     assert_eq!((&trial["outcome"], &trial["guest"]["failure"]["fault"]), (&"GUEST_FAILED".into(), &"ended".into()));
@@ -144,9 +153,8 @@ fn comparison_sets_bare_beside_guarded() {
     let guest = guest(dir.path(), STRAIGHT, "");
     let out = dir.path().join("out");
     let scenarios = "nominal,localisation_freeze";
-    let object = run(&[
-        "guest", "compare", &guest, "--scenarios", scenarios, "--trials", "2", "--out", out.to_str().unwrap(),
-    ]);
+    let object =
+        run(&["guest", "compare", &guest, "--scenarios", scenarios, "--trials", "2", "--out", out.to_str().unwrap()]);
     let harmful = |conduct: &str| {
         let rows = object["rows"].as_array().unwrap();
         let own = |row: &&Value| row["conduct"] == conduct && row["scenario"] == "localisation_freeze";

@@ -14,6 +14,8 @@ use crate::mode::Mode;
 pub struct GuestChecked {
     /// Version of this object.
     pub schema_version: u32,
+    /// How far the guest was confined: `full`, or `partial` with every refusal.
+    pub confinement: String,
     /// What was found.
     #[serde(flatten)]
     pub checked: guest::check::Checked,
@@ -21,8 +23,8 @@ pub struct GuestChecked {
 
 impl GuestChecked {
     /// The object of an exercise.
-    pub fn new(checked: guest::check::Checked) -> Self {
-        Self { schema_version: SCHEMA_VERSION, checked }
+    pub fn new(checked: guest::check::Checked, confinement: String) -> Self {
+        Self { schema_version: SCHEMA_VERSION, confinement, checked }
     }
 }
 

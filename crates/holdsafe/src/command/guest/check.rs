@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use confine::Level;
 use guest::Conduct;
 use guest::check::Checked;
 use results::report::GuestChecked;
@@ -11,11 +12,13 @@ use runner::{Context, engage, out};
 pub(super) fn run(context: &Context, file: &Path) -> Result<Exit, Failure> {
     let guest = engage::guest(file, Conduct::Bare)?;
     let checked = guest::check::check(&guest);
+    let level = Level::of(std::env::current_exe()?, confine::as_service()).map_err(Failure::internal)?;
     let fine = checked.fine();
     if context.json {
-        out::print_json("guest-check", &GuestChecked::new(checked))?;
+        out::print_json("guest-check", &GuestChecked::new(checked, level.to_string()))?;
     } else {
         tell(&checked);
+        out::say(format_args!("confinement: {level}"));
     }
     Ok(if fine { Exit::Fine } else { Exit::Unexpected })
 }

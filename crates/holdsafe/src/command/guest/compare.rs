@@ -14,7 +14,7 @@ use runner::engage::{self, Engaged};
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
 use runner::plan::{Planned, Wanted};
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::Interface;
 
 /// The scenario without an attack: what the guards cost in quiet hours is read from its trials.
@@ -53,7 +53,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mode = if args.live { Mode::Live } else { Mode::Twin };
     let mut parts = parts(context, args)?;
     for part in &mut parts {
-        engage::probe(&mut part.planned, context.seed)?;
+        probe::probe(&mut part.planned, context.seed)?;
     }
     let default = context.root()?.join("runs").join("guests");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "guests")?;

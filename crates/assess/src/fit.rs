@@ -1,0 +1,135 @@
+//! Reservations: how far the guards' model fits the recorded vehicle, in sentences for the reader of a result.
+
+use autonomy::localisation::MAX_SIGMA_MM;
+use wire::bounds::Bounds;
+use wire::platform::Limits;
+
+use crate::log::{Format, Log};
+use crate::map::{Map, Vehicle};
+use crate::track::Facts;
+
+/// The remarks on a recording.
+pub(crate) fn remarks(log: &Log<'_>, map: &Map, bounds: &Bounds, facts: &Facts) -> Vec<String> {
+    let (motion, sources) = (motion(map, facts, bounds), sources(map));
+    motion.into_iter().chain(sources).chain(fixes(map, bounds, facts)).chain(reading(log, facts)).collect()
+}
+
+fn motion(map: &Map, facts: &Facts, bounds: &Bounds) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if map.vehicle != Vehicle::Wheeled {
+        let vehicle = match map.vehicle {
+            Vehicle::Wheeled => "a wheeled vehicle",
+            Vehicle::Multirotor => "a multirotor",
+            Vehicle::FixedWing => "a fixed wing",
+            Vehicle::Other => "a vehicle without wheels",
+        };
+        remarks.push(format!(
+            "The localisation guard expects wheels: speed along the body axis, no sliding, an origin {} mm ahead of the rear \
+             axle, motion in a plane. This is {vehicle}; a trip may be the model's and not the recording's.",
+            Limits::GROUND.rear_axle_mm
+        ));
+    }
+    match facts.sideways_m {
+        Some(sideways) => {
+            let all = libm::hypot(sideways, facts.way_m);
+            let share = if all > 0.0 { 100.0 * sideways / all } else { 0.0 };
+            remarks.push(format!(
+                "{sideways:.1} m of the way are sideways to the body axis and {:.1} m along it ({share:.0} % of the two as a \
+                 root of squares): the guard is handed the part along it.",
+                facts.way_m
+            ));
+        }
+        None => remarks.push("The map gives no sideways speed, so the fit of the model is not measured.".to_owned()),
+    }
+    let most = f64::from(bounds.max_speed_mm_s) / 1000.0;
+    if facts.speed_m_s > most {
+        remarks.push(format!(
+            "The highest speed is {:.1} m/s; the platform's bounds are made for {most} m/s.",
+            facts.speed_m_s
+        ));
+    }
+    if let Some((n, above)) = facts.setpoints {
+        remarks.push(format!("{above} of {n} set-points command more than the platform's {most} m/s."));
+    }
+    remarks
+}
+
+fn sources(map: &Map) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let (fix, odometry) = (&map.fix.source, &map.odometry.source);
+    if fix == odometry {
+        remarks.push(format!(
+            "Fix and odometry both come from `{fix}`: they are not independent, and their agreement shows little. An attack on that \
+             source would move both."
+        ));
+    } else {
+        remarks.push(format!(
+            "The map states that `{fix}` and `{odometry}` are different sources; an estimator that is aided by the fix, as PX4's EKF2 \
+             is by GNSS, follows a false fix and is not independent of it."
+        ));
+    }
+    if let Some(heading) = &map.heading {
+        remarks.push(format!(
+            "The heading of fixes is `{}`'s: the guard's test of headings compares it with {}.",
+            heading.source,
+            if map.odometry.yaw_rate.is_some() { "the rate of turn" } else { "its own change, and cannot fail" }
+        ));
+    } else if map.odometry.yaw_rate.is_none() {
+        remarks.push(
+            "The rate of turn is derived from the fixes' own heading, so the test of headings cannot fail.".to_owned(),
+        );
+    }
+    remarks
+}
+
+fn fixes(map: &Map, bounds: &Bounds, facts: &Facts) -> Vec<String> {
+    let mut remarks = Vec::new();
+    let limit = bounds.product_limit_ms as f64 / 1000.0;
+    if facts.fix_period_s > limit {
+        remarks.push(format!(
+            "Fixes come every {:.2} s and the platform's limit is {limit} s: the guard is silent between any two. Give a platform file with \
+             a `product_limit_ms` that this receiver can keep.",
+            facts.fix_period_s
+        ));
+    }
+    if facts.odometry_period_s > limit {
+        remarks.push(format!(
+            "Odometry comes every {:.2} s and the platform's limit is {limit} s.",
+            facts.odometry_period_s
+        ));
+    }
+    match facts.sigma_m {
+        Some(sigma) if sigma * 1000.0 > MAX_SIGMA_MM => remarks.push(format!(
+            "Fixes state a median deviation of {sigma:.2} m; the guard believes {MAX_SIGMA_MM} mm at most, which suits a receiver with \
+             carrier-phase corrections. Trips of gate and drift are expected from this receiver."
+        )),
+        Some(_) => {}
+        None => remarks.push("The map gives no deviation of fixes; the gate is at its narrowest.".to_owned()),
+    }
+    if map.fix.time.is_none() {
+        remarks.push("The map gives no receiver's time: the time base is not judged.".to_owned());
+    }
+    if map.fence.is_none() {
+        remarks.push("The map gives no fence: the geofence is not judged.".to_owned());
+    }
+    remarks
+}
+
+fn reading(log: &Log<'_>, facts: &Facts) -> Vec<String> {
+    let mut remarks = Vec::new();
+    if facts.fixes_unused > 0 {
+        let all = facts.fixes + facts.fixes_unused;
+        remarks.push(format!(
+            "{} of {all} messages with fixes are not used: invalid, not finite, without a heading, or with a stamp that does not \
+             increase.",
+            facts.fixes_unused
+        ));
+    }
+    if log.dropouts_ms > 0 {
+        remarks.push(format!("The logger lost {} ms by its own account.", log.dropouts_ms));
+    }
+    if let (Some(why), Format::Ulog | Format::Mcap) = (&log.end.why, log.format) {
+        remarks.push(format!("Read up to byte {} of {}: {why}.", log.end.at, log.end.of));
+    }
+    remarks
+}

@@ -1,0 +1,246 @@
+//! Injections into a copy of the recording: false fixes from a drawn moment on, while odometry goes on as recorded.
+//!
+//! Open loop: the recorded vehicle does not react, neither to the false fix nor to the guard. Moments are drawn from those
+//! before which, and for the length of the injection after which, no guard fails on the recording as it is; so a
+//! failure in that time is the injection's. All injections have the same moments as far as their own past allows.
+
+use std::collections::BTreeMap;
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use wire::time::{Instant, Span};
+
+use crate::fix::Place;
+use crate::map::Inject;
+use crate::replay::{Check, Failing, Guards};
+use crate::track::Step;
+
+/// Time before a moment in which no guard fails.
+const QUIET: Span = Span::ms(1000);
+/// Way within an injection from which on the vehicle counts as moving, metres.
+const MOVING_M: f64 = 1.0;
+
+/// Kind and strength of an injection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Injection {
+    /// The position stays; stamps and the receiver's time go on.
+    Freeze,
+    /// Position and stamp stay: no new fix.
+    FrozenStamp,
+    /// The position moves away at so many metres a second.
+    Drift(f64),
+    /// The position is so many metres off at once.
+    Jump(f64),
+    /// Position and receiver's time are so many seconds late, under stamps of their arrival.
+    Delay(f64),
+    /// Position, heading and deviation are those of so many seconds before; stamps and the receiver's time go on.
+    Replay(f64),
+}
+
+impl Injection {
+    /// Those that a map asks for.
+    pub(crate) fn of(map: &Inject) -> Vec<Self> {
+        let each = |list: &toml::Spanned<Vec<f64>>, make: fn(f64) -> Self| {
+            list.as_ref().iter().map(|strength| make(*strength)).collect::<Vec<_>>()
+        };
+        [
+            vec![Injection::Freeze, Injection::FrozenStamp],
+            each(&map.drift_m_s, Injection::Drift),
+            each(&map.jump_m, Injection::Jump),
+            each(&map.delay_s, Injection::Delay),
+            each(&map.replay_s, Injection::Replay),
+        ]
+        .concat()
+    }
+
+    /// Name with strength and unit.
+    pub fn name(self) -> String {
+        match self {
+            Injection::Freeze => "freeze of the position".to_owned(),
+            Injection::FrozenStamp => "freeze of position and stamp".to_owned(),
+            Injection::Drift(v) => format!("drift, {v} m/s"),
+            Injection::Jump(m) => format!("jump, {m} m"),
+            Injection::Delay(s) => format!("delay, {s} s"),
+            Injection::Replay(s) => format!("replay from {s} s before"),
+        }
+    }
+
+    /// Time before the moment from which fixes are needed, seconds.
+    fn past_s(self) -> f64 {
+        match self {
+            Injection::Delay(s) | Injection::Replay(s) => s,
+            Injection::Freeze | Injection::FrozenStamp | Injection::Drift(_) | Injection::Jump(_) => 0.0,
+        }
+    }
+}
+
+/// An injection at a moment.
+pub(crate) struct Placed<'a> {
+    injection: Injection,
+    from: Instant,
+    /// Direction of a drift or a jump, as a unit vector.
+    towards: (f64, f64),
+    fixes: &'a [(Instant, Place)],
+}
+
+impl Placed<'_> {
+    /// The fix in place of the true one; none where it does not come.
+    pub(crate) fn alter(&self, stamp: Instant, fix: Place) -> Option<Place> {
+        if stamp < self.from {
+            return Some(fix);
+        }
+        let off = |metres: f64| Place {
+            east: fix.east + metres * self.towards.0,
+            north: fix.north + metres * self.towards.1,
+            ..fix
+        };
+        match self.injection {
+            Injection::Freeze => {
+                let held = self.newest(self.from)?;
+                Some(Place { east: held.east, north: held.north, ..fix })
+            }
+            Injection::FrozenStamp => None,
+            Injection::Drift(speed) => Some(off(speed * stamp.since(self.from).0 as f64 / 1e6)),
+            Injection::Jump(metres) => Some(off(metres)),
+            Injection::Delay(seconds) => {
+                let late = self.newest(stamp - span(seconds))?;
+                Some(Place { east: late.east, north: late.north, time: late.time, ..fix })
+            }
+            Injection::Replay(seconds) => Some(Place { time: fix.time, ..self.newest(stamp - span(seconds))? }),
+        }
+    }
+
+    /// The newest true fix at or before a time.
+    fn newest(&self, at: Instant) -> Option<Place> {
+        let behind = self.fixes.partition_point(|(stamp, _)| *stamp <= at);
+        Some(self.fixes[behind.checked_sub(1)?].1)
+    }
+}
+
+/// Result of one injection over all its moments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Injected {
+    /// Kind and strength.
+    pub injection: Injection,
+    /// Moments.
+    pub n: u64,
+    /// Those after which a guard failed within the length of the injection.
+    pub noticed: u64,
+    /// Moments after which the vehicle moved by a metre or more, by odometry.
+    pub moving: u64,
+    /// Those of them that were noticed.
+    pub noticed_moving: u64,
+    /// Time to the first failing guard for each noticed one, seconds, in order of size.
+    pub after_s: Vec<f64>,
+    /// Test that failed first, and how often.
+    pub by: BTreeMap<Check, u64>,
+}
+
+/// A recording as it is, tick by tick, to place injections in.
+pub(crate) struct Clean<'a> {
+    pub(crate) steps: &'a [Step],
+    pub(crate) start: Instant,
+    pub(crate) period: Span,
+    pub(crate) ticks: &'a [Option<Failing>],
+    /// True where the mode is one that is judged.
+    pub(crate) counted: &'a [bool],
+}
+
+/// Every injection of the map at seeded moments.
+pub(crate) fn inject(clean: &Clean<'_>, fresh: &Guards<'_>, map: &Inject, seed: u64) -> Vec<Injected> {
+    let window = span(*map.window_s.as_ref());
+    let moments = moments(clean, window, *map.placements.as_ref(), seed);
+    let fixes: Vec<(Instant, Place)> = clean.steps.iter().filter_map(|step| Some((step.stamp, step.fix?))).collect();
+    let mut results: Vec<Injected> = Injection::of(map).into_iter().map(Injected::none).collect();
+    let (mut guards, mut tick) = (fresh.clone(), 0);
+    for (moment, towards) in moments {
+        while tick <= moment {
+            guards.tick(clean.at(tick), clean.steps, None);
+            tick += 1;
+        }
+        // The readings of the moment's tick are taken; the injection begins behind it.
+        let from = clean.at(moment) + Span(1);
+        let moving = clean.way_m(from, from + window) >= MOVING_M;
+        for result in &mut results {
+            let injection = result.injection;
+            if fixes.first().is_none_or(|(first, _)| *first + span(injection.past_s()) > from) {
+                continue;
+            }
+            let placed = Placed { injection, from, towards, fixes: &fixes };
+            let last = moment + (window.0 / clean.period.0) as usize;
+            let mut copy = guards.clone();
+            let found = (moment + 1..=last).find_map(|tick| {
+                let failing = copy.tick(clean.at(tick), clean.steps, Some(&placed)).filter(|failing| failing.any())?;
+                let by = Check::ALL.into_iter().find(|check| failing.has(*check))?;
+                Some((clean.at(tick).since(from).0 as f64 / 1e6, by))
+            });
+            result.count(found, moving);
+        }
+    }
+    results.iter_mut().for_each(|result| result.after_s.sort_by(f64::total_cmp));
+    results
+}
+
+/// Ticks, in order and all different, with a direction for each.
+fn moments(clean: &Clean<'_>, window: Span, wanted: usize, seed: u64) -> Vec<(usize, (f64, f64))> {
+    let (before, after) = ((QUIET.0 / clean.period.0) as usize, (window.0 / clean.period.0) as usize);
+    let fine: Vec<bool> = clean.ticks.iter().map(|tick| tick.is_some_and(|failing| !failing.any())).collect();
+    let (mut run, mut eligible) = (0, Vec::new());
+    for (tick, fine) in fine.iter().enumerate() {
+        run = if *fine && clean.counted[tick] { run + 1 } else { 0 };
+        if run > before + after {
+            eligible.push(tick - after);
+        }
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut drawn = Vec::new();
+    for i in 0..wanted.min(eligible.len()) {
+        let other = i + (random.next_u64() % (eligible.len() - i) as u64) as usize;
+        eligible.swap(i, other);
+        let angle = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 * core::f64::consts::TAU;
+        let (sin, cos) = libm::sincos(angle);
+        drawn.push((eligible[i], (cos, sin)));
+    }
+    drawn.sort_by_key(|(tick, _)| *tick);
+    drawn
+}
+
+impl Clean<'_> {
+    pub(crate) fn at(&self, tick: usize) -> Instant {
+        self.start + Span(self.period.0 * tick as u64)
+    }
+
+    /// Way by odometry between two times, metres.
+    fn way_m(&self, from: Instant, to: Instant) -> f64 {
+        let first = self.steps.partition_point(|step| step.stamp <= from);
+        let within = self.steps[first..].iter().take_while(|step| step.stamp <= to);
+        let (mut way, mut last) = (0.0, from);
+        for step in within {
+            let speed = step.odometry.map_or(0.0, |odometry| f64::from(odometry.speed_mm_s).abs() / 1000.0);
+            way += speed * step.stamp.since(last).0 as f64 / 1e6;
+            last = step.stamp;
+        }
+        way
+    }
+}
+
+impl Injected {
+    fn none(injection: Injection) -> Self {
+        Self { injection, n: 0, noticed: 0, moving: 0, noticed_moving: 0, after_s: Vec::new(), by: BTreeMap::new() }
+    }
+
+    fn count(&mut self, found: Option<(f64, Check)>, moving: bool) {
+        self.n += 1;
+        self.moving += u64::from(moving);
+        if let Some((after, by)) = found {
+            self.noticed += 1;
+            self.noticed_moving += u64::from(moving);
+            self.after_s.push(after);
+            *self.by.entry(by).or_default() += 1;
+        }
+    }
+}
+
+fn span(seconds: f64) -> Span {
+    Span(libm::round(seconds * 1e6) as u64)
+}

@@ -1,0 +1,58 @@
+//! A field's path in a message: `pose.pose.position.x`, `q[0]`.
+
+use std::str::FromStr;
+
+/// Most steps of a path.
+const MAX_STEPS: usize = 16;
+
+/// Path of a number in a message.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Path(Vec<Step>);
+
+/// One step: a field, and the element of an array.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Step {
+    pub(super) name: String,
+    pub(super) index: Option<usize>,
+}
+
+impl Path {
+    pub(super) fn steps(&self) -> &[Step] {
+        &self.0
+    }
+
+    /// The field `name` of the one that this path leads to.
+    #[must_use]
+    pub fn join(&self, name: &str) -> Path {
+        let mut steps = self.0.clone();
+        steps.push(Step { name: name.to_owned(), index: None });
+        Path(steps)
+    }
+}
+
+impl FromStr for Path {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let steps: Vec<Step> = text.split('.').take(MAX_STEPS + 1).map(step).collect::<Result<_, _>>()?;
+        match steps.len() {
+            ..=MAX_STEPS => Ok(Path(steps)),
+            _ => Err(format!("a path has at most {MAX_STEPS} steps")),
+        }
+    }
+}
+
+fn step(text: &str) -> Result<Step, String> {
+    let malformed = || format!("`{text}` is no step of a path, expected `name` or `name[0]`");
+    let (name, index) = match text.split_once('[') {
+        Some((name, index)) => {
+            let index = index.strip_suffix(']').and_then(|index| index.parse().ok());
+            (name, Some(index.ok_or_else(malformed)?))
+        }
+        None => (text, None),
+    };
+    match name.is_empty() {
+        true => Err(malformed()),
+        false => Ok(Step { name: name.to_owned(), index }),
+    }
+}

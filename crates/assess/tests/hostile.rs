@@ -1,0 +1,173 @@
+//! Cut, damaged and hostile recordings and maps: an error or an end with its place, and no panic.
+
+mod made;
+
+use assess::log::{Log, LogError};
+use assess::map::Map;
+use assess::{assess, guess};
+use made::{MCAP_MAP, ULOG_MAP, drive, mcap, record, ulog, with};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use wire::bounds::Bounds;
+
+/// Reads and judges any bytes; gives the offset at which reading ended.
+fn taken(bytes: &[u8], map: &Map) -> Option<u64> {
+    match Log::open(bytes) {
+        Ok(log) => {
+            let _result = assess(&log, map, &Bounds::GROUND, 1);
+            let _guess = guess(&log);
+            assert!(log.end.at <= log.end.of && log.end.of == bytes.len() as u64);
+            Some(log.end.at)
+        }
+        Err(LogError::Refused { at, .. }) => {
+            assert!(at <= bytes.len() as u64);
+            None
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
+fn every_prefix_of_a_ulog_ends_at_a_border() {
+    let (bytes, borders) = ulog(&drive(2, 2.0));
+    for length in 0..=bytes.len() {
+        let Ok(log) = Log::open(&bytes[..length]) else {
+            assert!(length < 16, "{length}");
+            continue;
+        };
+        let border = *borders.iter().rfind(|border| **border <= length).unwrap();
+        assert_eq!(log.end.at, border as u64, "{length}");
+        assert_eq!(log.end.why.is_some(), border != length, "{length}: {:?}", log.end);
+    }
+}
+
+#[test]
+fn every_prefix_of_an_mcap_names_its_end() {
+    for compressed in [false, true] {
+        let bytes = mcap(&drive(2, 2.0), compressed);
+        // The footer is the last record: opcode, length, 20 bytes, and the end mark of 8.
+        let footer = bytes.len() - 8;
+        for length in 0..footer {
+            let Ok(log) = Log::open(&bytes[..length]) else {
+                assert!(length < 8, "{length}");
+                continue;
+            };
+            assert!(log.end.why.is_some() && log.end.at <= length as u64, "{length}: {:?}", log.end);
+        }
+        assert_eq!(Log::open(&bytes).unwrap().end.why, None);
+    }
+}
+
+#[test]
+fn damaged_recordings_never_panic() {
+    let (ulog_map, mcap_map) = (Map::parse("", ULOG_MAP).unwrap(), Map::parse("", MCAP_MAP).unwrap());
+    let drive = drive(3, 2.0);
+    let seeds = [(ulog(&drive).0, &ulog_map), (mcap(&drive, false), &mcap_map), (mcap(&drive, true), &mcap_map)];
+    let mut random = ChaCha8Rng::seed_from_u64(20_261_125);
+    let (mut refused, mut cut) = (0, 0);
+    for case in 0..3_000 {
+        let (bytes, map) = &seeds[case % seeds.len()];
+        let mut bytes = bytes.clone();
+        for _ in 0..1 + random.next_u32() % 4 {
+            let at = (random.next_u64() % bytes.len() as u64) as usize;
+            bytes[at] ^= 1 << (random.next_u32() % 8);
+        }
+        match taken(&bytes, map) {
+            None => refused += 1,
+            Some(at) => cut += usize::from(at < bytes.len() as u64),
+        }
+    }
+    assert!(refused > 0 && cut > 100, "{refused} refused, {cut} cut");
+}
+
+#[test]
+fn unknown_incompatibility_and_version_are_refused() {
+    let head = [&b"ULog\x01\x12\x35\x01"[..], &[0; 8]].concat();
+    let mut flags = [0; 40];
+    flags[8] = 2;
+    let told = |bytes: &[u8]| Log::open(bytes).unwrap_err().to_string();
+    let incompatible = [&head[..], &record(b'B', &flags)].concat();
+    assert_eq!(told(&incompatible), "at byte 16: flags of an incompatibility that is not known");
+    assert_eq!(told(b"ULog\x01\x12\x35\x02\0\0\0\0\0\0\0\0"), "at byte 7: ULog version 2, expected 0 or 1");
+    assert_eq!(told(b"ULog\x01\x12\x35\x01"), "at byte 8: a ULog header has 16 bytes, the file ends after 8");
+    assert!(told(b"bag").starts_with("at byte 0: neither a ULog"));
+}
+
+/// A logger that crashed within a record appends what it saved, and names the place.
+#[test]
+fn appended_data_is_read_behind_a_cut_record() {
+    let (bytes, borders) = ulog(&drive(2, 2.0));
+    let (cut, rest) = (borders[40] + 5, borders[41]);
+    let mut appended = [&bytes[..cut], &bytes[rest..]].concat();
+    let flags = 16 + 3;
+    appended[flags + 8] = 1;
+    appended[flags + 16..flags + 24].copy_from_slice(&(cut as u64).to_le_bytes());
+    let log = Log::open(&appended).unwrap();
+    assert_eq!((log.end.why.as_deref(), log.topics.iter().map(|topic| topic.records).sum::<u64>()), (None, 79));
+}
+
+/// 20,000 subscriptions, deep formats and formats of ever more parts end the reading with a reason.
+#[test]
+fn tables_of_a_recording_are_bounded() {
+    let head = [&b"ULog\x01\x12\x35\x01"[..], &[0; 8]].concat();
+    let told = |records: &[Vec<u8>]| Log::open(&[&head[..], &records.concat()].concat()).unwrap().end.why.unwrap();
+    let format = record(b'F', b"a:uint8_t x;");
+    let many = (0..20_000_u32).map(|i| {
+        let [low, high, ..] = i.to_le_bytes();
+        record(b'A', &[&[(i % 250) as u8, low, high][..], b"a"].concat())
+    });
+    let mut subscribed = vec![format.clone()];
+    subscribed.extend(many);
+    assert_eq!(Log::open(&[&head[..], &subscribed.concat()].concat()).unwrap().topics.len(), 250);
+    let named: Vec<Vec<u8>> = (0..2000).map(|i| record(b'F', format!("f{i}:uint8_t x;").as_bytes())).collect();
+    assert_eq!(told(&named), "more than 1024 formats");
+    let wide = format!("f:{}", "uint8_t x;".repeat(2000));
+    assert_eq!(told(&[record(b'F', wide.as_bytes())]), "a format of more than 1024 fields");
+    assert_eq!(told(&[format, record(b'D', &[9, 0, 1])]), "data of the unknown subscription 9");
+}
+
+#[test]
+fn map_errors_have_their_place() {
+    let told = |map: &str| Map::parse("map.toml", map).unwrap_err().to_string();
+    assert_eq!(
+        told(&with(ULOG_MAP, "unit = \"mm\"", "unit = \"m/s\"")),
+        "map.toml:11:9: a unit of speed, expected one of length: m, cm, mm"
+    );
+    assert!(told(&with(ULOG_MAP, "sigma =", "sygma =")).starts_with("map.toml:11:1: unknown field `sygma`"));
+    assert_eq!(
+        told(&with(ULOG_MAP, "speed = {", "sideways = {")),
+        "map.toml: [odometry] has either `speed` or `velocity`"
+    );
+    let fence = format!("{ULOG_MAP}\n[fence]\ncorners = [[0, 0], [1, 1]]\n");
+    assert_eq!(told(&fence), "map.toml:28:11: a fence has 3 to 256 corners within 1000 km");
+}
+
+#[test]
+fn missing_topic_and_field_name_a_near_one() {
+    let bytes = ulog(&drive(2, 2.0)).0;
+    let log = Log::open(&bytes).unwrap();
+    let told = |from: &str, to: &str| {
+        let map = Map::parse("map.toml", &with(ULOG_MAP, from, to)).unwrap();
+        assess(&log, &map, &Bounds::GROUND, 1).unwrap_err().to_string()
+    };
+    assert_eq!(
+        told("topic = \"fix\"", "topic = \"fixx\""),
+        "no topic `fixx`; did you mean `fix`?; --guess lists the topics"
+    );
+    assert_eq!(told("\"place.x\"", "\"place.z\""), "topic `fix`: no field `z` in `point`");
+    assert_eq!(
+        told("field = \"utc\", unit = \"us\"", "field = \"speed\", unit = \"us\""),
+        "topic `fix`: no field `speed` in `fix`"
+    );
+}
+
+#[test]
+fn clocks_apart_are_told() {
+    let bytes = ulog(&drive(2, 2.0)).0;
+    let map = Map::parse("map.toml", &ULOG_MAP.replacen("unit = \"us\"", "unit = \"ms\"", 1)).unwrap();
+    let told = assess(&Log::open(&bytes).unwrap(), &map, &Bounds::GROUND, 1).unwrap_err().to_string();
+    assert_eq!(
+        told,
+        "fixes from 5000 to 6950 s and odometry from 5 to 6 s have no time in common: are both stamps of one clock?"
+    );
+}

@@ -1,0 +1,186 @@
+//! Recordings made for tests: a wheeled unit on a winding road, as ULog, and as MCAP with JSON or with CDR.
+
+#![allow(dead_code, reason = "each test program uses a part")]
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use mcap::records::MessageHeader;
+
+/// A moment of the made drive.
+#[derive(Clone, Copy)]
+pub(crate) struct At {
+    pub(crate) us: u64,
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) yaw: f64,
+    pub(crate) speed: f64,
+    pub(crate) rate: f64,
+}
+
+/// `seconds` at `speed`, sampled 20 times a second; fixes are wrong by up to 20 mm. The origin is 600 mm ahead of the rear axle.
+pub(crate) fn drive(seconds: u64, speed: f64) -> Vec<At> {
+    let (mut x, mut y, mut yaw) = (3.0_f64, -2.0_f64, 0.5_f64);
+    let mut noise = 12_345_u64;
+    let mut off = || {
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((noise >> 40) as f64 / (1_u64 << 24) as f64 - 0.5) * 0.04
+    };
+    let mut all = Vec::new();
+    for i in 0..seconds * 20 {
+        let t = i as f64 / 20.0;
+        let rate = if speed > 0.0 { 0.3 * libm::sin(0.4 * t) } else { 0.0 };
+        all.push(At { us: 5_000_000 + i * 50_000, x: x + off(), y: y + off(), yaw, speed, rate });
+        for part in 0..50 {
+            let turn = if speed > 0.0 { 0.3 * libm::sin(0.4 * (t + f64::from(part) / 1000.0)) } else { 0.0 };
+            let (sin, cos) = libm::sincos(yaw);
+            x += (speed * cos - 0.6 * turn * sin) / 1000.0;
+            y += (speed * sin + 0.6 * turn * cos) / 1000.0;
+            yaw += turn / 1000.0;
+        }
+    }
+    all
+}
+
+/// The map of the ULog.
+pub(crate) const ULOG_MAP: &str = r#"title = "made drive"
+vehicle = "wheeled"
+
+[fix]
+topic = "fix"
+source = "gnss"
+stamp = { field = "timestamp", unit = "us" }
+x = { field = "place.x", unit = "m" }
+y = { field = "place.y", unit = "m" }
+yaw = { field = "yaw", unit = "rad" }
+sigma = { field = "sigma", unit = "mm" }
+time = { field = "utc", unit = "us" }
+
+[odometry]
+topic = "wheels"
+source = "encoders"
+stamp = { field = "timestamp", unit = "us" }
+speed = { field = "speed[0]", unit = "m/s" }
+yaw_rate = { field = "speed[1]", unit = "rad/s" }
+
+[mode]
+topic = "wheels"
+stamp = { field = "timestamp", unit = "us" }
+field = "mode"
+names = { 2 = "mission" }
+"#;
+
+pub(crate) fn record(kind: u8, body: &[u8]) -> Vec<u8> {
+    let size = u16::try_from(body.len()).unwrap().to_le_bytes();
+    [&size[..], &[kind], body].concat()
+}
+
+/// The drive as ULog, and the offset of each border between records.
+pub(crate) fn ulog(drive: &[At]) -> (Vec<u8>, Vec<usize>) {
+    let mut bytes = [&b"ULog\x01\x12\x35\x01"[..], &5_000_000_u64.to_le_bytes()].concat();
+    let mut borders = vec![bytes.len()];
+    let mut add = |kind: u8, body: &[u8]| {
+        bytes.extend(record(kind, body));
+        borders.push(bytes.len());
+    };
+    add(b'B', &[0; 40]);
+    add(b'I', b"\x0bchar[3] sysPX4");
+    add(b'F', b"point:float x;double y;");
+    add(b'F', b"fix:uint64_t timestamp;uint64_t utc;point place;float yaw;uint16_t sigma;uint8_t[6] _padding0;");
+    add(b'F', b"wheels:uint64_t timestamp;float[2] speed;uint8_t mode;");
+    add(b'A', b"\0\x07\0fix");
+    add(b'A', b"\0\x08\0wheels");
+    for at in drive {
+        let [x, yaw, speed, rate] = [at.x, at.yaw, at.speed, at.rate].map(|n| (n as f32).to_le_bytes());
+        let (us, utc) = (at.us.to_le_bytes(), (at.us + 1_700_000_000_000_000).to_le_bytes());
+        let y = at.y.to_le_bytes();
+        add(b'D', &[&[8, 0], &us[..], &speed, &rate, &[2]].concat());
+        add(b'D', &[&[7, 0], &us[..], &utc, &x, &y, &yaw, &20_u16.to_le_bytes()].concat());
+    }
+    (bytes, borders)
+}
+
+const ODOMETRY: &str = "# An estimate.\nstd_msgs/Header header\nstring child_frame_id\nfloat64[2] place\ngeometry_msgs/Twist twist\nfloat32[] \
+rest\n================================================================================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time \
+stamp\nstring frame_id\n================================================================================\nMSG: \
+builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n================================================================================\nMSG: \
+geometry_msgs/Twist\nuint8 KIND=3\nfloat64 linear\nfloat64 angular 0.0\nfloat32 yaw\n";
+
+/// The drive as MCAP with a topic in CDR and one in JSON.
+pub(crate) fn mcap(drive: &[At], compressed: bool) -> Vec<u8> {
+    let compression = compressed.then_some(mcap::Compression::Zstd);
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(4096)).profile("ros2");
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("nav_msgs/msg/Odometry", "ros2msg", ODOMETRY.as_bytes()).unwrap();
+    let wheels = writer.add_channel(schema, "/odom", "cdr", &BTreeMap::new()).unwrap();
+    let json = writer.add_schema("Fix", "jsonschema", b"{}").unwrap();
+    let fix = writer.add_channel(json, "/fix", "json", &BTreeMap::new()).unwrap();
+    for (i, at) in drive.iter().enumerate() {
+        let header = |channel_id| MessageHeader {
+            channel_id,
+            sequence: i as u32,
+            log_time: at.us * 1000,
+            publish_time: at.us * 1000,
+        };
+        writer.write_to_known_channel(&header(wheels), &cdr(at)).unwrap();
+        let text = format!(
+            r#"{{"stamp":{{"sec":{},"nanosec":{}}},"p":[{},{}],"yaw":{}}}"#,
+            at.us / 1_000_000,
+            at.us % 1_000_000 * 1000,
+            at.x,
+            at.y,
+            at.yaw
+        );
+        writer.write_to_known_channel(&header(fix), text.as_bytes()).unwrap();
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+fn cdr(at: &At) -> Vec<u8> {
+    let mut body: Vec<u8> = Vec::new();
+    let mut put = |bytes: &[u8], align: usize| {
+        body.resize(body.len().next_multiple_of(align), 0);
+        body.extend(bytes);
+    };
+    put(&((at.us / 1_000_000) as i32).to_le_bytes(), 4);
+    put(&((at.us % 1_000_000 * 1000) as u32).to_le_bytes(), 4);
+    for text in ["odom\0", "base_link\0"] {
+        put(&(text.len() as u32).to_le_bytes(), 4);
+        put(text.as_bytes(), 1);
+    }
+    for number in [at.x, at.y, at.speed, at.rate] {
+        put(&number.to_le_bytes(), 8);
+    }
+    put(&(at.yaw as f32).to_le_bytes(), 4);
+    put(&1_u32.to_le_bytes(), 4);
+    put(&0.5_f32.to_le_bytes(), 4);
+    [&[0, 1, 0, 0], body.as_slice()].concat()
+}
+
+/// The map of the MCAP file.
+pub(crate) const MCAP_MAP: &str = r#"title = "made drive"
+vehicle = "wheeled"
+
+[fix]
+topic = "/fix"
+source = "gnss"
+stamp = { field = "stamp", unit = "ros" }
+x = { field = "p[0]", unit = "m" }
+y = { field = "p[1]", unit = "m" }
+yaw = { field = "yaw", unit = "rad" }
+
+[odometry]
+topic = "/odom"
+source = "encoders"
+stamp = { field = "header.stamp", unit = "ros" }
+speed = { field = "twist.linear", unit = "m/s" }
+yaw_rate = { field = "twist.angular", unit = "rad/s" }
+"#;
+
+/// The text with one passage replaced.
+pub(crate) fn with<'a>(text: &'a str, from: &str, to: &str) -> Cow<'a, str> {
+    assert!(text.contains(from), "{from}");
+    text.replace(from, to).into()
+}
