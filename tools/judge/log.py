@@ -18,7 +18,8 @@ class Log:
 
     def __init__(self, head, events):
         self.head, self.events = head, events
-        self.bounds, self.end = head["bounds"], head["duration_us"]
+        self.bounds, self.camera, self.end = head["bounds"], head["camera"], head["duration_us"]
+        self.reaction_ms = 100 + self.bounds["control_period_ms"]  # t0 of docs/reference/bounds.md
         self.by_kind = {}
         for e in events:
             self.by_kind.setdefault(e["event"]["is"], []).append(e)

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
+use wire::platform::Limits;
 use wire::roster::RosterError;
 use wire::session::MAX_TEAMMATES;
 use wire::setup::{NoChannel, Setup};
@@ -42,6 +43,9 @@ pub struct AutonomyConfig {
     /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
+    /// The platform's limits of guards and driving.
+    #[serde(default)]
+    pub limits: Limits,
     /// The guest that drives in place of mission and navigation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guest: Option<GuestConfig>,

@@ -61,13 +61,13 @@ impl Autonomy {
     /// Judges every guard.
     pub(crate) fn assess(&self, now: Instant) -> Health {
         let bounds = &self.bounds;
-        let limit = bounds.product_limit();
+        let (limit, limits) = (bounds.product_limit(), &self.identity.limits);
         let findings = self.picture.judge(Findings::default(), now, limit);
         let findings = findings
             .with(Guard::Localisation, self.localisation.lost(now, limit))
             .with(Guard::Drift, self.localisation.drifts())
             .with(Guard::TimeBase, self.localisation.mistimed())
-            .with(Guard::Geofence, self.placed(now).and_then(|motion| self.fence.breached(&motion, bounds)))
+            .with(Guard::Geofence, self.placed(now).and_then(|motion| self.fence.breached(&motion, bounds, limits)))
             .with(Guard::Lease, self.lease.lapsed(now))
             .with(Guard::Teammates, self.teammates.inconsistent())
             .with(Guard::SealedLog, self.seals.missing(now));
@@ -77,7 +77,8 @@ impl Autonomy {
 
     /// The values that the guards are judged by.
     fn measured(&self, now: Instant) -> Measured {
-        let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds).floor() as i32);
+        let limits = &self.identity.limits;
+        let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds, limits).floor() as i32);
         let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
         measured
             .claimed(self.teammates.finding())
@@ -124,7 +125,7 @@ impl Autonomy {
     /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values change.
     fn configure(&mut self, now: Instant, order: &Ordered, values: &Settings) -> Option<Refusal> {
         let safe = match self.identity.policy.check(Check::Joint) {
-            Requirement::Required => settings::jointly_safe(values, &self.identity.bounds),
+            Requirement::Required => settings::jointly_safe(values, &self.identity.bounds, &self.identity.limits),
             Requirement::Waived => Ok(()),
         };
         safe.err().or_else(|| self.give(now, order, None))
@@ -213,7 +214,7 @@ impl Autonomy {
         self.bounds = settings::under(settings, &self.identity.bounds);
         self.status.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
-            self.mission.replan(plan(&self.fence, &self.map, &self.bounds));
+            self.mission.replan(plan(&self.fence, &self.map, &self.bounds, &self.identity.limits));
         }
     }
 
@@ -257,7 +258,8 @@ impl Autonomy {
         let Some(motion) = motion else { return SetPoint::default() };
         let seen = self.seen(now);
         let Some(way) = self.mission.way(motion.at, &seen, now) else { return SetPoint::default() };
-        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds: &self.bounds };
+        let (bounds, limits) = (&self.bounds, &self.identity.limits);
+        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
         navigation::follow(&motion, &way, &around)
     }
 

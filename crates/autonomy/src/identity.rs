@@ -3,6 +3,7 @@
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::mode::Guards;
+use wire::platform::Limits;
 use wire::policy::Policy;
 use wire::roster::RosterError;
 use wire::setup::Setup;
@@ -29,6 +30,8 @@ pub struct Identity {
     pub waived_guards: Guards,
     /// Bounds in force.
     pub bounds: Bounds,
+    /// The platform's limits of guards and driving.
+    pub limits: Limits,
     /// Peer that may grant leases.
     pub supervisor: PeerId,
     /// Units from which claims are heard.
@@ -53,6 +56,7 @@ impl Identity {
             policy: setup.policy.clone(),
             waived_guards: setup.policy.waived_guards(),
             bounds: setup.bounds,
+            limits: config.limits,
             supervisor: config.supervisor,
             teammates: config.teammates.clone(),
         })

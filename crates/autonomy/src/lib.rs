@@ -59,6 +59,7 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::event::Event;
 use wire::id::{Nonce, Sequence};
 use wire::mode::Mode;
+use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
@@ -84,10 +85,6 @@ use pilot::Pilot;
 use seals::Seals;
 use state::Machine;
 use telemetry::StatusRecord;
-
-/// Clearance that the plan keeps to the fence beyond the margin in force, the platform's or an operator's, and to the rim of
-/// obstacles on the map, millimetres.
-const PLAN_CLEARANCE_MM: f64 = 1500.0;
 
 /// The core of one unit.
 pub struct Autonomy {
@@ -146,8 +143,8 @@ impl Autonomy {
         let bounds = setup.bounds;
         let seal_limit = Span::ms(bounds.seal_limit_ms);
         let fence = Arc::new(Geofence::new(&config.geofence));
-        let map: Arc<[Keepout]> = config.obstacles.iter().map(keepout).collect();
-        let grid = plan(&fence, &map, &bounds);
+        let map: Arc<[Keepout]> = config.obstacles.iter().map(|disc| keepout(disc, &config.limits)).collect();
+        let grid = plan(&fence, &map, &bounds, &config.limits);
         let identity = Arc::new(Identity::new(&setup, &config)?);
         let guest =
             config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
@@ -162,7 +159,7 @@ impl Autonomy {
             health: Health::judge(Findings::default(), waived, Waived::default()),
             status: StatusRecord::default(),
             picture: Picture::default(),
-            localisation: Localisation::new(waived),
+            localisation: Localisation::new(config.limits, waived),
             fence,
             map,
             bounds,
@@ -297,12 +294,12 @@ impl Core for Autonomy {
     }
 }
 
-/// Area that may be driven under `bounds`.
-fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds) -> Grid {
-    Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + PLAN_CLEARANCE_MM)
+/// Area that may be driven under `bounds`, the platform's or an operator's.
+fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds, limits: &Limits) -> Grid {
+    Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + f64::from(limits.plan_clearance_mm))
 }
 
-fn keepout(disc: &Disc) -> Keepout {
+fn keepout(disc: &Disc, limits: &Limits) -> Keepout {
     let at = (f64::from(disc.x_mm), f64::from(disc.y_mm));
-    Keepout { at, radius: f64::from(disc.radius_mm) + PLAN_CLEARANCE_MM }
+    Keepout { at, radius: f64::from(disc.radius_mm) + f64::from(limits.plan_clearance_mm) }
 }

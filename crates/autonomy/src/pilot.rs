@@ -233,7 +233,8 @@ impl Autonomy {
         let mode_speed = self.mode_speed();
         let Some(motion) = self.localisation.motion().filter(|_| mode_speed > 0.0) else { return SetPoint::default() };
         let seen = self.seen(now);
-        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds: &self.bounds };
+        let (bounds, limits) = (&self.bounds, &self.identity.limits);
+        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
         navigation::limited(asked, &motion, &around)
     }
 

@@ -1,6 +1,7 @@
 //! The evidence of one trial, as the oracle is given it.
 
 use wire::bounds::Bounds;
+use wire::sensor::Camera;
 
 use crate::mission::Script;
 use crate::plan::Plan;
@@ -25,6 +26,8 @@ pub struct Evidence {
     pub differences: Vec<String>,
     /// Bounds in force.
     pub bounds: Bounds,
+    /// The platform's camera.
+    pub camera: Camera,
     /// The plan, table by table; empty for a null attack.
     pub planned: Vec<Plan>,
     /// Length of the run.

@@ -69,6 +69,7 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
         log_flaws: after.verification.flaws.clone(),
         differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
+        camera: setup.platform.sensors().camera,
         planned: topology.planned.clone(),
         duration: after.lasted,
         stall_limit: super::OVERSLEPT_US,

@@ -16,10 +16,8 @@ use wire::mode::Mode;
 use super::SLACK;
 use super::arrived::Receipt;
 use super::timeline::Timeline;
-use super::{finding, life, link, place};
+use super::{finding, life, link, place, reaction_ms};
 
-/// Time from a decision to the brakes, milliseconds (`docs/reference/bounds.md`).
-const REACTION_MS: u64 = 150;
 /// Between two entries of the plant's truth, and some more.
 const TRUTH_GAP: Micros = 250_000;
 
@@ -63,7 +61,8 @@ fn fence(evidence: &Evidence, line: &Timeline, at: Micros) -> Option<String> {
         return Some("of a plant of which there is no ground truth".into());
     };
     let speed = u64::from(truth.speed.unsigned_abs());
-    let stops = speed * REACTION_MS / 1000 + speed * speed / (2 * u64::from(evidence.bounds.braking_mm_s2).max(1));
+    let stops = speed * reaction_ms(&evidence.bounds) / 1000
+        + speed * speed / (2 * u64::from(evidence.bounds.braking_mm_s2).max(1));
     let left = i64::from(truth.fence) - i64::try_from(stops).unwrap_or(i64::MAX);
     (left < 0).then(|| format!("{} mm from the fence at {speed} mm/s", truth.fence))
 }

@@ -64,6 +64,7 @@ mod window;
 
 use evidence::process_fault::Response;
 use evidence::{Evidence, Finding, Micros, Property, Verdict};
+use wire::bounds::Bounds;
 
 use arrived::Receipt;
 
@@ -74,6 +75,15 @@ pub use timeline::Timeline;
 /// Time that one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
 const SLACK: Micros = 50_000;
+
+/// A navigation period and a step of the plant with its actuators, milliseconds: the simulation's, on every platform.
+const READING_AND_PLANT_MS: u64 = 100;
+
+/// Time from a decision to the brakes, milliseconds, whatever allowance the unit's own fence guard makes for it
+/// (`docs/reference/bounds.md`).
+fn reaction_ms(bounds: &Bounds) -> u64 {
+    READING_AND_PLANT_MS + bounds.control_period_ms
+}
 
 /// Judges a trial.
 pub fn judge(evidence: &Evidence) -> Verdict {

@@ -147,7 +147,9 @@ fn nothing(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask> {
         Takes::Reports => {
             let accepted = evidence.entries.iter().any(|w| match w.entry.event {
                 Any::Service(Event::Accepted { at: Interface::Uplink, record, .. }) => {
-                    w.entry.node == NodeId::GATEWAY && record.node == evidence.under.node() && within((since, span.1), w.at)
+                    w.entry.node == NodeId::GATEWAY
+                        && record.node == evidence.under.node()
+                        && within((since, span.1), w.at)
                 }
                 _ => false,
             });

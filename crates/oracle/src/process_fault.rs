@@ -300,7 +300,8 @@ impl Death<'_> {
     /// Time at which the unit's mode shows the result of a bound that ends at `at`: where it hung then, once it runs again; never of a
     /// unit that is dead itself: the plant is looked at for that.
     fn judged(&self, at: Micros) -> Option<Micros> {
-        let dead = life::dead(self.evidence, self.evidence.under.node()).iter().any(|(from, to)| (*from..*to).contains(&at));
+        let dead =
+            life::dead(self.evidence, self.evidence.under.node()).iter().any(|(from, to)| (*from..*to).contains(&at));
         let judges = can_judge(self.evidence, self.evidence.under.node(), at);
         (!dead && judges <= self.evidence.duration).then_some(judges)
     }
@@ -360,8 +361,7 @@ impl Death<'_> {
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
         let due = due + self.world_stood_still(zero, due);
         let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed.abs() > STANDING)?;
-        let what =
-            format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
+        let what = format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
         Some(finding(Property::P3, moving.at, what))
     }
 }

@@ -133,7 +133,8 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
             }
             _ => None,
         });
-        let arrived = changed.into_iter().any(|(at, hash)| delivery::took(evidence, consumer(evidence, sensor), hash, at));
+        let arrived =
+            changed.into_iter().any(|(at, hash)| delivery::took(evidence, consumer(evidence, sensor), hash, at));
         if arrived {
             found.push(Befallen { sensor, kind, start: w.at, end });
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use results::campaign::Content;
 use results::mode::Mode;
-use scenario::{Scenario, Setup, Variation};
+use scenario::{Scenario, Setup, Variation, load_platform};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
 
@@ -47,11 +47,22 @@ impl Planned {
     }
 }
 
+/// A platform as it was asked for, and its file.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// By name or by path.
+    pub asked: String,
+    /// The file.
+    pub file: PathBuf,
+}
+
 /// Options for every scenario of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
     /// A policy file in place of the scenario's own.
     pub policy: Option<PathBuf>,
+    /// A platform in place of the scenario's own.
+    pub platform: Option<Chosen>,
     /// Only this cell.
     pub cell: Option<String>,
     /// Rendered sensors and the detector.
@@ -87,6 +98,23 @@ pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
     Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
 }
 
+/// The platform given by name or by path.
+pub fn platform_of(context: &Context, name: &str) -> Result<Chosen, Failure> {
+    let chosen = |file| Chosen { asked: name.to_owned(), file };
+    if is_path(name) {
+        return Ok(chosen(PathBuf::from(name)));
+    }
+    let folder = context.root()?.join("platforms");
+    let path = folder.join(format!("{name}.toml"));
+    if path.is_file() {
+        return Ok(chosen(path));
+    }
+    let known: Vec<String> = scenario::platform_files(&context.root()?)?.iter().map(|path| stem(path)).collect();
+    let message =
+        format!("no platform `{name}`; there are: {}. A file is named by its path, ending in .toml", known.join(", "));
+    Err(Failure::new(Exit::Usage, message))
+}
+
 /// Loads a scenario and prepares its variations.
 pub fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(Scenario, Vec<Planned>), Failure> {
     let scenario = context.scenario(file)?;
@@ -107,6 +135,9 @@ pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
 /// Prepares the variations of a loaded scenario.
 pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);
+    let platform = wanted.platform.as_ref().map(|chosen| load_platform(&chosen.file));
+    let platform = platform.map(|loaded| loaded.map(|platform| scenario.on(&platform.name)));
+    let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
         variations.retain(|v| v.cell.as_ref() == Some(cell));
@@ -146,7 +177,11 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
         let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
         return Err(Failure::new(Exit::Usage, message));
     }
-    let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
+    let (root, policy) = (context.root()?, wanted.policy.as_deref());
+    let mut setup = match &wanted.platform {
+        Some(chosen) => Setup::load_on(&root, &variation.scenario, &chosen.file, policy, rendered)?,
+        None => Setup::load(&root, &variation.scenario, policy, rendered)?,
+    };
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
     setup.guest = wanted.guest.as_ref().map(|engaged| engaged.guest.clone());
     setup.stop = context.stop.clone();
@@ -177,6 +212,9 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
     let mut options = String::new();
     if let Some(policy) = &wanted.policy {
         options.push_str(&format!(" --policy {}", policy.display()));
+    }
+    if let Some(platform) = &wanted.platform {
+        options.push_str(&format!(" --platform {}", platform.asked));
     }
     if let Some(cell) = cell {
         options.push_str(&format!(" --cell {cell}"));

@@ -48,13 +48,17 @@ pub struct Cell {
     pub expected: Option<Located<List<Outcome, 9>>>,
 }
 
-/// Expected classes under another policy than the scenario's own.
+/// Expected classes under another policy or on another platform than the scenario's own, or both.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Under {
-    /// The policy.
-    pub policy: Located<Name>,
-    /// Classes that are expected under it.
+    /// The policy; the scenario's own where absent.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy: Option<Located<Name>>,
+    /// The platform; the scenario's own where absent. Classes without a policy hold for every cell that names none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub platform: Option<Located<Name>>,
+    /// Classes that are expected there.
     pub expected: Located<List<Outcome, 9>>,
 }
 
@@ -171,10 +175,37 @@ impl Scenario {
         scenario
     }
 
+    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy:
+    /// none where none are declared, so that no class counts as unexpected.
+    #[must_use]
+    pub fn on(&self, platform: &Name) -> Scenario {
+        let mut scenario = self.clone();
+        if *platform == *self.platform {
+            return scenario;
+        }
+        let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform);
+        let under: Vec<Under> =
+            self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect();
+        let declared = |policy: Option<&Name>| under.iter().find(|under| under.policy.as_deref() == policy);
+        let none = || Located::nowhere(List::default());
+        scenario.expected = declared(None).map_or_else(none, |under| under.expected.clone());
+        scenario.cell = List::of(self.cell.iter().map(|cell| {
+            let mut cell = cell.clone();
+            // A cell under a policy of its own expects what is declared for both, or nothing.
+            cell.expected =
+                cell.policy.clone().map(|own| declared(Some(&own)).map_or_else(none, |under| under.expected.clone()));
+            cell
+        }));
+        scenario.under = List::of(under);
+        scenario.platform = Located::nowhere(platform.clone());
+        scenario
+    }
+
     fn under(&self, policy: Option<&str>) -> Scenario {
         let mut scenario = self.clone();
         if let Some(policy) = policy.filter(|p| *p != self.policy.as_str()) {
-            let declared = self.under.iter().find(|under| under.policy.as_str() == policy);
+            let here = self.under.iter().filter(|under| under.platform.is_none());
+            let declared = here.into_iter().find(|under| under.policy.as_ref().is_some_and(|p| p.as_str() == policy));
             scenario.expected = match declared {
                 Some(under) => under.expected.clone(),
                 None => Located::nowhere(List::default()),

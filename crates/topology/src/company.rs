@@ -99,6 +99,8 @@ impl Company<'_> {
             rendered,
             witness: true,
             scene: world.clone(),
+            vehicle: self.with.platform.vehicle(),
+            sensors: self.with.platform.sensors(),
             faults,
             noise: sim::NoiseModel::default(),
             fidelity: scene::fidelity(&self.scenario.models),
@@ -107,7 +109,12 @@ impl Company<'_> {
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
         let detector = self.with.detector.clone().filter(|_| rendered);
-        let config = PerceptionConfig { rendered, detector, ..PerceptionConfig::default() };
+        let config = PerceptionConfig {
+            rendered,
+            detector,
+            sensors: self.with.platform.sensors(),
+            ..PerceptionConfig::default()
+        };
         self.add(
             host,
             Role::Perception(config),
@@ -142,6 +149,7 @@ impl Company<'_> {
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
+            limits: self.with.platform.limits(),
             guest: self.guest(unit),
         }
     }

@@ -107,6 +107,7 @@ fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, ver
         log_flaws: verification.flaws,
         differences: Vec::new(),
         bounds: setup.bounds,
+        camera: setup.platform.sensors().camera,
         planned: topology.planned.clone(),
         duration: topology.duration,
         stall_limit: Micros::MAX,

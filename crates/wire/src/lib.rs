@@ -35,6 +35,7 @@ pub mod id;
 pub mod measured;
 pub mod mode;
 pub mod person;
+pub mod platform;
 pub mod policy;
 pub mod refusal;
 pub mod report;

@@ -12,7 +12,7 @@ use wire::event::{Event, Freshness, Interface};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Pose, ReceiverTime};
+use wire::sensor::{Camera, Class, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
 /// A whole log holds authority from 2 s to its end.
@@ -222,6 +222,7 @@ impl Log {
             log_flaws: Vec::new(),
             differences: Vec::new(),
             bounds: BOUNDS,
+            camera: Camera::GROUND,
             planned: self.planned.clone(),
             duration: 10_000_000,
             stall_limit: u64::MAX,

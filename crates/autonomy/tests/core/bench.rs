@@ -20,6 +20,7 @@ use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
 use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Mode};
+use wire::platform::Limits;
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Class, Fix, Modalities, Modality, Navigation, Odometry, Pose, ProductMode, ReceiverTime};
@@ -450,6 +451,7 @@ fn config() -> AutonomyConfig {
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
         supervisor: PeerId::GATEWAY,
+        limits: Limits::GROUND,
         guest: None,
     }
 }

@@ -12,7 +12,7 @@ use runner::batch::Batch;
 use runner::bring::Bring;
 use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
 use scenario::FRAMES;
@@ -43,6 +43,9 @@ pub(super) struct Args {
     /// A policy file in place of the scenario's own.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
+    /// A platform in place of the scenario's own, by name or by file; classes are then those that `[[under]]` expects on it.
+    #[arg(long, value_name = "PLATFORM")]
+    platform: Option<String>,
     /// Only this cell, such as verbatim/present/session-only.
     #[arg(long)]
     cell: Option<String>,
@@ -76,6 +79,13 @@ pub(super) struct Args {
     frames: u32,
 }
 
+impl Args {
+    /// The platform that is named.
+    fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
+        self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
+    }
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.watch {
         return live::run(context, args);
@@ -83,7 +93,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage, guest: args.engage.load()? };
+    let (platform, guest) = (args.platform(context)?, args.engage.load()?);
+    let wanted = Wanted { policy, platform, cell, rendered, detector, sabotage: args.sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }

@@ -54,8 +54,8 @@ struct Line {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted =
-        Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false, guest: args.engage.load()? };
+    let (rendered, guest) = (args.rendered, args.engage.load()?);
+    let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());

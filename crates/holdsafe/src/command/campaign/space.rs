@@ -46,8 +46,8 @@ pub(super) fn drawn(text: &str) -> Result<Draw, String> {
 pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Planned>), Failure> {
     let (grids, draws) = paths(args)?;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted =
-        Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false, guest: args.engage.load()? };
+    let (rendered, guest) = (args.rendered, args.engage.load()?);
+    let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
     let mut planned = Vec::new();
     for name in &args.scenarios {
         let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
