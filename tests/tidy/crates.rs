@@ -201,7 +201,8 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
 const MOST_LINES: usize = 6_000;
 
 /// Crates that have more, the most that these may have, and why.
-const LARGE: [(&str, usize, &str); 2] = [
+const LARGE: [(&str, usize, &str); 3] = [
+    ("scenario", 7_000, "an attack a file, each with its checks, and the platform file with its own"),
     (
         "link",
         7_500,

@@ -9,6 +9,7 @@ use super::fault::{Ending, Fault, Kill, Process};
 use super::operator::{DisplayedState, Step};
 use super::set::Settings;
 use super::step::When;
+use super::under::Under;
 use super::value::{Label, List, Located, Name, Real, Whole};
 use super::{Scenario, check};
 
@@ -46,20 +47,6 @@ pub struct Cell {
     /// Replaces the scenario's expected classes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<Located<List<Outcome, 9>>>,
-}
-
-/// Expected classes under another policy or on another platform than the scenario's own, or both.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Under {
-    /// The policy; the scenario's own where absent.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub policy: Option<Located<Name>>,
-    /// The platform; the scenario's own where absent. Classes without a policy hold for every cell that names none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub platform: Option<Located<Name>>,
-    /// Classes that are expected there.
-    pub expected: Located<List<Outcome, 9>>,
 }
 
 /// A scenario with one cell's settings in force.
@@ -170,7 +157,7 @@ impl Scenario {
         }
         let hold = (process == Process::Broker).then(|| hold_at(LATE_HOLD_S));
         scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
-        let broken = [Outcome::Unsafe, Outcome::Invalid, Outcome::Late];
+        let broken = [Outcome::Unsafe, Outcome::GuestFailed, Outcome::Invalid, Outcome::Late];
         scenario.expected = Located::nowhere(List::of(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
         scenario
     }

@@ -39,6 +39,7 @@ mod tamper;
 mod template;
 mod terms;
 mod timed;
+mod under;
 mod unit;
 mod value;
 mod varies;
@@ -62,7 +63,7 @@ pub use attack::rogue::{OrderId, OrderTrack, Way};
 pub use attack::teammate::{Forwarding, ThirdUnit};
 pub use attack::{Act, Attack, Deceit, Injection};
 pub use attack_space::{AttackSpace, Move, Number, Range};
-pub use cell::{Cell, Under, Variation};
+pub use cell::{Cell, Variation};
 pub use curve::Curve;
 pub use direction::Direction;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
@@ -89,6 +90,7 @@ pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
 pub use terms::{Class, Evidence, Interface, Requirement, Stride};
 pub use timed::Windowed;
+pub use under::Under;
 pub use unit::{Role, Unit};
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,

@@ -10,7 +10,7 @@ mod view;
 mod warden;
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 /// Argument before the warden's own.
@@ -29,7 +29,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             // The launcher reads this as the reason of a start that was none.
-            eprintln!("{why}");
+            let _unread = writeln!(io::stderr(), "{why}");
             ExitCode::FAILURE
         }
     }
