@@ -318,8 +318,8 @@ mod tests {
         assert!((fast.yaw_rate - fast.speed()).abs() < 0.3, "{fast:?}");
         assert!((fast.rotation * Vector::Z).z > 0.9, "{fast:?}");
 
-        // The lease runs 0.3 s on; what is left of 1.3 s at 2 m/s² stops it.
-        drive(&mut plant, &mut world, 600, 130, None);
+        // The lease runs 0.3 s on; at 2 m/s² another second stops it, and then it settles.
+        drive(&mut plant, &mut world, 600, 330, None);
         assert!(plant.state(&world).speed().abs() < STANDSTILL, "{:?}", plant.state(&world));
     }
 

@@ -256,7 +256,7 @@ mod tests {
         for (text, told) in [
             ("unsafe", "a claim is"),
             ("unsafe<0.1@95", "a claim is"),
-            ("unsave<1%@95", "no class `unsave`; there are: unsafe, invalid"),
+            ("unsave<1%@95", "no class `unsave`; there are: unsafe, guest_failed, invalid"),
             ("unsafe<0%@95", "`0` is no rate"),
             ("unsafe<nan%@95", "`nan` is no rate"),
             ("unsafe<1%@100", "`100` is no level"),
