@@ -92,9 +92,11 @@ fn start(spec: &Spec) -> Result<Option<Child>, String> {
     command.args(arguments).env_clear().envs(&spec.environment).stderr(Stdio::piped()).process_group(0);
     // Naming the group makes the standard library fork. Its other way maps memory first, which a small limit no longer allows.
     command.gid(getgid().as_raw());
-    let child = command.spawn().map_err(|why| match why.kind() {
-        io::ErrorKind::NotFound => format!("{name}: the program that it asks for in its first line is not found"),
-        _ => format!("{name}: {why}"),
+    let child = command.spawn().map_err(|why| {
+        if why.kind() == io::ErrorKind::NotFound {
+            return format!("{name}: the program that it asks for in its first line is not found");
+        }
+        format!("{name}: {why}")
     })?;
     let_go().map_err(|why| why.to_string())?;
     Ok(Some(child))
