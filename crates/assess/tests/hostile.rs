@@ -1,5 +1,7 @@
 //! Cut, damaged and hostile recordings and maps: an error or an end with its place, and no panic.
 
+#![expect(clippy::unwrap_used, reason = "a test may end here")]
+
 mod made;
 
 use assess::log::{Log, LogError};

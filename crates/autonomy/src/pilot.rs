@@ -42,6 +42,9 @@ pub(crate) struct Pilot {
     limited: u32,
 }
 
+/// Kind and reason of a guest's failure.
+type Failure = (Fault, Text<MAX_WHY>);
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
     Starting { since: Instant },
@@ -86,9 +89,9 @@ impl Pilot {
     }
 
     /// The step that an answer is for, as far as it answers what was asked.
-    fn accept(&mut self, answer: &Answer) -> Result<Option<Reply>, (Fault, Text<MAX_WHY>)> {
+    fn accept(&mut self, answer: &Answer) -> Result<Option<Reply>, Box<Failure>> {
         match (self.stage, answer) {
-            (_, Answer::Failed { fault, why }) => Err((*fault, *why)),
+            (_, Answer::Failed { fault, why }) => Err(Box::new((*fault, *why))),
             (Stage::Starting { .. }, Answer::Ready) => {
                 self.stage = Stage::Idle;
                 Ok(None)
@@ -100,7 +103,7 @@ impl Pilot {
                 Ok(Some(*reply))
             }
             (Stage::Starting { .. } | Stage::Asked { .. } | Stage::Idle | Stage::Failed, _) => {
-                Err((Fault::OutOfStep, Text::new("an answer to nothing that was asked")))
+                Err(Box::new((Fault::OutOfStep, Text::new("an answer to nothing that was asked"))))
             }
         }
     }
@@ -182,7 +185,7 @@ impl Autonomy {
         }
         let Some(pilot) = self.pilot.as_mut().filter(|pilot| pilot.stage != Stage::Failed) else { return };
         let answer = codec::decode::<Answer>(bytes, MAX_ANSWER);
-        let answer = answer.map_err(|why| (Fault::Malformed, Text::new(&why.to_string())));
+        let answer = answer.map_err(|why| Box::new((Fault::Malformed, Text::new(&why.to_string()))));
         match answer.and_then(|answer| pilot.accept(&answer)) {
             Ok(Some(reply)) => {
                 let period = Span::ms(self.identity.bounds.control_period_ms);
@@ -192,7 +195,7 @@ impl Autonomy {
                 self.drive_as_asked(now);
             }
             Ok(None) => {}
-            Err((fault, why)) => self.guest_failed(now, fault, why),
+            Err(failure) => self.guest_failed(now, failure.0, failure.1),
         }
     }
 

@@ -1,5 +1,7 @@
 //! The client against the core's own definition of the protocol, and against recorded exchanges.
 
+#![expect(clippy::unwrap_used, reason = "a test may end here")]
+
 use std::path::Path;
 
 use guest::jsonl;

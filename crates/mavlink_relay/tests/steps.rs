@@ -1,5 +1,7 @@
 //! Each attack changes what it says and no more.
 
+#![expect(clippy::unwrap_used, reason = "a test may end here")]
+
 use mavlink_relay::attack::{Attack, Captured};
 use mavlink_relay::expected::rows;
 use mavlink_relay::frame::{Frame, HEADER_V2, Version};

@@ -24,6 +24,7 @@ use oracle::judge;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Cause, Guard, Mode};
+use wire::sensor::Camera;
 use wire::time::Span;
 
 use log::BOUNDS;
@@ -56,6 +57,7 @@ fn p10_a_broken_log() {
         log_flaws: Vec::new(),
         differences: Vec::new(),
         bounds: BOUNDS,
+        camera: Camera::GROUND,
         planned: Vec::new(),
         duration: 10_000_000,
         stall_limit: u64::MAX,

@@ -118,7 +118,8 @@ fn each_unit_hears_its_interest_set_alone() {
     for (n, session) in sessions.iter().enumerate() {
         let mut heard: Vec<PeerId> = bench.units[session].teammates.iter().map(|(via, ..)| *via).collect();
         let mut expected: Vec<PeerId> = hears(n).into_iter().map(UnitId::peer).collect();
-        (heard.sort(), expected.sort());
+        heard.sort();
+        expected.sort();
         assert_eq!(heard, expected, "{}", unit(n));
     }
     bench.assert_conserved();
