@@ -54,13 +54,13 @@ impl Case {
     fn new(interpreter: &str, text: &str, limits: &str) -> Self {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let mark = format!("mark-{}-{}-", id(), NEXT.fetch_add(1, Ordering::Relaxed));
-        let folder = TempDir::new().unwrap();
-        fs::write(folder.path().join("guest"), text).unwrap();
+        let folder = TempDir::new().expect("a folder");
+        fs::write(folder.path().join("guest"), text).expect("a written file");
         let file = format!(
             "name = \"t\"\ncommand = [{interpreter:?}, \"{{dir}}/guest\", {mark:?}]\nprotocol = \"jsonl/1\"\ngives = [\"drive\"]\n\
              [environment]\nONLY = \"this\"\n[limits]\nstart_ms = 30000\n{limits}\n"
         );
-        let program = Program::parse(&file, folder.path(), |_| Err("none".into())).unwrap();
+        let program = Program::parse(&file, folder.path(), |_| Err("none".into())).expect("a guest file");
         Self { program, launcher: confine::launcher(helper(), vec![mark.clone()]), mark, folder }
     }
 
@@ -116,7 +116,8 @@ fn helper() -> PathBuf {
 
 /// Processes of the machine with this word in their command line.
 fn marked(mark: &str) -> Vec<i32> {
-    let all = fs::read_dir("/proc").unwrap().filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<i32>().ok());
+    let all =
+        fs::read_dir("/proc").expect("/proc").filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<i32>().ok());
     let has = |pid: &i32| {
         fs::read(format!("/proc/{pid}/cmdline")).is_ok_and(|line| String::from_utf8_lossy(&line).contains(mark))
     };

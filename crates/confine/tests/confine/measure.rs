@@ -23,8 +23,8 @@ fn start_to_ready(name: &str, case: &Case) {
         .map(|_| {
             let mut channel = None;
             let time = timed(|| {
-                let mut started = case.launch().unwrap();
-                started.exchange("start", Patience::Start).unwrap();
+                let mut started = case.launch().expect("a start");
+                started.exchange("start", Patience::Start).expect("an answer");
                 channel = Some(started);
             });
             drop(channel);

@@ -11,13 +11,13 @@ use crate::{Case, helper};
 
 /// The guest's one line.
 fn said(case: &Case) -> String {
-    let mut channel = case.launch().unwrap();
-    channel.exchange("start", Patience::Start).unwrap()
+    let mut channel = case.launch().expect("a start");
+    channel.exchange("start", Patience::Start).expect("an answer")
 }
 
 /// True if this machine lets namespaces be taken; tests of them say so and end otherwise.
 fn namespaces() -> bool {
-    let level = Level::of(helper(), Vec::new()).unwrap();
+    let level = Level::of(helper(), Vec::new()).expect("a level");
     if !level.namespaces {
         println!("skipped: {level}");
     }
