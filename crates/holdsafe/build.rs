@@ -8,11 +8,13 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
-const MADE_OF: [&str; 28] = [
+const MADE_OF: [&str; 30] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
     "crates/wire/src",
+    "crates/guest/src",
+    "crates/confine/src",
     "crates/instrument/src",
     "crates/link/src",
     "crates/sim/src",

@@ -16,6 +16,7 @@ use wire::person::Role;
 use wire::policy::Policy;
 use wire::refusal::Reason;
 use wire::setup::{Channel, Secret, Setup};
+use wire::sign::Key;
 use wire::time::{Instant, Span};
 
 /// Refusals in a second of the flood.
@@ -34,6 +35,10 @@ struct Pair {
     said: usize,
 }
 
+fn key_of(node: NodeId) -> Key {
+    Key::from_bytes(&[node.index() as u8 + 1; 32])
+}
+
 fn setup(node: NodeId) -> Setup {
     Setup {
         node,
@@ -43,7 +48,7 @@ fn setup(node: NodeId) -> Setup {
         policy: Policy::default(),
         bounds: Bounds::GROUND,
         secret: Secret([node.index() as u8 + 1; 32]),
-        public_keys: Vec::new(),
+        public_keys: [NodeId::UNIT_A, NodeId::UNIT_B, NodeId::OPERATOR].map(|of| (of, key_of(of).public())).to_vec(),
         channels: vec![
             Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: ChannelKey([1; 32]) },
             Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: ChannelKey([2; 32]) },
@@ -57,7 +62,7 @@ impl Pair {
     fn new() -> Self {
         let (units, now) = (vec![UnitId::A, UnitId::B], Instant(1_000_000));
         let operators = vec![NodeId::OPERATOR];
-        let of_gateway = GatewayConfig { units: units.clone(), fanout: Vec::new(), operators, mandates: Vec::new() };
+        let of_gateway = GatewayConfig { units: units.clone(), interests: Vec::new(), operators, mandates: Vec::new() };
         let of_console = ConsoleConfig {
             units,
             awaited: Vec::new(),

@@ -94,3 +94,16 @@ pub fn under(name: &str, policy: &str) -> Ready {
     ready.setup = Setup::load(&root, &ready.scenario, Some(&file), false).expect("its policy and platform load");
     ready
 }
+
+/// Every variation of the shipped scenario `name` on another shipped platform, with the classes that it states there.
+pub fn on(name: &str, platform: &str) -> Vec<Ready> {
+    let root = root();
+    let file = scenario::find(&root, name).expect("a shipped scenario");
+    let platform = scenario::Name::new(platform).expect("a name");
+    let scenario = scenario::load(&file).expect("a shipped scenario loads").on(&platform);
+    let ready = |v: scenario::Variation| {
+        let setup = Setup::load(&root, &v.scenario, None, false).expect("its policy and platform load");
+        Ready { cell: v.cell, scenario: v.scenario, setup }
+    };
+    scenario.variations(None).into_iter().map(ready).collect()
+}

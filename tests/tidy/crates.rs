@@ -14,10 +14,17 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 30] = [
+const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("wire", &[]),
+    // Programs of others: the pure part, and their processes.
+    ("guest", &["wire"]),
+    ("confine", &["wire", "guest"]),
+    // The other end of the protocol, for guests: it knows nothing of ours.
+    ("guest-client", &[]),
     ("parallel", &[]),
     ("stats", &[]),
+    // Other authors' link, with none of our messages.
+    ("mavlink_relay", &[]),
     ("instrument", &["wire"]),
     ("link", &["wire", "instrument"]),
     ("sim", OBSERVED),
@@ -34,12 +41,13 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "instrument", "evidence"]),
     ("explain", &["wire", "instrument", "evidence"]),
-    ("scenario", &["wire", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
+    ("scenario", &["wire", "guest", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
     // Other people's recordings before the product's own guards: no run, no judge.
     ("assess", &["wire", "autonomy", "scenario"]),
     (
         "topology",
         &[
+            "guest",
             "wire",
             "instrument",
             "sim",
@@ -56,6 +64,7 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
     (
         "twin",
         &[
+            "guest",
             "wire",
             "instrument",
             "link",
@@ -75,6 +84,8 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
     (
         "live",
         &[
+            "guest",
+            "confine",
             "wire",
             "instrument",
             "link",
@@ -96,13 +107,27 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
     (
         "results",
-        &["wire", "instrument", "autonomy", "stats", "evidence", "explain", "scenario", "assess", "topology", "search"],
+        &[
+            "wire",
+            "guest",
+            "instrument",
+            "autonomy",
+            "stats",
+            "evidence",
+            "explain",
+            "scenario",
+            "assess",
+            "topology",
+            "search",
+        ],
     ),
     // A dossier states results as they are given: of ours it knows their objects, and neither logs nor runs.
     ("dossier", &["stats", "evidence", "scenario", "results"]),
     (
         "runner",
         &[
+            "guest",
+            "confine",
             "wire",
             "link",
             "perception",
@@ -133,6 +158,7 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
             "evidence",
             "oracle",
             "explain",
+            "mavlink_relay",
             "scenario",
             "topology",
             "twin",
@@ -145,6 +171,8 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
     (
         "holdsafe",
         &[
+            "guest",
+            "confine",
             "wire",
             "link",
             "sim",
@@ -173,7 +201,8 @@ const MAY_KNOW: [(&str, &[&str]); 30] = [
 const MOST_LINES: usize = 6_000;
 
 /// Crates that have more, the most that these may have, and why.
-const LARGE: [(&str, usize, &str); 2] = [
+const LARGE: [(&str, usize, &str); 3] = [
+    ("scenario", 7_000, "an attack a file, each with its checks, and the platform file with its own"),
     (
         "link",
         7_500,
@@ -183,7 +212,8 @@ const LARGE: [(&str, usize, &str); 2] = [
 ];
 
 /// Crates on which no outcome of a trial depends.
-const OUTSIDE_TRIALS: [&str; 6] = ["assess", "dataset", "dossier", "lab", "trainer", "viewer"];
+const OUTSIDE_TRIALS: [&str; 8] =
+    ["assess", "dataset", "dossier", "guest-client", "lab", "mavlink_relay", "trainer", "viewer"];
 
 /// The names of all crates.
 fn crates() -> Vec<String> {

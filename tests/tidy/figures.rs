@@ -9,7 +9,7 @@ use std::path::Path;
 use super::root;
 
 /// The pages that publish measurements.
-const PAGES: [&str; 15] = [
+const PAGES: [&str; 16] = [
     "README.md",
     "docs/results.md",
     "docs/limits.md",
@@ -22,6 +22,7 @@ const PAGES: [&str; 15] = [
     "docs/reviewer/evidence.md",
     "docs/developer/fuzzing.md",
     "docs/reference/interchange.md",
+    "docs/researcher/mavlink.md",
     "docs/researcher/perception.md",
     "docs/researcher/rare.md",
     "docs/researcher/search.md",

@@ -213,9 +213,12 @@ fn the_pinned_toolchain_is_the_stated_minimum() {
 
 #[test]
 fn nothing_is_left_over() {
+    // Its measurements and a thousand sessions take minutes, and a launcher that is killed is a part of a test.
+    let by_hand = |file: &str, marker: &str| marker == "#[ignore" && file.starts_with("crates/confine/tests/");
     for (file, text) in sources("crates") {
         for marker in ["todo!(", "unimplemented!(", "dbg!(", "#[ignore"] {
-            assert!(!code(&text).contains(marker), "{file} has a left-over `{marker}`");
+            let left = code(&text).contains(marker) && !by_hand(&file, marker);
+            assert!(!left, "{file} has a left-over `{marker}`");
         }
     }
 }

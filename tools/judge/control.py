@@ -5,7 +5,6 @@ from links import arrivals
 from log import CLOCKS, SLACK, key, towards_safe
 
 ANSWERED = 1_000_000  # within a second the display says what became of a command, and that a session was lost
-REACTION_MS = 150  # t0 of docs/reference/bounds.md: what the fence guard has already taken off
 ERROR_MM = 400  # of the last fix, there too
 JUDGED = 20_000  # within so long of a datagram at the guard its record is judged; nothing else is there meanwhile if it came alone
 
@@ -65,7 +64,7 @@ def p8_sessions(log):
 def p4_settings(log):
     """No settings under which a unit that loses its place at the margin leaves the fence: docs/reference/bounds.md, *Settings*."""
     b = log.bounds
-    blind = max(b["product_limit_ms"] + b["control_period_ms"], b["set_point_lease_ms"]) - REACTION_MS
+    blind = max(b["product_limit_ms"] + b["control_period_ms"], b["set_point_lease_ms"]) - log.reaction_ms  # what the fence guard has already taken off
     for e in log.of("executed"):
         kind = e["event"]["kind"]
         if e["event"]["refused"] is None and isinstance(kind, dict) and "configure" in kind:

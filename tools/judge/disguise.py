@@ -6,7 +6,6 @@ from log import planned, within
 
 NEAR_MM = 3_500  # how far from its object a track may be
 TOWARDS = 0.25  # how far from its object's middle a detection may point, radians
-CAMERA_MM = 1_000  # how far ahead of its origin the unit's camera is
 
 
 def sights(log, thing):
@@ -22,13 +21,13 @@ def sights(log, thing):
             if ev["is"] == "followed":
                 if hypot(ev["x_mm"] - place[0], ev["y_mm"] - place[1]) <= NEAR_MM:
                     yield e["t_us"], ev["class"], False
-            elif unit is not None and abs(turned(ev["bearing_mrad"] / 1000 - bearing(unit, place))) <= TOWARDS:
+            elif unit is not None and abs(turned(ev["bearing_mrad"] / 1000 - bearing(log.camera, unit, place))) <= TOWARDS:
                 yield e["t_us"], ev["class"], True
 
 
-def bearing(unit, place):
-    x, y, yaw = unit
-    return atan2(place[1] - y - CAMERA_MM * sin(yaw), place[0] - x - CAMERA_MM * cos(yaw)) - yaw
+def bearing(camera, unit, place):
+    (x, y, yaw), ahead = unit, camera["forward_m"] * 1000
+    return atan2(place[1] - y - ahead * sin(yaw), place[0] - x - ahead * cos(yaw)) - yaw
 
 
 def turned(angle):

@@ -6,7 +6,6 @@ from links import timely
 from log import IMAGING, OLD, SLACK, kind_name
 from place import located, truth
 
-REACTION_MS = 150  # t0 of docs/reference/bounds.md
 RECENT = 250_000  # truth is told ten times a second
 SAID = 500_000  # what a unit says of its place, a few times a second
 
@@ -35,7 +34,7 @@ def fence(log, t):
     if not samples:
         return "without any truth of the plant"
     speed = abs(samples[-1]["speed_mm_s"])
-    stop = speed * REACTION_MS // 1000 + speed * speed // (2 * log.bounds["braking_mm_s2"])
+    stop = speed * log.reaction_ms // 1000 + speed * speed // (2 * log.bounds["braking_mm_s2"])
     return "too near to the fence" if samples[-1]["fence_mm"] < stop else None
 
 

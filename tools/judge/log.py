@@ -18,7 +18,8 @@ class Log:
 
     def __init__(self, head, events):
         self.head, self.events = head, events
-        self.bounds, self.end = head["bounds"], head["duration_us"]
+        self.bounds, self.camera, self.end = head["bounds"], head["camera"], head["duration_us"]
+        self.reaction_ms = 100 + self.bounds["control_period_ms"]  # t0 of docs/reference/bounds.md
         self.by_kind = {}
         for e in events:
             self.by_kind.setdefault(e["event"]["is"], []).append(e)
@@ -48,6 +49,14 @@ class Log:
 
     def changes(self):
         return self.modes[1:]
+
+    def guest(self):
+        """Whether a guest drove, bare, and failed within the run; None without a guest."""
+        engaged = self.of("guest_engaged", by="unit-a")
+        if not engaged:
+            return None
+        failed = any(e["t_us"] <= self.end for e in self.of("guest_failed", by="unit-a"))
+        return {"bare": engaged[0]["event"]["bare"], "failed": failed}
 
     def intents(self):
         return [(e["t_us"], key(e["event"]["command"]), e["event"]["kind"]) for e in self.of("intended", by="console")]

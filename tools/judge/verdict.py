@@ -107,8 +107,13 @@ def classify(log, broken, whole, unknown, trips, zero, missing):
     """The first that matches; None where something that it hangs on is not judged."""
     if log.head["custody"]:
         return "INVALID"
+    if log.guest() is not None and log.guest()["bare"]:
+        return None  # most rules here are about guards and modes, of which a bare guest has none
     if broken & UNSAFE:
         return "UNSAFE"
+    guest = log.guest()
+    if guest is not None and guest["failed"]:
+        return "GUEST_FAILED"
     if unknown:
         return None
     if not whole or broken & {"P6", "P10"}:

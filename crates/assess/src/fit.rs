@@ -1,7 +1,8 @@
 //! Reservations: how far the guards' model fits the recorded vehicle, in sentences for the reader of a result.
 
-use autonomy::localisation::{LEVER_MM, MAX_SIGMA_MM};
+use autonomy::localisation::MAX_SIGMA_MM;
 use wire::bounds::Bounds;
+use wire::platform::Limits;
 
 use crate::log::{Format, Log};
 use crate::map::{Map, Vehicle};
@@ -23,8 +24,9 @@ fn motion(map: &Map, facts: &Facts, bounds: &Bounds) -> Vec<String> {
             Vehicle::Other => "a vehicle without wheels",
         };
         remarks.push(format!(
-            "The localisation guard expects wheels: speed along the body axis, no sliding, an origin {LEVER_MM} mm ahead of the rear \
-             axle, motion in a plane. This is {vehicle}; a trip may be the model's and not the recording's."
+            "The localisation guard expects wheels: speed along the body axis, no sliding, an origin {} mm ahead of the rear \
+             axle, motion in a plane. This is {vehicle}; a trip may be the model's and not the recording's.",
+            Limits::GROUND.rear_axle_mm
         ));
     }
     match facts.sideways_m {

@@ -7,6 +7,7 @@ use autonomy::geofence::Geofence;
 use autonomy::localisation::Localisation;
 use wire::bounds::Bounds;
 use wire::mode::{Because, Guards as GuardSet};
+use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
@@ -83,7 +84,7 @@ pub(crate) struct Guards<'a> {
 impl<'a> Guards<'a> {
     pub(crate) fn new(bounds: &Bounds, fence: Option<&'a Geofence>, restart: Option<Span>) -> Self {
         Self {
-            localisation: Localisation::new(GuardSet::default()),
+            localisation: Localisation::new(Limits::GROUND, GuardSet::default()),
             fence,
             bounds: *bounds,
             restart,
@@ -120,7 +121,8 @@ impl<'a> Guards<'a> {
             .with(Check::Drift, self.localisation.drifts().is_some())
             .with(Check::TimeBase, self.localisation.mistimed().is_some());
         let motion = self.localisation.motion();
-        let breached = self.fence.zip(motion).and_then(|(fence, motion)| fence.breached(&motion, &self.bounds));
+        let breached =
+            self.fence.zip(motion).and_then(|(fence, motion)| fence.breached(&motion, &self.bounds, &Limits::GROUND));
         self.restart_after(now, localised.any());
         Some(localised.with(Check::Geofence, breached.is_some()))
     }
@@ -129,7 +131,7 @@ impl<'a> Guards<'a> {
         self.failing_since = if failing { self.failing_since.or(Some(now)) } else { None };
         let due = self.failing_since.zip(self.restart).is_some_and(|(since, after)| now.since(since) >= after);
         if due {
-            self.localisation = Localisation::new(GuardSet::default());
+            self.localisation = Localisation::new(Limits::GROUND, GuardSet::default());
             (self.ready, self.failing_since) = (false, None);
             self.restarts += 1;
         }

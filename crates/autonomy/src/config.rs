@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
+use wire::platform::Limits;
+use wire::roster::RosterError;
+use wire::session::MAX_TEAMMATES;
 use wire::setup::{NoChannel, Setup};
+use wire::time::Span;
 use wire::trust::Validity;
-
-use crate::consistency::MAX_TEAMMATES;
 
 /// Most points of a route, corners of a geofence or obstacles of a map.
 pub const MAX_POINTS: usize = 64;
@@ -41,6 +43,26 @@ pub struct AutonomyConfig {
     /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
+    /// The platform's limits of guards and driving.
+    #[serde(default)]
+    pub limits: Limits,
+    /// The guest that drives in place of mission and navigation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guest: Option<GuestConfig>,
+}
+
+/// A guest as an autonomy core is told of it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuestConfig {
+    /// Name in reports.
+    pub name: String,
+    /// True if its set-points go to the plant as they are.
+    pub bare: bool,
+    /// Longest time from the start to its first answer.
+    pub start_limit: Span,
+    /// Longest time from a step to its answer.
+    pub step_limit: Span,
 }
 
 /// A place to keep clear of.
@@ -61,6 +83,9 @@ pub enum ConfigError {
     /// A channel's key is missing.
     #[error(transparent)]
     Channel(#[from] NoChannel),
+    /// The run's identities are no table, or the configuration names one that is not in it.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
     /// A list has too few or too many items.
     #[error("{field}: {least} to {most} items expected, got {got}")]
     Count {

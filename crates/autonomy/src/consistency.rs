@@ -18,12 +18,10 @@ use wire::event::Inconsistency;
 use wire::id::{Boot, PeerId, Sequence, UnitId};
 use wire::mode::Because;
 use wire::report::Report;
+use wire::session::MAX_TEAMMATES;
 use wire::time::{Instant, PeerStamp, Span};
 
 use crate::geofence::{Motion, Point, between};
-
-/// Most units that can be known; the closed set has four vehicles.
-pub const MAX_TEAMMATES: usize = 3;
 
 /// Oldest that a claimed place may be and still exclude another, at any speed.
 const REMEMBERED: Span = Span::s(1);

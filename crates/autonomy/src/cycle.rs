@@ -53,6 +53,7 @@ impl Autonomy {
     /// The closing account.
     pub(crate) fn finish(&mut self, now: Instant) {
         self.quiet = true;
+        self.close_guest(now);
         self.accounts.close(now, &mut self.journal, &mut self.out);
         self.journal.sign(now, &mut self.out);
     }
@@ -60,13 +61,13 @@ impl Autonomy {
     /// Judges every guard.
     pub(crate) fn assess(&self, now: Instant) -> Health {
         let bounds = &self.bounds;
-        let limit = bounds.product_limit();
+        let (limit, limits) = (bounds.product_limit(), &self.identity.limits);
         let findings = self.picture.judge(Findings::default(), now, limit);
         let findings = findings
             .with(Guard::Localisation, self.localisation.lost(now, limit))
             .with(Guard::Drift, self.localisation.drifts())
             .with(Guard::TimeBase, self.localisation.mistimed())
-            .with(Guard::Geofence, self.placed(now).and_then(|motion| self.fence.breached(&motion, bounds)))
+            .with(Guard::Geofence, self.placed(now).and_then(|motion| self.fence.breached(&motion, bounds, limits)))
             .with(Guard::Lease, self.lease.lapsed(now))
             .with(Guard::Teammates, self.teammates.inconsistent())
             .with(Guard::SealedLog, self.seals.missing(now));
@@ -76,7 +77,8 @@ impl Autonomy {
 
     /// The values that the guards are judged by.
     fn measured(&self, now: Instant) -> Measured {
-        let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds).floor() as i32);
+        let limits = &self.identity.limits;
+        let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds, limits).floor() as i32);
         let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
         measured
             .claimed(self.teammates.finding())
@@ -123,7 +125,7 @@ impl Autonomy {
     /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values change.
     fn configure(&mut self, now: Instant, order: &Ordered, values: &Settings) -> Option<Refusal> {
         let safe = match self.identity.policy.check(Check::Joint) {
-            Requirement::Required => settings::jointly_safe(values, &self.identity.bounds),
+            Requirement::Required => settings::jointly_safe(values, &self.identity.bounds, &self.identity.limits),
             Requirement::Waived => Ok(()),
         };
         safe.err().or_else(|| self.give(now, order, None))
@@ -212,7 +214,7 @@ impl Autonomy {
         self.bounds = settings::under(settings, &self.identity.bounds);
         self.status.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
-            self.mission.replan(plan(&self.fence, &self.map, &self.bounds));
+            self.mission.replan(plan(&self.fence, &self.map, &self.bounds, &self.identity.limits));
         }
     }
 
@@ -230,7 +232,16 @@ impl Autonomy {
         if self.quiet {
             return;
         }
-        let SetPoint { speed, curvature } = self.set_point(now);
+        if self.pilot.is_some() {
+            return self.pilot(now);
+        }
+        let set_point = self.set_point(now);
+        self.drive(now, set_point);
+    }
+
+    /// Sends a set-point with its lease.
+    pub(crate) fn drive(&mut self, now: Instant, set_point: SetPoint) {
+        let SetPoint { speed, curvature } = set_point;
         let drive = Drive {
             stamp: now,
             speed_mm_s: speed as i32,
@@ -247,12 +258,13 @@ impl Autonomy {
         let Some(motion) = motion else { return SetPoint::default() };
         let seen = self.seen(now);
         let Some(way) = self.mission.way(motion.at, &seen, now) else { return SetPoint::default() };
-        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds: &self.bounds };
+        let (bounds, limits) = (&self.bounds, &self.identity.limits);
+        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
         navigation::follow(&motion, &way, &around)
     }
 
     /// The most that the mode allows, mm/s. Without localisation no speed is safe.
-    fn mode_speed(&self) -> f64 {
+    pub(crate) fn mode_speed(&self) -> f64 {
         let bounds = &self.bounds;
         let lost = self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some();
         match self.mode() {
@@ -262,7 +274,7 @@ impl Autonomy {
         }
     }
 
-    fn seen(&self, now: Instant) -> Vec<Keepout> {
+    pub(crate) fn seen(&self, now: Instant) -> Vec<Keepout> {
         let tracks = self.picture.tracks().iter().map(|track| (f64::from(track.x_mm), f64::from(track.y_mm)));
         let places = tracks.chain(self.teammates.places(now));
         places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM }).collect()

@@ -6,12 +6,10 @@
 
 use wire::bounds::Bounds;
 use wire::mode::Because;
+use wire::platform::Limits;
 
 /// A point in the world frame: millimetres east, millimetres north.
 pub type Point = (f64, f64);
-
-/// Time from a decision to the brakes, seconds: a control period, a set-point's way, the plant's own.
-pub(crate) const REACTION_S: f64 = 0.15;
 
 /// The fence.
 #[derive(Clone, Debug)]
@@ -58,20 +56,20 @@ impl Geofence {
     }
 
     /// Clearance that is left at the worse of the two points, margin taken off; negative is a breach.
-    pub fn spare(&self, motion: &Motion, bounds: &Bounds) -> f64 {
-        let rest = ahead(motion, stopping_distance(motion.speed, bounds));
+    pub fn spare(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> f64 {
+        let rest = ahead(motion, stopping_distance(motion.speed, bounds, limits));
         self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
     }
 
     /// Reason that the fence guard fails, if it does.
-    pub fn breached(&self, motion: &Motion, bounds: &Bounds) -> Option<Because> {
-        (self.spare(motion, bounds) < 0.0).then_some(Because::Itself)
+    pub fn breached(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> Option<Because> {
+        (self.spare(motion, bounds, limits) < 0.0).then_some(Because::Itself)
     }
 }
 
 /// Distance to standstill from `speed` (mm/s, its sign kept), with the reaction time before it.
-pub fn stopping_distance(speed: f64, bounds: &Bounds) -> f64 {
-    speed * REACTION_S + speed * speed.abs() / (2.0 * f64::from(bounds.braking_mm_s2))
+pub fn stopping_distance(speed: f64, bounds: &Bounds, limits: &Limits) -> f64 {
+    speed * limits.reaction_s() + speed * speed.abs() / (2.0 * f64::from(bounds.braking_mm_s2))
 }
 
 /// The point `distance` ahead of the unit.
@@ -142,11 +140,11 @@ mod tests {
 
     #[test]
     fn guard_fails_while_stopping_room_remains() {
-        let bounds = Bounds::GROUND;
+        let (bounds, limits) = (Bounds::GROUND, Limits::GROUND);
         let towards = |x: f64| Motion { at: (x, 5000.0), yaw: 0.0, speed: 3000.0 };
-        assert_eq!(square().breached(&towards(7000.0), &bounds), None);
-        assert!(square().breached(&towards(7100.0), &bounds).is_some());
+        assert_eq!(square().breached(&towards(7000.0), &bounds, &limits), None);
+        assert!(square().breached(&towards(7100.0), &bounds, &limits).is_some());
         let along = Motion { at: (8900.0, 2000.0), yaw: core::f64::consts::FRAC_PI_2, speed: 3000.0 };
-        assert_eq!(square().breached(&along, &bounds), None, "driving along the fence is no breach");
+        assert_eq!(square().breached(&along, &bounds, &limits), None, "driving along the fence is no breach");
     }
 }

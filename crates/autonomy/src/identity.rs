@@ -3,7 +3,9 @@
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::mode::Guards;
+use wire::platform::Limits;
 use wire::policy::Policy;
+use wire::roster::RosterError;
 use wire::setup::Setup;
 use wire::sign::{Key, Keyring};
 
@@ -28,6 +30,8 @@ pub struct Identity {
     pub waived_guards: Guards,
     /// Bounds in force.
     pub bounds: Bounds,
+    /// The platform's limits of guards and driving.
+    pub limits: Limits,
     /// Peer that may grant leases.
     pub supervisor: PeerId,
     /// Units from which claims are heard.
@@ -36,18 +40,25 @@ pub struct Identity {
 
 impl Identity {
     /// From the setup and configuration of a core.
-    pub fn new(setup: &Setup, config: &AutonomyConfig) -> Self {
-        Identity {
+    ///
+    /// # Errors
+    /// An unsound table of identities, or a teammate or operator that the table does not name.
+    pub fn new(setup: &Setup, config: &AutonomyConfig) -> Result<Self, RosterError> {
+        let keys = setup.keyring()?;
+        keys.cast("teammates", config.teammates.iter().map(|unit| unit.node()))?;
+        keys.cast("operators", config.operators.iter().copied())?;
+        Ok(Identity {
             unit: config.unit,
             node: setup.node,
             boot: setup.boot,
             key: setup.key(),
-            keys: setup.keyring(),
+            keys,
             policy: setup.policy.clone(),
             waived_guards: setup.policy.waived_guards(),
             bounds: setup.bounds,
+            limits: config.limits,
             supervisor: config.supervisor,
             teammates: config.teammates.clone(),
-        }
+        })
     }
 }

@@ -47,6 +47,9 @@ impl Autonomy {
         let accepted = self.gates.navigation.admit::<Navigation>(&self.identity.policy, now, bytes)?;
         let (reading, evidence) = accepted.into_parts();
         self.localisation.take(&reading, evidence.waived);
+        if let Some(pilot) = &mut self.pilot {
+            pilot.read(&reading);
+        }
         let present = (reading.fix.is_some(), reading.odometry.is_some());
         if self.present.replace(present) != Some(present) {
             self.write(now, Event::NavigationSeen { fix: present.0, odometry: present.1 });

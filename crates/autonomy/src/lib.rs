@@ -15,6 +15,7 @@
 //! | records of the session | [`intake`] |
 //! | the unit's way | [`mission`], [`grid`], [`navigation`] |
 //! | its own reports | [`telemetry`] |
+//! | a guest in place of mission and navigation | [`pilot`] |
 //!
 //! The core itself is in three parts: its making (here), the meaning of an input (`inputs`), periodic work
 //! (`cycle`).
@@ -36,6 +37,7 @@ pub mod localisation;
 pub mod mission;
 pub mod navigation;
 pub mod picture;
+pub mod pilot;
 #[cfg(feature = "process")]
 pub mod process;
 pub mod seals;
@@ -52,16 +54,18 @@ use wire::account::Accounts;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
 use wire::bus::Sender;
+use wire::codec::Text;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::Event;
 use wire::id::{Nonce, Sequence};
 use wire::mode::Mode;
+use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Windows};
 
-pub use config::{AutonomyConfig, ConfigError, Disc};
+pub use config::{AutonomyConfig, ConfigError, Disc, GuestConfig};
 pub use transition::{authority, state};
 
 use authority::Mint;
@@ -77,13 +81,10 @@ use lease::Lease;
 use localisation::Localisation;
 use mission::Mission;
 use picture::Picture;
+use pilot::Pilot;
 use seals::Seals;
 use state::Machine;
 use telemetry::StatusRecord;
-
-/// Clearance that the plan keeps to the fence beyond the margin in force, the platform's or an operator's, and to the rim of
-/// obstacles on the map, millimetres.
-const PLAN_CLEARANCE_MM: f64 = 1500.0;
 
 /// The core of one unit.
 pub struct Autonomy {
@@ -108,6 +109,8 @@ pub struct Autonomy {
     commands: CommandGate,
     revoked: RevocationList,
     mission: Mission,
+    /// The guest that drives in place of mission and navigation.
+    pilot: Option<Pilot>,
     drive: Sender,
     act: Sender,
     reports: Sequence,
@@ -140,9 +143,11 @@ impl Autonomy {
         let bounds = setup.bounds;
         let seal_limit = Span::ms(bounds.seal_limit_ms);
         let fence = Arc::new(Geofence::new(&config.geofence));
-        let map: Arc<[Keepout]> = config.obstacles.iter().map(keepout).collect();
-        let grid = plan(&fence, &map, &bounds);
-        let identity = Arc::new(Identity::new(&setup, &config));
+        let map: Arc<[Keepout]> = config.obstacles.iter().map(|disc| keepout(disc, &config.limits)).collect();
+        let grid = plan(&fence, &map, &bounds, &config.limits);
+        let identity = Arc::new(Identity::new(&setup, &config)?);
+        let guest =
+            config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.
@@ -154,7 +159,7 @@ impl Autonomy {
             health: Health::judge(Findings::default(), waived, Waived::default()),
             status: StatusRecord::default(),
             picture: Picture::default(),
-            localisation: Localisation::new(waived),
+            localisation: Localisation::new(config.limits, waived),
             fence,
             map,
             bounds,
@@ -171,6 +176,7 @@ impl Autonomy {
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
             revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
+            pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, now)),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
             reports: Sequence(0),
@@ -186,6 +192,10 @@ impl Autonomy {
             identity,
         };
         core.write(now, Event::Started);
+        if let Some((name, bare, mission)) = guest {
+            core.write(now, Event::GuestEngaged { name: Text::new(&name), bare });
+            core.out.push_back(mission);
+        }
         core.health = core.assess(now);
         Ok(core)
     }
@@ -223,6 +233,7 @@ impl Autonomy {
             commands: self.commands.clone(),
             revoked: self.revoked.clone(),
             mission: self.mission.clone(),
+            pilot: self.pilot.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),
             reports: self.reports,
@@ -262,6 +273,7 @@ impl Core for Autonomy {
             Input::Closed { session } => self.closed(now, *session),
             Input::Published { subject, bytes } => self.published(now, *subject, bytes),
             Input::SessionLost => self.session_lost(now),
+            Input::Guest { bytes } => self.answered(now, bytes),
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
             // Of relays and the recorder.
@@ -282,12 +294,12 @@ impl Core for Autonomy {
     }
 }
 
-/// Area that may be driven under `bounds`.
-fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds) -> Grid {
-    Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + PLAN_CLEARANCE_MM)
+/// Area that may be driven under `bounds`, the platform's or an operator's.
+fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds, limits: &Limits) -> Grid {
+    Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + f64::from(limits.plan_clearance_mm))
 }
 
-fn keepout(disc: &Disc) -> Keepout {
+fn keepout(disc: &Disc, limits: &Limits) -> Keepout {
     let at = (f64::from(disc.x_mm), f64::from(disc.y_mm));
-    Keepout { at, radius: f64::from(disc.radius_mm) + PLAN_CLEARANCE_MM }
+    Keepout { at, radius: f64::from(disc.radius_mm) + f64::from(limits.plan_clearance_mm) }
 }

@@ -19,6 +19,7 @@ mod receiver;
 
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Guards};
+use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
 use wire::time::{Instant, Span};
@@ -27,25 +28,16 @@ use crate::geofence::{Motion, Point, between};
 use drift::Drift;
 use receiver::Receiver;
 
-/// Distance between fix and anchor that wheels and terrain can explain, millimetres.
-const GATE_MM: f64 = 500.0;
 /// Deviations of the fix that are added to the gate.
 const SIGMAS: f64 = 4.0;
 /// The largest stated deviation of a fix that is believed, millimetres.
 pub const MAX_SIGMA_MM: f64 = 60.0;
-/// Heading difference that the same can explain, radians.
-const YAW_GATE: f64 = 0.15;
 /// A disagreement ends within this share of the gate, so that noise does not make it flicker.
 const RETURN: f64 = 0.7;
 /// Time over which the anchor follows fixes, seconds.
 const ANCHOR_S: f64 = 4.0;
 /// Share of a fix's difference that the pose takes over at once.
 const POSE_GAIN: f64 = 0.3;
-/// Distance of the rear axle behind the body's origin, millimetres. Wheels that do not steer do not slide, so in a curve
-/// the origin moves sideways, towards the inside of the turn, by this times the rate of turn.
-pub const LEVER_MM: f64 = 600.0;
-/// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
-const MAX_UNOBSERVED_MM: f64 = 2500.0;
 
 /// Fixes and odometry, and whether they agree.
 #[derive(Clone, Debug, Default)]
@@ -57,6 +49,7 @@ pub struct Localisation {
     disagrees: bool,
     drift: Drift,
     receiver: Receiver,
+    limits: Limits,
     /// Tests that the policy waives.
     passed_over: Guards,
     waived: Waived,
@@ -79,9 +72,9 @@ struct Estimate {
 }
 
 impl Localisation {
-    /// With the tests that the policy waives.
-    pub fn new(passed_over: Guards) -> Self {
-        Localisation { passed_over, ..Localisation::default() }
+    /// With the platform's limits and the tests that the policy waives.
+    pub fn new(limits: Limits, passed_over: Guards) -> Self {
+        Localisation { limits, passed_over, ..Localisation::default() }
     }
 
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
@@ -165,14 +158,16 @@ impl Localisation {
 
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64) {
         let reach = self.speed().abs() * elapsed;
+        let Limits { rear_axle_mm, unobserved_mm, .. } = self.limits;
         let Some(estimates) = &mut self.track else { return };
         match odometry {
             Some(odometry) => {
                 let (speed, rate) = (f64::from(odometry.speed_mm_s), f64::from(odometry.yaw_rate_mrad_s) / 1000.0);
-                estimates.pose.move_on(speed, rate, elapsed);
-                estimates.anchor.move_on(speed, rate, elapsed);
+                let left = f64::from(rear_axle_mm) * rate * elapsed;
+                estimates.pose.move_on((speed * elapsed, left), rate, elapsed);
+                estimates.anchor.move_on((speed * elapsed, left), rate, elapsed);
             }
-            None => estimates.unobserved = (estimates.unobserved + reach).min(MAX_UNOBSERVED_MM),
+            None => estimates.unobserved = (estimates.unobserved + reach).min(f64::from(unobserved_mm)),
         }
     }
 
@@ -184,9 +179,10 @@ impl Localisation {
             self.track = Some(Estimates { pose: seen, anchor: seen, unobserved: 0.0, followed: 0.0 });
             return;
         };
-        self.disagrees = beyond_gate(&seen, &anchor, fix.sigma_mm, unobserved, self.disagrees);
+        self.disagrees = beyond_gate(&self.limits, (&seen, &anchor), fix.sigma_mm, unobserved, self.disagrees);
         let innovation = (seen.at.0 - anchor.at.0, seen.at.1 - anchor.at.1);
-        self.drift.take(innovation, elapsed, self.speed(), unobserved);
+        let share = f64::from(self.limits.odometry_permille) / 1000.0;
+        self.drift.take(innovation, elapsed, self.speed(), (share, unobserved));
         let usable = !self.distrusted();
         if let Some(estimates) = self.track.as_mut().filter(|_| usable) {
             let share = estimates.follow(&seen, elapsed);
@@ -196,11 +192,17 @@ impl Localisation {
 }
 
 /// True if a fix lies further from the anchor than wheels and terrain can explain.
-fn beyond_gate(seen: &Estimate, anchor: &Estimate, sigma_mm: u16, unobserved: f64, before: bool) -> bool {
-    let gate = GATE_MM + SIGMAS * f64::from(sigma_mm).min(MAX_SIGMA_MM) + unobserved;
+fn beyond_gate(
+    limits: &Limits,
+    (seen, anchor): (&Estimate, &Estimate),
+    sigma_mm: u16,
+    unobserved: f64,
+    before: bool,
+) -> bool {
+    let gate = f64::from(limits.fix_gate_mm) + SIGMAS * f64::from(sigma_mm).min(MAX_SIGMA_MM) + unobserved;
     let share = if before { RETURN } else { 1.0 };
     let turned = wrap(seen.yaw - anchor.yaw).abs();
-    between(seen.at, anchor.at) > gate * share || turned > YAW_GATE * share
+    between(seen.at, anchor.at) > gate * share || turned > f64::from(limits.yaw_gate_mrad) / 1000.0 * share
 }
 
 impl Estimates {
@@ -218,9 +220,9 @@ impl Estimates {
 }
 
 impl Estimate {
-    fn move_on(&mut self, speed: f64, rate: f64, elapsed: f64) {
+    /// Moves by `(ahead, left)` millimetres while it turns at `rate` rad/s for `elapsed` seconds.
+    fn move_on(&mut self, (ahead, left): (f64, f64), rate: f64, elapsed: f64) {
         let yaw = self.yaw + rate * elapsed / 2.0;
-        let (ahead, left) = (speed * elapsed, LEVER_MM * rate * elapsed);
         let (sin, cos) = libm::sincos(yaw);
         self.at.0 += ahead * cos - left * sin;
         self.at.1 += ahead * sin + left * cos;
@@ -294,7 +296,7 @@ mod tests {
     #[test]
     fn flagged_fixes_move_the_pose_only_when_waived() {
         let strayed = |passed_over: Guards| {
-            let mut localisation = Localisation::new(passed_over);
+            let mut localisation = Localisation::new(Limits::GROUND, passed_over);
             drive(&mut localisation, 0, 60, |_| 0.0);
             drive(&mut localisation, 60, 400, |t| (t - 3.0) * 100.0);
             assert!(localisation.drifts().is_some());

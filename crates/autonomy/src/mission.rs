@@ -58,9 +58,8 @@ impl Mission {
         (self.legs.min(all) * 1000 / all) as u16
     }
 
-    /// The way from `at` towards the next way point around `moving` places; `None` where the mission is over or there
-    /// is no way now.
-    pub fn way(&mut self, at: Point, moving: &[Keepout], now: Instant) -> Option<Way<'_>> {
+    /// Notes that the unit is at `at`, where somebody else leads it along the route.
+    pub fn pass(&mut self, at: Point) {
         while self.target(0).is_some_and(|target| between(at, target) <= REACHED_MM) {
             self.legs += 1;
             self.leg = None;
@@ -68,6 +67,12 @@ impl Mission {
                 break;
             }
         }
+    }
+
+    /// The way from `at` towards the next way point around `moving` places; `None` where the mission is over or there
+    /// is no way now.
+    pub fn way(&mut self, at: Point, moving: &[Keepout], now: Instant) -> Option<Way<'_>> {
+        self.pass(at);
         let target = self.target(0)?;
         if self.leg.as_ref().is_none_or(|leg| leg.wants_plan(at, moving, now)) {
             let mut way = vec![at];

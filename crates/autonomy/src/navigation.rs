@@ -5,28 +5,13 @@
 //! ahead, and the fence. World frame, millimetres; curvature in 1/mm, positive to the left.
 
 use wire::bounds::Bounds;
+use wire::platform::Limits;
 
 use crate::geofence::{Geofence, Motion, Point, between, nearest_on};
 use crate::grid::Keepout;
 use crate::localisation::wrap;
 use crate::mission::Way;
 
-/// Lookahead: this time at the present speed, within these distances, millimetres.
-const LOOKAHEAD_S: f64 = 0.9;
-const LOOKAHEAD_MM: (f64, f64) = (1500.0, 4000.0);
-/// Greatest curvature asked for, 1/mm.
-const MAX_CURVATURE: f64 = 0.000_4;
-/// Sideways acceleration in curves, mm/s².
-const SIDEWAYS: f64 = 1200.0;
-/// Deceleration that driving plans with, mm/s²; well below the one that the brakes are sure to reach.
-const COMFORT: f64 = 1000.0;
-/// Speed while the way lies behind, mm/s.
-const TURNING: f64 = 800.0;
-/// Half of the width that is kept free ahead, and the distance kept to obstacles in it, millimetres.
-const CORRIDOR_MM: f64 = 1200.0;
-const STANDOFF_MM: f64 = 3000.0;
-/// Clearance kept beyond the fence guard's own margin, so that driving by itself does not trip it, millimetres.
-const FENCE_SPARE_MM: f64 = 500.0;
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
 
@@ -50,6 +35,8 @@ pub struct Surroundings<'a> {
     pub fence: &'a Geofence,
     /// The platform's bounds.
     pub bounds: &'a Bounds,
+    /// The platform's limits of driving.
+    pub limits: &'a Limits,
 }
 
 /// The set-point that follows `way`.
@@ -57,16 +44,28 @@ pub fn follow(motion: &Motion, way: &Way<'_>, around: &Surroundings<'_>) -> SetP
     if around.mode_speed <= 0.0 {
         return SetPoint::default();
     }
-    let lookahead = (motion.speed.abs() * LOOKAHEAD_S).clamp(LOOKAHEAD_MM.0, LOOKAHEAD_MM.1);
+    let limits = around.limits;
+    let most = limits.curvature_per_mm();
+    let [nearest, furthest] = limits.lookahead_mm.map(f64::from);
+    let lookahead = (motion.speed.abs() * (f64::from(limits.lookahead_ms) / 1000.0)).clamp(nearest, furthest);
     let (carrot, left) = carrot(motion.at, way, lookahead);
     let distance = between(motion.at, carrot).max(1.0);
     let bearing = wrap(libm::atan2(carrot.1 - motion.at.1, carrot.0 - motion.at.0) - motion.yaw);
     let behind = bearing.abs() > core::f64::consts::FRAC_PI_2;
     let arc = 2.0 * libm::sin(bearing) / distance;
-    let curvature = if behind { MAX_CURVATURE.copysign(bearing) } else { arc.clamp(-MAX_CURVATURE, MAX_CURVATURE) };
-    let curve_speed = if behind { TURNING } else { (SIDEWAYS / curvature.abs().max(1e-9)).sqrt() };
-    let end_speed = if way.beyond.is_some() { f64::MAX } else { stop_within(left) };
-    let speed = around.mode_speed.min(curve_speed).min(end_speed).min(free_ahead(motion, around.seen));
+    let curvature = if behind { most.copysign(bearing) } else { arc.clamp(-most, most) };
+    let curve_speed = if behind { f64::from(limits.turning_mm_s) } else { curve_speed(curvature, limits) };
+    let end_speed = if way.beyond.is_some() { f64::MAX } else { stop_within(left, limits) };
+    let speed = around.mode_speed.min(curve_speed).min(end_speed).min(free_ahead(motion, around));
+    SetPoint { speed: within_fence(motion, speed, around), curvature }
+}
+
+/// A guest's set-point under the limits that [`follow`] keeps to by itself. Backwards is not driven: nothing looks there.
+pub fn limited(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
+    let most = around.limits.curvature_per_mm();
+    let curvature = asked.curvature.clamp(-most, most);
+    let curve_speed = curve_speed(curvature, around.limits);
+    let speed = asked.speed.max(0.0).min(around.mode_speed).min(curve_speed).min(free_ahead(motion, around));
     SetPoint { speed: within_fence(motion, speed, around), curvature }
 }
 
@@ -97,26 +96,33 @@ fn along(a: Point, b: Point, distance: f64) -> Point {
     (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
 }
 
-fn stop_within(distance: f64) -> f64 {
-    (2.0 * COMFORT * distance.max(0.0)).sqrt()
+/// The highest speed in a curve, mm/s.
+fn curve_speed(curvature: f64, limits: &Limits) -> f64 {
+    (f64::from(limits.sideways_mm_s2) / curvature.abs().max(1e-9)).sqrt()
+}
+
+fn stop_within(distance: f64, limits: &Limits) -> f64 {
+    (2.0 * f64::from(limits.comfort_mm_s2) * distance.max(0.0)).sqrt()
 }
 
 /// The speed from which one can stop before the nearest thing in the corridor ahead.
-fn free_ahead(motion: &Motion, seen: &[Keepout]) -> f64 {
+fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
+    let limits = around.limits;
     let (sin, cos) = libm::sincos(motion.yaw);
-    let in_corridor = seen.iter().filter_map(|keepout| {
+    let in_corridor = around.seen.iter().filter_map(|keepout| {
         let (dx, dy) = (keepout.at.0 - motion.at.0, keepout.at.1 - motion.at.1);
         let (forward, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
-        (forward > 0.0 && left.abs() < CORRIDOR_MM).then_some(forward)
+        (forward > 0.0 && left.abs() < f64::from(limits.corridor_mm)).then_some(forward)
     });
-    stop_within(in_corridor.fold(f64::MAX, f64::min) - STANDOFF_MM)
+    stop_within(in_corridor.fold(f64::MAX, f64::min) - f64::from(limits.standoff_mm), limits)
 }
 
 /// The highest speed up to `speed` that leaves the fence guard room.
 fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
-    let allowed = |speed: f64| around.fence.spare(&Motion { speed, ..*motion }, around.bounds) >= FENCE_SPARE_MM;
+    let spare = |speed: f64| around.fence.spare(&Motion { speed, ..*motion }, around.bounds, around.limits);
+    let allowed = |speed: f64| spare(speed) >= f64::from(around.limits.fence_spare_mm);
     let steps = (0..=FENCE_STEPS).map(|i| speed * f64::from(FENCE_STEPS - i) / f64::from(FENCE_STEPS));
-    let creeping = speed.min(TURNING / 2.0);
+    let creeping = speed.min(f64::from(around.limits.turning_mm_s) / 2.0);
     steps.filter(|speed| *speed > creeping).find(|speed| allowed(*speed)).unwrap_or(creeping)
 }
 
@@ -131,7 +137,7 @@ mod tests {
     /// Drives a point along `way` for `seconds` and gives where it ends up and its greatest distance from the way.
     fn drive(way: &Way<'_>, seconds: f64, mode_speed: f64) -> (Motion, f64) {
         let (fence, bounds) = (fence(), Bounds::GROUND);
-        let around = Surroundings { mode_speed, seen: &[], fence: &fence, bounds: &bounds };
+        let around = Surroundings { mode_speed, seen: &[], fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
         let mut motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
         let mut worst: f64 = 0.0;
         for _ in 0..(seconds * 20.0) as u32 {
@@ -160,7 +166,8 @@ mod tests {
         let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
         let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0 }];
-        let mut around = Surroundings { mode_speed: 3000.0, seen: &wall, fence: &fence, bounds: &bounds };
+        let mut around =
+            Surroundings { mode_speed: 3000.0, seen: &wall, fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
         assert_eq!(follow(&motion, &way, &around).speed, 0.0);
         around.seen = &[];
         assert!(follow(&motion, &way, &around).speed > 2000.0);
@@ -172,9 +179,13 @@ mod tests {
     fn navigation_slows_before_the_fence_guard_trips() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(40_000.0, 0.0), (49_900.0, 0.0)], beyond: Some((0.0, 0.0)) };
-        let around = Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds };
+        let around =
+            Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
         let motion = Motion { at: (47_000.0, 0.0), yaw: 0.0, speed: 3000.0 };
         let asked = follow(&motion, &way, &around);
-        assert!(fence.breached(&Motion { speed: asked.speed, ..motion }, &bounds).is_none(), "{asked:?}");
+        assert!(
+            fence.breached(&Motion { speed: asked.speed, ..motion }, &bounds, &Limits::GROUND).is_none(),
+            "{asked:?}"
+        );
     }
 }

@@ -1,9 +1,12 @@
 //! The process around the core: reads its specification, makes the [`Autonomy`], and lets `link` drive it.
 
+use std::error::Error;
 use std::process::ExitCode;
 
+use link::drive::Attendant;
 use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use wire::setup::Setup;
 
 use crate::{Autonomy, AutonomyConfig};
@@ -16,20 +19,31 @@ pub struct ProcessConfig {
     pub setup: Setup,
     /// Mission and surroundings.
     pub config: AutonomyConfig,
+    /// The guest's program, for the one who can start it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guest: Option<Value>,
 }
 
-/// Runs the service until its launcher ends it.
+/// Runs the service until its launcher ends it. It can hold no guest.
 pub fn main() -> ExitCode {
-    match make() {
-        Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
+    main_with(|_| Err("this program starts no guests".into()))
+}
+
+/// Runs the service until its launcher ends it; `attend` starts the guest that the specification carries.
+pub fn main_with(attend: impl FnOnce(Value) -> Result<Attendant, Box<dyn Error>>) -> ExitCode {
+    match make(attend) {
+        Ok((spec, core, attendant)) => link::drive::run_attended(spec, Box::new(core), attendant),
         Err(why) => link::drive::refuse("autonomy", &why.to_string()),
     }
 }
 
-fn make() -> Result<(ServiceSpec, Autonomy), Box<dyn std::error::Error>> {
+type Made = (ServiceSpec, Autonomy, Option<Attendant>);
+
+fn make(attend: impl FnOnce(Value) -> Result<Attendant, Box<dyn Error>>) -> Result<Made, Box<dyn Error>> {
     let spec = ServiceSpec::from_stdin()?;
-    let ProcessConfig { setup, config } = spec.config()?;
+    let ProcessConfig { setup, config, guest } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
+    let attendant = guest.map(attend).transpose()?;
     let core = Autonomy::new(setup, config, spec.started())?;
-    Ok((spec, core))
+    Ok((spec, core, attendant))
 }

@@ -5,10 +5,9 @@
 //! Derived in `docs/reference/bounds.md`. In which mode settings may change is left to `transition`.
 
 use wire::bounds::Bounds;
+use wire::platform::Limits;
 use wire::refusal::Refusal;
 use wire::settings::Settings;
-
-use crate::geofence::REACTION_S;
 
 /// Allowance left for the error of the last fix, mm.
 const ERROR_MM: u32 = 400;
@@ -16,8 +15,8 @@ const ERROR_MM: u32 = 400;
 const APART_PERMILLE: u32 = 100;
 
 /// The settings go together, or the value that is too small for the others.
-pub fn jointly_safe(settings: &Settings, bounds: &Bounds) -> Result<(), Refusal> {
-    let margin = least_margin_mm(settings.speed_mm_s, bounds);
+pub fn jointly_safe(settings: &Settings, bounds: &Bounds, limits: &Limits) -> Result<(), Refusal> {
+    let margin = least_margin_mm(settings.speed_mm_s, bounds, limits);
     at_least("margin in mm", margin, settings.margin_mm)?;
     at_least("confidence to arm in permille", u32::from(settings.keep_permille) + APART_PERMILLE, settings.arm_permille)
 }
@@ -36,9 +35,9 @@ pub fn under(settings: &Settings, platform: &Bounds) -> Bounds {
 }
 
 /// Way driven blind before the brakes take hold, beyond the guard's own allowance, and the fix's error.
-fn least_margin_mm(speed_mm_s: u16, bounds: &Bounds) -> u32 {
+fn least_margin_mm(speed_mm_s: u16, bounds: &Bounds, limits: &Limits) -> u32 {
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).max(bounds.set_point_lease_ms);
-    let beyond_ms = (blind_ms as f64 - REACTION_S * 1000.0).max(0.0);
+    let beyond_ms = (blind_ms as f64 - f64::from(limits.reaction_ms)).max(0.0);
     (f64::from(speed_mm_s) * beyond_ms / 1000.0) as u32 + ERROR_MM
 }
 
@@ -56,24 +55,27 @@ mod tests {
     #[test]
     fn platform_bounds_are_narrowly_jointly_safe() {
         let bounds = Bounds::GROUND;
-        assert_eq!(jointly_safe(&PLATFORM, &bounds), Ok(()));
+        assert_eq!(jointly_safe(&PLATFORM, &bounds, &Limits::GROUND), Ok(()));
         assert_eq!(under(&PLATFORM, &bounds), bounds);
         let narrow = Settings { margin_mm: 999, ..PLATFORM };
         let refusal = Refusal::Joint { what: "margin in mm", least: 1000, got: 999 };
-        assert_eq!(jointly_safe(&narrow, &bounds), Err(refusal));
+        assert_eq!(jointly_safe(&narrow, &bounds, &Limits::GROUND), Err(refusal));
     }
 
     /// The same margin is too narrow at full speed.
     #[test]
     fn narrow_margin_suffices_at_walking_pace() {
         let slow = Settings { speed_mm_s: 500, margin_mm: 500, ..PLATFORM };
-        assert_eq!(jointly_safe(&slow, &Bounds::GROUND), Ok(()));
-        assert!(jointly_safe(&Settings { speed_mm_s: 1500, ..slow }, &Bounds::GROUND).is_err());
+        assert_eq!(jointly_safe(&slow, &Bounds::GROUND, &Limits::GROUND), Ok(()));
+        assert!(jointly_safe(&Settings { speed_mm_s: 1500, ..slow }, &Bounds::GROUND, &Limits::GROUND).is_err());
     }
 
     #[test]
     fn armable_track_is_not_given_up_at_once() {
         let flicker = Settings { arm_permille: 600, keep_permille: 600, ..PLATFORM };
-        assert!(matches!(jointly_safe(&flicker, &Bounds::GROUND), Err(Refusal::Joint { least: 700, got: 600, .. })));
+        assert!(matches!(
+            jointly_safe(&flicker, &Bounds::GROUND, &Limits::GROUND),
+            Err(Refusal::Joint { least: 700, got: 600, .. })
+        ));
     }
 }

@@ -49,6 +49,7 @@ use wire::feed::{AcceptedReport, Feed};
 use wire::id::{NodeId, PeerId, UnitId, WorldId};
 use wire::person::Role;
 use wire::refusal::Refusal;
+use wire::roster::RosterError;
 use wire::setup::{NoChannel, Secret, Setup};
 use wire::time::{Instant, Span};
 
@@ -96,6 +97,9 @@ pub enum ConsoleError {
     /// The setup lacks a channel.
     #[error(transparent)]
     NoChannel(#[from] NoChannel),
+    /// The run's identities are no table, or a unit is not in it.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
     /// The script is too long.
     #[error("a script of at most {MAX_STEPS} steps expected, got {0}")]
     Script(usize),
@@ -134,6 +138,8 @@ impl Console {
         if config.script.len() > MAX_STEPS {
             return Err(ConsoleError::Script(config.script.len()));
         }
+        let keys = setup.keyring()?;
+        keys.cast("units", config.units.iter().map(|unit| unit.node()))?;
         let gate = setup.gate(Topic::Feed, setup.bounds.freshness())?;
         let ablation = (!setup.policy.is_full()).then(|| setup.policy.name.clone());
         let station = Station {
@@ -147,7 +153,7 @@ impl Console {
         let issuer = || Issuer::new(setup.key_of(&config.operator_secret), config.operator, setup.boot);
         let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);
         let mut console = Self {
-            intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate, &config.units),
+            intake: Intake::new(setup.policy.clone(), setup.bounds, keys, gate, &config.units),
             watch: Some(Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now)),
             model: Model::new(&config.units, station, &setup.policy),
             witness: Witness::default(),
@@ -332,6 +338,7 @@ impl Core for Console {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::Guest { .. }
             | Input::Cue { .. } => return,
         }
         self.refresh(now);

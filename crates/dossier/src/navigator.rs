@@ -24,9 +24,10 @@ const ATTACK: &str = "18";
 const ATLAS: &str = "5.6.0";
 
 /// Classes from the worst for the platform's users to the best.
-const WORST_FIRST: [Outcome; 9] = [
+const WORST_FIRST: [Outcome; 10] = [
     Outcome::Unsafe,
     Outcome::Late,
+    Outcome::GuestFailed,
     Outcome::Invalid,
     Outcome::Undetected,
     Outcome::FalseTrip,

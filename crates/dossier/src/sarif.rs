@@ -142,6 +142,7 @@ fn level(class: Outcome) -> &'static str {
     match class {
         Outcome::Unsafe | Outcome::Late | Outcome::Undetected => "error",
         Outcome::Invalid
+        | Outcome::GuestFailed
         | Outcome::FalseTrip
         | Outcome::HoldSafe
         | Outcome::Degraded

@@ -87,6 +87,7 @@ pub fn told(outcomes: &Outcomes) -> String {
 pub fn meaning(class: Outcome) -> &'static str {
     match class {
         Outcome::Unsafe => "A safety property was broken",
+        Outcome::GuestFailed => "The guest that drove failed",
         Outcome::Invalid => "The evidence does not hold, so nothing is shown",
         Outcome::Late => "Only a bound on time was missed",
         Outcome::FalseTrip => "Authority or freedom was lost without a fault or a true hazard",

@@ -100,7 +100,8 @@ impl TryFrom<String> for Switch {
 /// worse than a stop, however costly; a response that came too late is worse than none that was owed; and harm is worst.
 pub fn severity(outcome: Outcome) -> Option<u8> {
     match outcome {
-        Outcome::Invalid => None,
+        // A guest that failed showed nothing about the attack.
+        Outcome::Invalid | Outcome::GuestFailed => None,
         Outcome::Nominal => Some(0),
         Outcome::Rejected => Some(1),
         Outcome::Degraded => Some(2),

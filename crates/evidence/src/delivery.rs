@@ -55,6 +55,7 @@ impl Claims {
             | Input::Audit { .. }
             | Input::Cue { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Quiesce
             | Input::Finish => return None,

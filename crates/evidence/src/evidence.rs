@@ -1,15 +1,19 @@
 //! The evidence of one trial, as the oracle is given it.
 
 use wire::bounds::Bounds;
+use wire::sensor::Camera;
 
 use crate::mission::Script;
 use crate::plan::Plan;
+use crate::under::Under;
 use crate::verification::Flaw;
 use crate::witnessed::{Micros, Witnessed};
 
 /// Everything the judge gets to see.
 #[derive(Clone, Debug)]
 pub struct Evidence {
+    /// The unit that the run is judged by.
+    pub under: Under,
     /// Events in (time, node, counter) order.
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.
@@ -22,6 +26,8 @@ pub struct Evidence {
     pub differences: Vec<String>,
     /// Bounds in force.
     pub bounds: Bounds,
+    /// The platform's camera.
+    pub camera: Camera,
     /// The plan, table by table; empty for a null attack.
     pub planned: Vec<Plan>,
     /// Length of the run.

@@ -21,6 +21,7 @@ pub mod process_fault;
 pub mod reading;
 pub mod trial;
 pub mod truth;
+mod under;
 mod verdict;
 pub mod verification;
 mod witnessed;
@@ -28,6 +29,7 @@ mod witnessed;
 pub use evidence::Evidence;
 pub use fate::{Fate, FateName, Injection, InjectionRow, Mask};
 pub use plan::{Needs, Plan, Planned, Takes};
+pub use under::Under;
 pub use verdict::{Finding, Property, Verdict};
 pub use witnessed::{Micros, Witnessed};
 

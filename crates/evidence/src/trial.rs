@@ -18,6 +18,8 @@ use crate::process_fault::Response;
 pub enum Outcome {
     /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11).
     Unsafe,
+    /// The guest that drove failed: it ended, was silent, or broke its protocol.
+    GuestFailed,
     /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled, or
     /// the mission did not take place that the scenario presumes.
     Invalid,
@@ -39,8 +41,9 @@ pub enum Outcome {
 
 impl Outcome {
     /// Every class, in the order in which they are tried.
-    pub const ALL: [Outcome; 9] = [
+    pub const ALL: [Outcome; 10] = [
         Outcome::Unsafe,
+        Outcome::GuestFailed,
         Outcome::Invalid,
         Outcome::Late,
         Outcome::FalseTrip,
@@ -53,13 +56,18 @@ impl Outcome {
 
     /// True if it counts as unexpected. Without an expectation only outcomes that no run should show do.
     pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
-        if expected.is_empty() { matches!(self, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&self) }
+        if expected.is_empty() {
+            matches!(self, Outcome::Unsafe | Outcome::GuestFailed | Outcome::Invalid)
+        } else {
+            !expected.contains(&self)
+        }
     }
 
     /// The name in every file and table.
     pub fn name(self) -> &'static str {
         match self {
             Outcome::Unsafe => "UNSAFE",
+            Outcome::GuestFailed => "GUEST_FAILED",
             Outcome::Invalid => "INVALID",
             Outcome::Late => "LATE",
             Outcome::FalseTrip => "FALSE_TRIP",
@@ -143,6 +151,36 @@ pub struct Latency {
     pub to_authority_revoked: Option<f64>,
 }
 
+/// The guest that drove in a trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GuestRow {
+    /// Its name.
+    pub name: String,
+    /// True if its set-points went to the plant as they were.
+    pub bare: bool,
+    /// Steps that it answered.
+    pub steps: u32,
+    /// Set-points that the guards limited.
+    pub limited: u32,
+    /// Its failure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failure: Option<GuestFailure>,
+    /// Properties that are not judged, each with the reason.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_judged: Vec<String>,
+}
+
+/// The failure of a guest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GuestFailure {
+    /// Time of the run, ms.
+    pub at_ms: f64,
+    /// Kind.
+    pub fault: String,
+    /// Expected and got.
+    pub why: String,
+}
+
 /// One trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
@@ -194,6 +232,9 @@ pub struct Trial {
     /// Statements of an admitted teammate in bad faith, where it made any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claims: Option<Claims>,
+    /// The guest that drove in place of the platform's own mission and navigation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guest: Option<GuestRow>,
     /// Progress of the mission; none on the real stacks, which have no mission.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mission: Option<Mission>,
@@ -242,6 +283,7 @@ impl Trial {
             host_stall_ms: None,
             host_spoilt_ms: Vec::new(),
             claims: None,
+            guest: None,
             mission: None,
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },

@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::fate::Injection;
 use crate::mission::Mission;
 use crate::process_fault::Response;
-use crate::trial::{Latency, Outcome, TransitionRow};
+use crate::trial::{GuestRow, Latency, Outcome, TransitionRow};
 use crate::witnessed::Micros;
 
 /// The properties of `ARCHITECTURE.md`.
@@ -71,4 +71,6 @@ pub struct Verdict {
     pub mission: Mission,
     /// Responses to each process that was killed.
     pub responses: Vec<Response>,
+    /// The guest that drove, and what is not judged of it.
+    pub guest: Option<GuestRow>,
 }

@@ -31,12 +31,14 @@ use wire::feed::{CommandStage, Feed};
 use wire::id::{Boot, NodeId, Nonce, PeerId, UnitId, WorldId};
 use wire::policy::Policy;
 use wire::refusal::Refusal;
+use wire::roster::RosterError;
 use wire::setup::{NoChannel, Setup};
 use wire::sign::Keyring;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Validity};
 
 use crate::admit::Boundary;
+use crate::fanout::{Hearers, Interest, InterestError};
 use crate::feed::Feeder;
 use crate::lease::Leases;
 use crate::session::Sessions;
@@ -48,13 +50,27 @@ use crate::stage::{Rules, Staging};
 pub struct GatewayConfig {
     /// Units that may hold a session and be commanded.
     pub units: Vec<UnitId>,
-    /// Units that receive teammates' reports.
-    pub fanout: Vec<UnitId>,
+    /// Interest sets: the teammates whose reports each unit is told. A unit without one is told none.
+    pub interests: Vec<Interest>,
     /// Operators with intents that are staged.
     pub operators: Vec<NodeId>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
     pub mandates: Vec<Validity>,
+}
+
+/// Reason that a gateway cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GatewayError {
+    /// The setup lacks the key of the feed or of the requests.
+    #[error(transparent)]
+    Channel(#[from] NoChannel),
+    /// The run's identities are no table, or a unit or operator is not in it.
+    #[error(transparent)]
+    Roster(#[from] RosterError),
+    /// An interest set is unsound.
+    #[error(transparent)]
+    Interest(#[from] InterestError),
 }
 
 /// The station with the display that the feed is for.
@@ -78,6 +94,7 @@ pub struct Gateway {
     /// Revocations that hold, as the authority signed them.
     revocations: Vec<Vec<u8>>,
     feed: Feeder,
+    hearers: Hearers,
     nonces: ChaCha8Rng,
     accounts: Accounts,
     journal: Journal,
@@ -91,9 +108,15 @@ pub struct Gateway {
 }
 
 impl Gateway {
-    /// A gateway that starts at `now`. Fails when `setup` lacks the key of the feed or of the requests.
-    pub fn new(setup: Setup, config: GatewayConfig, now: Instant) -> Result<Self, NoChannel> {
-        let keys = setup.keyring();
+    /// A gateway that starts at `now`.
+    ///
+    /// # Errors
+    /// A channel without a key, an unsound table of identities, or a unit or operator that the table does not name.
+    pub fn new(setup: Setup, config: GatewayConfig, now: Instant) -> Result<Self, GatewayError> {
+        let keys = setup.keyring()?;
+        keys.cast("units", config.units.iter().map(|unit| unit.node()))?;
+        keys.cast("operators", config.operators.iter().copied())?;
+        let hearers = Hearers::of(&config.interests, &config.units)?;
         let freshness = setup.bounds.freshness();
         let rules = Rules {
             policy: setup.policy.clone(),
@@ -114,6 +137,7 @@ impl Gateway {
             revoked: RevocationList::new(&config.mandates, now),
             revocations: Vec::new(),
             feed: Feeder::new(setup.sender(Topic::Feed)?, now),
+            hearers,
             nonces,
             accounts: Accounts::default(),
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
@@ -148,6 +172,7 @@ impl Gateway {
             revoked: self.revoked.clone(),
             revocations: self.revocations.clone(),
             feed: self.feed.clone(),
+            hearers: self.hearers.clone(),
             nonces: self.nonces.clone(),
             accounts: self.accounts.clone(),
             journal: self.journal.fork(),
@@ -219,6 +244,7 @@ impl Core for Gateway {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::Cue { .. }
+            | Input::Guest { .. }
             | Input::Act { .. } => {}
         }
     }

@@ -3,7 +3,7 @@
 //! A session keeps only values that *we* issued or measured, and those we have to repeat to that same peer. Judging records
 //! is left to `admit`; deciding about sending, to `lib`.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use wire::bounds::Bounds;
 use wire::codec;
@@ -168,11 +168,12 @@ impl Session {
     }
 }
 
-/// The open sessions, in order of their handles. At most one for each peer, so the closed set of identities bounds
-/// the table.
+/// The open sessions, in order of their handles: at most one for each of the gateway's units.
 #[derive(Clone, Debug, Default)]
 pub struct Sessions {
     open: Vec<Session>,
+    /// Session of each unit that has one.
+    of_unit: BTreeMap<UnitId, SessionId>,
     /// Sessions whose records are refused: superseded by a newer one of the same peer, or of a peer that may have none.
     barred: VecDeque<(SessionId, PeerId)>,
 }
@@ -185,7 +186,11 @@ impl Sessions {
         if let Some(old) = &old {
             self.bar(old.id, old.peer);
         }
+        if let Some(old) = &old {
+            self.of_unit.remove(&old.unit);
+        }
         let at = self.open.partition_point(|old| old.id < session.id);
+        self.of_unit.insert(session.unit, session.id);
         self.open.insert(at, session);
         old.map(|old| old.id)
     }
@@ -201,14 +206,26 @@ impl Sessions {
     /// Removes a session; gives its peer when it still stood.
     pub fn close(&mut self, id: SessionId) -> Option<PeerId> {
         self.barred.retain(|(barred, _)| *barred != id);
-        let at = self.open.iter().position(|session| session.id == id)?;
-        Some(self.open.remove(at).peer)
+        let session = self.open.remove(self.at(id)?);
+        self.of_unit.remove(&session.unit);
+        Some(session.peer)
     }
 
     /// The session with this handle, if it stands; else its peer, if known, and the reason that it is not heard.
     pub fn get_mut(&mut self, id: SessionId) -> Result<&mut Session, (Option<PeerId>, Refusal)> {
-        let Some(at) = self.open.iter().position(|session| session.id == id) else { return Err(self.why_not(id)) };
+        let Some(at) = self.at(id) else { return Err(self.why_not(id)) };
         Ok(&mut self.open[at])
+    }
+
+    /// Handles of the sessions that these units have, in order.
+    pub fn of_units(&self, units: &[UnitId]) -> Vec<SessionId> {
+        let mut of: Vec<SessionId> = units.iter().filter_map(|unit| self.of_unit.get(unit).copied()).collect();
+        of.sort_unstable();
+        of
+    }
+
+    fn at(&self, id: SessionId) -> Option<usize> {
+        self.open.binary_search_by_key(&id, |session| session.id).ok()
     }
 
     /// All sessions.

@@ -236,6 +236,9 @@ impl Staging {
     /// Whether it is about any, and is news, is asked before its signature is: neither costs a verification.
     pub fn acknowledged(&mut self, now: Instant, unit: UnitId, bytes: &[u8]) -> Result<Option<Accepted<Ack>>, Refusal> {
         let decoded = Decoded::<SignedStatement<'_, Ack>>::parse_statement(now, bytes)?;
+        if !self.rules.units.contains(&unit) {
+            return Err(Refusal::NoUnit { got: unit });
+        }
         let (expected, intent) = decoded.claimed();
         let command = Command { id: expected, intent };
         let ours = self.sent.iter_mut().find(|sent| sent.unit == unit && sent.command == command);

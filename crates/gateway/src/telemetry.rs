@@ -106,17 +106,22 @@ impl Gateway {
         {
             session.heard(evidence.received, age);
         }
-        let envelope = Envelope::new(session, report, now);
+        let envelope = Envelope::new(session, unit, report, now);
         let (via, received, report) = (session.peer(), evidence.received, signed.bytes.into());
         self.tell(now, &Feed::Accepted(AcceptedReport { via, unit, received, age, waived, report }));
         self.fan_out(now, &envelope);
     }
 
     fn fan_out(&mut self, now: Instant, envelope: &Envelope<'_>) {
-        let (revoked, policy) = (&self.revoked, &self.policy);
-        let heard = |session: &&mut Session| stands(revoked, policy, session, now);
-        for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
-            if let Some(body) = envelope.addressed_to(session, &self.config.fanout) {
+        if self.quiet {
+            return;
+        }
+        for id in self.sessions.of_units(&envelope.addressees(&self.hearers)) {
+            let Ok(session) = self.sessions.get_mut(id) else { continue };
+            if !stands(&self.revoked, &self.policy, session, now) {
+                continue;
+            }
+            if let Some(body) = envelope.record_for(session) {
                 session.renew(now, || fresh_nonce(&mut self.nonces));
                 self.out.push_back(session.seal(now, self.boot, body));
                 self.accounts.count(Account::Sent);

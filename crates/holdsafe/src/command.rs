@@ -1,4 +1,4 @@
-//! The `holdsafe` command: its thirteen verbs, one a file or a folder, and its exit codes.
+//! The `holdsafe` command: its verbs, one a file or a folder, and its exit codes.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `renamed` maps
 //! the former verbs, `help` groups the verbs by their users.
@@ -9,6 +9,7 @@ mod campaign;
 mod doctor;
 mod estimate;
 mod evaluate;
+mod guest;
 mod help;
 mod inspect;
 mod matrix;
@@ -78,6 +79,9 @@ enum Verb {
     /// Check scenario files, print their schema, or start a new one.
     #[command(subcommand)]
     Scenario(scenario::Verb),
+    /// Put an autonomy of your own to the test: exercise it, or compare it bare and inside the guards.
+    #[command(subcommand)]
+    Guest(guest::Verb),
     /// Check that this host has everything a run needs.
     Doctor,
 }
@@ -108,6 +112,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Verb::Inspect(verb) => inspect::run(&context, &verb),
         Verb::Report(args) => report::run(&context, &args),
         Verb::Scenario(verb) => scenario::run(&context, &verb),
+        Verb::Guest(verb) => guest::run(&context, &verb),
         Verb::Doctor => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))

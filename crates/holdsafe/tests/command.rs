@@ -20,6 +20,8 @@ mod exports;
 mod frames;
 #[path = "command/golden.rs"]
 mod golden;
+#[path = "command/guests.rs"]
+mod guests;
 #[path = "command/judge.rs"]
 mod judge;
 #[path = "command/live.rs"]

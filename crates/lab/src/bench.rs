@@ -14,6 +14,7 @@ mod kill;
 mod leak;
 mod liveness;
 mod load;
+mod mavlink;
 mod minima;
 mod rendering;
 mod replay;
@@ -57,6 +58,8 @@ pub enum Bench {
     Twin(cost::Args),
     /// Many sessions on the real accept loop, and a flood of datagrams that are no records beside a valid stream.
     Load(load::Args),
+    /// Attacks on a MAVLink 2 link between ends of other authors, beside the published signing rules.
+    Mavlink(mavlink::Args),
     /// Cost of the twin with more objects in view, and with more platforms.
     Growth(growth::Args),
     /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
@@ -121,6 +124,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Search(args) => worth::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
+        Bench::Mavlink(args) => mavlink::run(context, args),
         Bench::Growth(args) => growth::run(context, args),
         Bench::Judges(args) => judges::run(context, args),
         Bench::Explain(args) => intervene::run(context, args),

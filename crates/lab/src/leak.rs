@@ -118,6 +118,7 @@ fn piece(at: u64, input: &Input) -> Option<Piece> {
         | Input::Closed { .. }
         | Input::Published { .. }
         | Input::SessionLost
+        | Input::Guest { .. }
         | Input::Act { .. }
         | Input::Audit { .. }
         | Input::Quiesce

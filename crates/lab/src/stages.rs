@@ -187,6 +187,7 @@ fn heard(at: u64, node: NodeId, input: &Input) -> Option<Word> {
         | Input::Quiesce
         | Input::Finish
         | Input::SessionLost
+        | Input::Guest { .. }
         | Input::Act { .. }
         | Input::Cue { .. } => return None,
     };
@@ -206,6 +207,7 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
         | Output::Leave
         | Output::Audit { .. }
         | Output::Stranger { .. }
+        | Output::Guest { .. }
         | Output::Text { .. } => return None,
     };
     Some(Word { at, node, said: true, way, hash: wire_hash(bytes) })

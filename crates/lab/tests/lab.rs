@@ -12,6 +12,8 @@ mod forms;
 mod frames;
 #[path = "../../holdsafe/tests/command/golden.rs"]
 mod golden;
+#[path = "lab/links.rs"]
+mod links;
 #[path = "lab/records.rs"]
 mod records;
 #[path = "lab/searches.rs"]

@@ -19,6 +19,7 @@ pub mod guard;
 pub mod input_journal;
 pub mod instrument;
 pub mod load;
+pub mod lockstep;
 pub mod loopback;
 pub mod memory;
 pub mod mqtt;

@@ -47,7 +47,7 @@ pub enum PkiError {
     /// The revocation list beside the certificate is none of its authority.
     #[error(transparent)]
     List(#[from] ListRefused),
-    /// The URI is not a name of the closed set.
+    /// The URI is not a name of the table.
     #[error("peer certificate names `{0}`, which is unknown here")]
     UnknownName(String),
 }

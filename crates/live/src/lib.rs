@@ -6,6 +6,7 @@
 
 pub mod child;
 mod disk;
+mod guest;
 pub mod janitor;
 pub mod journals;
 pub mod leftovers;

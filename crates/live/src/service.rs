@@ -7,13 +7,14 @@ pub fn main(name: &str) -> Option<ExitCode> {
     Some(match name {
         "sim" => sim::process::main(),
         "perception" => perception::process::main(),
-        "autonomy" => autonomy::process::main(),
+        "autonomy" => autonomy::process::main_with(super::guest::attend),
         "gateway" => gateway::process::main(),
         "console" => console::process::main(),
         "broker" => broker::process::main(),
         "adversary" => adversary::process::main(),
         "recorder" => link::process::main(),
         "try-detector" => perception::process::try_detector::main(),
+        "confine" => confine::inside::main(),
         "janitor" => super::janitor::main(),
         _ => return None,
     })

@@ -246,6 +246,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
     let head = json!({
         "schema_version": SCHEMA_VERSION,
         "bounds": evidence.bounds,
+        "camera": evidence.camera,
         "duration_us": evidence.duration,
         "stall_limit_us": evidence.stall_limit,
         "planned": evidence.planned,

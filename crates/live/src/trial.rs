@@ -63,11 +63,13 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
     let (entries, broken_log) = read(&after.log);
     let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
+        under: topology.under,
         entries,
         broken_log: broken_log.or(lost),
         log_flaws: after.verification.flaws.clone(),
         differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
+        camera: setup.platform.sensors().camera,
         planned: topology.planned.clone(),
         duration: after.lasted,
         stall_limit: super::OVERSLEPT_US,

@@ -12,7 +12,7 @@ use instrument::{Any, Note, Sensor};
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 use wire::event::{Event, Freshness};
-use wire::id::{NodeId, UnitId};
+use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
 use super::arrived::Receipt;
@@ -115,10 +115,12 @@ fn seen(at: Micros, event: &Any, evidence: &Evidence, line: &Timeline) -> Vec<(L
     let timed = |limit: Limit, us: u64| (limit, part(us, limit_us(limit, bounds)));
     match *event {
         Any::Service(Event::Accepted { age: Some(age), .. }) => vec![timed(Limit::Age, age.0)],
-        Any::Service(Event::Displayed { unit: UnitId::A, freshness: Freshness::Fresh, age, mode, .. }) => {
+        Any::Service(Event::Displayed { unit, freshness: Freshness::Fresh, age, mode, .. })
+            if unit == evidence.under.unit =>
+        {
             vec![timed(Limit::Display, age.0.max(at - last_in(line, mode, at)))]
         }
-        Any::Instrument(Note::Truth { unit: UnitId::A, fence_mm, .. }) => {
+        Any::Instrument(Note::Truth { unit, fence_mm, .. }) if unit == evidence.under.unit => {
             // How much of the distance that is kept to the fence is used up.
             let kept = u64::from(bounds.fence_margin_mm);
             let left = u64::try_from(fence_mm).unwrap_or(0).min(kept);
@@ -156,7 +158,7 @@ fn spells(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<(Limit
             spells.push((Limit::Blindness, went_on(line, span, moving)));
         }
     }
-    for (limit, node) in [(Limit::Uplink, NodeId::GATEWAY), (Limit::Downlink, NodeId::UNIT_A)] {
+    for (limit, node) in [(Limit::Uplink, NodeId::GATEWAY), (Limit::Downlink, evidence.under.node())] {
         spells.extend(link::silences(evidence, receipt, node).into_iter().map(|s| (limit, went_on(line, s, moving))));
     }
     let ends = line.changes.iter().skip(1).map(|c| c.at).chain([evidence.duration]);

@@ -29,8 +29,8 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
     let alive = |nodes: &[NodeId]| nodes.iter().all(|n| !evidence.killed.contains(n));
     let n = |node: NodeId, account: Account| i128::from(*accounts.get(&(node, account)).unwrap_or(&0));
     let ends = [
-        (NodeId::UNIT_A, NodeId::GATEWAY, Side::Client, Interface::Uplink),
-        (NodeId::GATEWAY, NodeId::UNIT_A, Side::Server, Interface::Downlink),
+        (evidence.under.node(), NodeId::GATEWAY, Side::Client, Interface::Uplink),
+        (NodeId::GATEWAY, evidence.under.node(), Side::Server, Interface::Downlink),
     ];
     for (from, to, side, interface) in ends {
         if !alive(&[from, to, NodeId::RELAY_TELEMETRY]) {
@@ -50,7 +50,7 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
             equal(&format!("datagrams of relay and others, {from} to {to}{beside}"), left, arrived);
         }
     }
-    for (node, guard) in [NodeId::UNIT_A, NodeId::GATEWAY].into_iter().filter_map(|x| Some((x, x.guard()?))) {
+    for (node, guard) in [evidence.under.node(), NodeId::GATEWAY].into_iter().filter_map(|x| Some((x, x.guard()?))) {
         if !alive(&[node]) {
             continue;
         }

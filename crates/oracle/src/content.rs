@@ -30,11 +30,11 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             Any::Service(Event::Accepted { record, .. }) if w.entry.node == NodeId::GATEWAY => {
                 accepted.insert(record);
             }
-            Any::Service(Event::Accepted { record, .. }) if w.entry.node == NodeId::UNIT_A => {
+            Any::Service(Event::Accepted { record, .. }) if w.entry.node == evidence.under.node() => {
                 at_unit.insert(record);
             }
             Any::Service(Event::Inconsistent { unit, record, .. })
-                if w.entry.node == NodeId::UNIT_A && !at_unit.contains(&record) =>
+                if w.entry.node == evidence.under.node() && !at_unit.contains(&record) =>
             {
                 let what = format!("{} is found out by {record}, which the unit never accepted", unit.node());
                 found.push(finding(Property::P5, w.at, what));
@@ -80,7 +80,7 @@ fn admitted(evidence: &Evidence, who: NodeId, at: Micros) -> bool {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let struck = evidence.entries.iter().take_while(|w| w.at <= at).any(|w| match w.entry.event {
         Any::Service(Event::Struck { who: struck }) if struck == who => match w.entry.node {
-            NodeId::UNIT_A => w.at < at,
+            node if node == evidence.under.node() => w.at < at,
             NodeId::GATEWAY => at - w.at > th,
             _ => false,
         },

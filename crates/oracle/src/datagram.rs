@@ -52,7 +52,7 @@ pub(super) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Op
 /// True if a guard took a datagram of this length apart, just after `at`, and refused a piece of it: it logs records, and
 /// a datagram made longer or put together of two is no longer one.
 fn in_pieces(evidence: &Evidence, at: Micros, side: Side, length: u16) -> bool {
-    let target = if side == Side::Server { NodeId::GATEWAY } else { NodeId::UNIT_A };
+    let target = if side == Side::Server { NodeId::GATEWAY } else { evidence.under.node() };
     let pieces = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::GuardSaw { length, verdict, .. })
             if Some(w.entry.node) == target.guard() && w.at >= at =>

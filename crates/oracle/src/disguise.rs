@@ -30,8 +30,9 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
 /// Time at which perception first looked at an object with a print, of which it was given an image, by its hash: it
 /// followed it, or doubted its true class or the class aimed at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
-    let told =
-        |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Any::Instrument(Note::Printed { object });
+    let told = |w: &Witnessed| {
+        w.entry.node == evidence.under.sim && w.entry.event == Any::Instrument(Note::Printed { object })
+    };
     let since = evidence.entries.iter().find(|w| told(w))?.at;
     if !given(evidence, since..Micros::MAX) {
         return None;
@@ -43,7 +44,9 @@ pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window:
 /// the one aimed at before it ended: an object followed already is not told anew.
 pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Instrument(Note::Fault { kind: FaultKind::Perturbation, active, .. }) if w.entry.node == NodeId::SIM => {
+        Any::Instrument(Note::Fault { kind: FaultKind::Perturbation, active, .. })
+            if w.entry.node == evidence.under.sim =>
+        {
             Some((w.at, active))
         }
         _ => None,
@@ -56,8 +59,8 @@ pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
 
 /// True if perception was given an image, to the last byte, that the sim says it altered in this span.
 fn given(evidence: &Evidence, within: Range<Micros>) -> bool {
-    let given: BTreeSet<_> = pictures(evidence, NodeId::PERCEPTION).map(|(_, picture)| picture).collect();
-    pictures(evidence, NodeId::SIM).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
+    let given: BTreeSet<_> = pictures(evidence, evidence.under.perception).map(|(_, picture)| picture).collect();
+    pictures(evidence, evidence.under.sim).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
 }
 
 /// Colour images that a node tells of: when, and which frame's, with its hash.
@@ -123,11 +126,11 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
                 place = Some((f64::from(x_mm), f64::from(y_mm)));
                 return None;
             }
-            Any::Instrument(Note::Truth { unit: wire::id::UnitId::A, x_mm, y_mm, yaw_mrad, .. }) => {
+            Any::Instrument(Note::Truth { unit: of, x_mm, y_mm, yaw_mrad, .. }) if of == evidence.under.unit => {
                 unit = Some((f64::from(x_mm), f64::from(y_mm), f64::from(yaw_mrad)));
                 return None;
             }
-            _ if w.entry.node != NodeId::PERCEPTION => return None,
+            _ if w.entry.node != evidence.under.perception => return None,
             told => told,
         };
         let (east, north) = place?;
@@ -137,7 +140,7 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
                 near.then_some(Sight { at: w.at, class, doubted: false })
             }
             Any::Service(Event::Doubted { class, bearing_mrad, .. }) => {
-                let apart = wrapped(f64::from(bearing_mrad) - bearing(unit?, (east, north)));
+                let apart = wrapped(f64::from(bearing_mrad) - bearing(&evidence.camera, unit?, (east, north)));
                 (apart.abs() <= TOWARDS_MRAD).then_some(Sight { at: w.at, class, doubted: true })
             }
             _ => None,
@@ -146,9 +149,9 @@ fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> 
 }
 
 /// Bearing of a place from the unit's camera, milliradians to the left.
-fn bearing((x, y, yaw_mrad): (f64, f64, f64), (east, north): (f64, f64)) -> f64 {
+fn bearing(camera: &Camera, (x, y, yaw_mrad): (f64, f64, f64), (east, north): (f64, f64)) -> f64 {
     let (sin, cos) = libm::sincos(yaw_mrad / 1000.0);
-    let forward = f64::from(Camera::GROUND.forward_m) * 1000.0;
+    let forward = f64::from(camera.forward_m) * 1000.0;
     libm::atan2(north - y - forward * sin, east - x - forward * cos) * 1000.0 - yaw_mrad
 }
 
@@ -166,7 +169,7 @@ mod tests {
         let ahead = f64::from(Camera::GROUND.forward_m) * 1000.0;
         let quarter = core::f64::consts::FRAC_PI_2 * 1000.0;
         let seen = |unit, place, mrad: f64| {
-            let got = wrapped(bearing(unit, place));
+            let got = wrapped(bearing(&Camera::GROUND, unit, place));
             assert!((got - mrad).abs() < 0.01, "{got} where {mrad} is due");
         };
         // Abreast of the camera, to the left of a unit that looks east, north, and from elsewhere.

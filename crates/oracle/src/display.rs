@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use evidence::{Evidence, Finding, Micros, Property};
 use instrument::Any;
 use wire::event::{Event, Freshness};
-use wire::id::{RecordId, UnitId};
+use wire::id::RecordId;
 use wire::mode::Mode;
 
 use super::SLACK;
@@ -39,7 +39,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             let what = format!("{report} shown fresh {} ms after it was accepted", (w.at - at) / 1000);
             found.push(finding(Property::P7, w.at, what));
         }
-        if unit == UnitId::A {
+        if unit == evidence.under.unit {
             let speed = f64::from(evidence.bounds.max_speed_mm_s);
             let wrong = wrong(line, &w.entry.event, w.at.saturating_sub(limit), w.at, speed);
             found.extend(wrong.map(|what| finding(Property::P7, w.at, what)));

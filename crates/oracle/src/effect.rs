@@ -11,7 +11,7 @@ use evidence::{Evidence, Finding, Micros, Property};
 use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
-use wire::id::{CommandId, NodeId};
+use wire::id::CommandId;
 use wire::mode::{Because, Cause, Mode};
 
 use super::SLACK;
@@ -68,10 +68,10 @@ fn disarm(line: &Timeline, at: Micros, id: CommandId) -> Option<Finding> {
 /// Changes of mode for the sake of a command that the unit does not say it executed then, or more than one for the same. The last
 /// words of a dying unit are lost with it.
 fn unsaid(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let dead = life::dead(evidence, NodeId::UNIT_A);
+    let dead = life::dead(evidence, evidence.under.node());
     let mut once = BTreeSet::new();
     let mut found = Vec::new();
-    for w in evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A) {
+    for w in evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node()) {
         let Any::Service(Event::Transition { to, because: Because::Command(id), .. }) = w.entry.event else { continue };
         let executed = line.executed.iter().any(|(at, command, _)| *command == id && at.abs_diff(w.at) <= SLACK);
         let died = dead.iter().any(|(from, _)| (w.at..=w.at + SLACK).contains(from));

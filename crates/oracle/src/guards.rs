@@ -16,10 +16,8 @@ use wire::mode::Mode;
 use super::SLACK;
 use super::arrived::Receipt;
 use super::timeline::Timeline;
-use super::{finding, life, link, place};
+use super::{finding, life, link, place, reaction_ms};
 
-/// Time from a decision to the brakes, milliseconds (`docs/reference/bounds.md`).
-const REACTION_MS: u64 = 150;
 /// Between two entries of the plant's truth, and some more.
 const TRUTH_GAP: Micros = 250_000;
 
@@ -63,7 +61,8 @@ fn fence(evidence: &Evidence, line: &Timeline, at: Micros) -> Option<String> {
         return Some("of a plant of which there is no ground truth".into());
     };
     let speed = u64::from(truth.speed.unsigned_abs());
-    let stops = speed * REACTION_MS / 1000 + speed * speed / (2 * u64::from(evidence.bounds.braking_mm_s2).max(1));
+    let stops = speed * reaction_ms(&evidence.bounds) / 1000
+        + speed * speed / (2 * u64::from(evidence.bounds.braking_mm_s2).max(1));
     let left = i64::from(truth.fence) - i64::try_from(stops).unwrap_or(i64::MAX);
     (left < 0).then(|| format!("{} mm from the fence at {speed} mm/s", truth.fence))
 }
@@ -79,7 +78,7 @@ fn astray(evidence: &Evidence, at: Micros) -> Option<String> {
 fn supervision(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<String> {
     let bounds = &evidence.bounds;
     let (lease, heard) = (bounds.lease_ms, bounds.freshness_ms + bounds.lease_ms);
-    [(NodeId::UNIT_A, lease), (NodeId::GATEWAY, heard)].into_iter().find_map(|(node, limit)| {
+    [(evidence.under.node(), lease), (NodeId::GATEWAY, heard)].into_iter().find_map(|(node, limit)| {
         let timely = link::timely(evidence, receipt, node);
         let last = timely.into_iter().take_while(|t| *t <= at).last();
         let silent = last.is_none_or(|last| at - last > limit * 1000 + SLACK);
@@ -93,7 +92,7 @@ fn sensors(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<String>
     let lost =
         receipt.faults.iter().find(|f| f.is_loss() && without(f.start, f.end)).map(|f| format!("{:?}", f.sensor));
     let dead = || {
-        let mut spans = life::dead(evidence, NodeId::PERCEPTION).into_iter();
+        let mut spans = life::dead(evidence, evidence.under.perception).into_iter();
         spans.any(|(from, to)| without(from, to)).then(|| "perception".to_owned())
     };
     lost.or_else(dead).map(|what| format!("more than {} ms after {what} was lost", td / 1000))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::claims::Claims;
 use evidence::log::hashes;
-use evidence::trial::{Knowledge, StepRow, Trial};
+use evidence::trial::{GuestFailure, Knowledge, StepRow, Trial};
 use evidence::{Evidence, InjectionRow, Micros, Verdict};
 use instrument::{Any, GuardVerdict, Note};
 use wire::event::{Account, Event, Interface};
@@ -35,6 +35,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         host_stall_ms: None,
         host_spoilt_ms: Vec::new(),
         claims: claims(evidence, verdict),
+        guest: verdict.guest.clone(),
         mission: Some(verdict.mission.clone()),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
@@ -47,7 +48,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
     };
     for w in &evidence.entries {
         if let Any::Service(Event::Count { account, n }) = w.entry.event {
-            add(&mut trial, w.entry.node, account, n);
+            add(&mut trial, evidence, w.entry.node, account, n);
         }
         if let Any::Instrument(Note::Step { step, begun: true }) = w.entry.event {
             trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
@@ -64,7 +65,13 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
 /// All findings, in words: broken properties first, then the missing parts of the mission.
 pub fn findings(verdict: &Verdict) -> Vec<String> {
     let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
-    broken.chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}"))).collect()
+    let failure = verdict.guest.as_ref().and_then(|guest| guest.failure.as_ref());
+    let failed = failed_guest(failure);
+    broken.chain(failed).chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}"))).collect()
+}
+
+fn failed_guest(failure: Option<&GuestFailure>) -> impl Iterator<Item = String> {
+    failure.map(|GuestFailure { at_ms, fault, why }| format!("guest: {fault} at {at_ms:.0} ms: {why}")).into_iter()
 }
 
 /// A teammate's claims up to the unit's first restriction after the first of them.
@@ -74,10 +81,10 @@ fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
     Some(peers::claims(evidence, reaction)).filter(|claims| claims.said > 0)
 }
 
-fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
+fn add(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Account, n: u64) {
     let ours = |interface: Interface| {
         (node == NodeId::GATEWAY && interface == Interface::Uplink)
-            || (node == NodeId::UNIT_A && interface == Interface::Downlink)
+            || (node == evidence.under.node() && interface == Interface::Downlink)
     };
     match account {
         Account::Received(i) if ours(i) => trial.received += n,

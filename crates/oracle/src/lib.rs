@@ -25,6 +25,7 @@
 //! | `process_fault` | the responses owed when a process is killed |
 //! | `outcome` | the one class |
 //! | `mission` | the mission that the scenario presumes |
+//! | `guest` | runs of guests: what truth supports |
 //! | `approach` | the approach to each limit; no verdict |
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -39,6 +40,7 @@ mod disguise;
 mod display;
 mod effect;
 mod guards;
+mod guest;
 pub mod judged;
 mod life;
 mod link;
@@ -60,7 +62,11 @@ mod timeline;
 mod view;
 mod window;
 
+use evidence::process_fault::Response;
 use evidence::{Evidence, Finding, Micros, Property, Verdict};
+use wire::bounds::Bounds;
+
+use arrived::Receipt;
 
 pub use approach::{AT_LIMIT, Approaches, Limit, approaches};
 pub use outcome::stalled;
@@ -70,20 +76,48 @@ pub use timeline::Timeline;
 /// operator and reaching the unit.
 const SLACK: Micros = 50_000;
 
+/// A navigation period and a step of the plant with its actuators, milliseconds: the simulation's, on every platform.
+const READING_AND_PLANT_MS: u64 = 100;
+
+/// Time from a decision to the brakes, milliseconds, whatever allowance the unit's own fence guard makes for it
+/// (`docs/reference/bounds.md`).
+fn reaction_ms(bounds: &Bounds) -> u64 {
+    READING_AND_PLANT_MS + bounds.control_period_ms
+}
+
 /// Judges a trial.
 pub fn judge(evidence: &Evidence) -> Verdict {
     let timeline = Timeline::of(evidence);
     let receipt = receipt::find(evidence);
-    let mut findings = properties::check(evidence, &timeline, &receipt);
+    let (mut findings, responses) = if guest::is_bare(evidence) {
+        (of_bare_guest(evidence, &timeline, &receipt), Vec::new())
+    } else {
+        of_platform(evidence, &timeline, &receipt)
+    };
+    findings.sort_by_key(|f| (f.at_us, f.property));
+    Verdict { responses, guest: guest::row(evidence), ..outcome::verdict(evidence, &timeline, receipt, findings) }
+}
+
+fn of_platform(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> (Vec<Finding>, Vec<Response>) {
+    let mut findings = properties::check(evidence, line, receipt);
     findings.extend(conservation::check(evidence));
     findings.extend(orders::check(evidence));
     findings.extend(takeover::check(evidence));
-    findings.extend(place::check(evidence, &timeline));
-    findings.extend(stale::check(evidence, &receipt));
-    let (responses, owed) = process_fault::judge(evidence, &timeline);
+    findings.extend(place::check(evidence, line));
+    findings.extend(stale::check(evidence, receipt));
+    let (responses, owed) = process_fault::judge(evidence, line);
     findings.extend(owed);
-    findings.sort_by_key(|f| (f.at_us, f.property));
-    Verdict { responses, ..outcome::verdict(evidence, &timeline, receipt, findings) }
+    (findings, responses)
+}
+
+fn of_bare_guest(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let mut findings = properties::check(evidence, line, receipt);
+    findings.retain(|finding| guest::stands(finding.property));
+    findings.extend(conservation::check(evidence));
+    // Of the speeds those stand in which the guest was to stand still, too.
+    findings.extend(speed::check(evidence, line).into_iter().filter(|finding| !guest::stands(finding.property)));
+    findings.extend(guest::astray(evidence, line));
+    findings
 }
 
 fn finding(property: Property, at_us: Micros, what: impl Into<String>) -> Finding {

@@ -74,7 +74,7 @@ fn cut_off(evidence: &Evidence, from: Micros, to: Micros) -> bool {
     evidence.entries.iter().any(|w| {
         let ended =
             matches!(w.entry.event, Any::Instrument(Note::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. }));
-        Some(w.entry.node) == NodeId::UNIT_A.guard() && ended && w.at >= from && w.at < to
+        Some(w.entry.node) == evidence.under.guard() && ended && w.at >= from && w.at < to
     })
 }
 
@@ -170,7 +170,7 @@ fn held_up(evidence: &Evidence, stops: &[Span]) -> bool {
         |w: &Witnessed| matches!(w.entry.event, Any::Instrument(Note::StreamSaw { sight: Sight::Delivered, .. }));
     let given = |w: &Witnessed| match w.entry.event {
         Any::Service(Event::Staged { stage: CommandStage::Sent, .. }) => w.entry.node == NodeId::GATEWAY,
-        Any::Service(Event::Executed { .. }) => w.entry.node == NodeId::UNIT_A,
+        Any::Service(Event::Executed { .. }) => w.entry.node == evidence.under.node(),
         _ => false,
     };
     let any = |test: &dyn Fn(&Witnessed) -> bool, from: Micros, to: Micros| {

@@ -31,7 +31,7 @@ struct Arrival {
 
 /// The records of the link between the unit and the gateway that came to the guard of `target`.
 fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
-    let other = if target == NodeId::GATEWAY { PeerId::UNIT_A } else { PeerId::GATEWAY };
+    let other = if target == NodeId::GATEWAY { evidence.under.peer() } else { PeerId::GATEWAY };
     let mut peers: BTreeMap<u32, PeerId> = BTreeMap::new();
     let mut found = Vec::new();
     for w in evidence.entries.iter().filter(|w| Some(w.entry.node) == target.guard()) {
@@ -63,11 +63,11 @@ pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
 pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let mut found = Vec::new();
-    for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+    for node in [NodeId::GATEWAY, evidence.under.node()] {
         let silences = silences(evidence, receipt, node).into_iter();
         for (before, _) in silences.filter(|(before, at)| at - before > th) {
             // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-            let mode = line.mode_at(process_fault::can_judge(evidence, NodeId::UNIT_A, before + th));
+            let mode = line.mode_at(process_fault::can_judge(evidence, evidence.under.node(), before + th));
             if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
                 let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
                 found.push(finding(Property::P3, before + th, what));
@@ -94,7 +94,7 @@ pub(super) fn timely(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Ve
 pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
     let mut times = timely(evidence, receipt, node);
     let dead: BTreeSet<(Micros, Micros)> =
-        [node, NodeId::UNIT_A].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
+        [node, evidence.under.node()].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
     for (from, to) in &dead {
         times.retain(|at| at < from || at > to);
         times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
@@ -108,7 +108,7 @@ pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> 
 /// True if a record is missing at the guard of the peer that `from` talks to, at about `at`: a gap in the record numbers, or
 /// silence for longer than the link is ever silent by itself.
 pub(super) fn missed(evidence: &Evidence, from: Side, at: Micros) -> bool {
-    let target = if from == Side::Client { NodeId::GATEWAY } else { NodeId::UNIT_A };
+    let target = if from == Side::Client { NodeId::GATEWAY } else { evidence.under.node() };
     let arrivals = arrivals(evidence, target);
     let came = arrivals.iter().any(|a| a.at > at && a.at <= at + SILENCE);
     let mut highest: BTreeMap<u32, u64> = BTreeMap::new();

@@ -147,7 +147,9 @@ fn nothing(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask> {
         Takes::Reports => {
             let accepted = evidence.entries.iter().any(|w| match w.entry.event {
                 Any::Service(Event::Accepted { at: Interface::Uplink, record, .. }) => {
-                    w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A && within((since, span.1), w.at)
+                    w.entry.node == NodeId::GATEWAY
+                        && record.node == evidence.under.node()
+                        && within((since, span.1), w.at)
                 }
                 _ => false,
             });
@@ -179,7 +181,7 @@ fn published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Sp
             to != Some(Side::Server) && w.entry.node == NodeId::GATEWAY && about(command)
         }
         Any::Service(Event::Executed { command, .. }) => {
-            to != Some(Side::Client) && w.entry.node == NodeId::UNIT_A && about(command)
+            to != Some(Side::Client) && w.entry.node == evidence.under.node() && about(command)
         }
         Any::Instrument(Note::Rogue { .. }) => to != Some(Side::Server),
         _ => false,
@@ -195,7 +197,7 @@ fn arrived(evidence: &Evidence, span: Span) -> bool {
 /// No record of the link came to the guards that it was on its way to: no session stood yet, or since one of the ends or the relay was
 /// gone, or since the relay dropped the records before.
 fn no_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<Mask> {
-    let targets = [(Side::Server, NodeId::GATEWAY), (Side::Client, NodeId::UNIT_A)];
+    let targets = [(Side::Server, NodeId::GATEWAY), (Side::Client, evidence.under.node())];
     let mut last = None;
     for (_, target) in targets.into_iter().filter(|(side, _)| to.is_none_or(|to| to == *side)) {
         let times = link::came(evidence, target);
@@ -206,7 +208,7 @@ fn no_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<Mask>
     }
     let Some(last) = last else { return Some(Mask::NoSession) };
     let began = (last, last + link::SILENCE);
-    let ends = [NodeId::GATEWAY, NodeId::UNIT_A, NodeId::RELAY_TELEMETRY];
+    let ends = [NodeId::GATEWAY, evidence.under.node(), NodeId::RELAY_TELEMETRY];
     let left =
         ends.into_iter().find(|node| away(evidence, *node).iter().any(|s| within(began, s.0) || covers(*s, began)));
     let dropped = || datagram::receipt(evidence, Action::Drop, Window::between(began)).map(|_| Mask::Dropped);

@@ -10,7 +10,7 @@ use evidence::{Evidence, Micros, Planned};
 use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness};
-use wire::id::{CommandId, NodeId, UnitId};
+use wire::id::{CommandId, NodeId};
 use wire::mode::Mode;
 
 use super::Timeline;
@@ -145,13 +145,14 @@ fn unanswered(evidence: &Evidence, given: Micros, ids: &[(Micros, CommandId)]) -
 
 /// Which of a step's conditions was never displayed while it waited.
 fn unseen(evidence: &Evidence, step: &Due, until: Micros) -> String {
-    let shown =
-        evidence.entries.iter().filter_map(|w| match w.entry.event {
-            Any::Service(Event::Displayed {
-                unit: UnitId::A, mode, freshness: Freshness::Fresh, authority, ..
-            }) if w.entry.node == NodeId::CONSOLE && w.at <= until => Some((w.at, mode, authority.is_some())),
-            _ => None,
-        });
+    let shown = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Any::Service(Event::Displayed { unit, mode, freshness: Freshness::Fresh, authority, .. })
+            if unit == evidence.under.unit && w.entry.node == NodeId::CONSOLE && w.at <= until =>
+        {
+            Some((w.at, mode, authority.is_some()))
+        }
+        _ => None,
+    });
     let shown: Vec<(Micros, Mode, bool)> = shown.collect();
     // What was displayed last before it was due stands then, too.
     let first = shown.partition_point(|(at, ..)| *at <= step.at_us).saturating_sub(1);
@@ -184,7 +185,9 @@ fn is(verb: Verb, kind: CommandKind) -> bool {
 /// The way that the plant went, by its truth, metres.
 fn driven(evidence: &Evidence) -> f64 {
     let places = evidence.entries.iter().filter(|w| w.at <= evidence.duration).filter_map(|w| match w.entry.event {
-        Any::Instrument(Note::Truth { unit: UnitId::A, x_mm, y_mm, .. }) => Some((f64::from(x_mm), f64::from(y_mm))),
+        Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => {
+            Some((f64::from(x_mm), f64::from(y_mm)))
+        }
         _ => None,
     });
     let places: Vec<(f64, f64)> = places.collect();

@@ -10,16 +10,13 @@ use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{CommandId, NodeId, PeerId};
 
-use super::finding;
 use super::window::Window;
-
-/// From a decision to the brakes, milliseconds: the allowance of the fence guard (`docs/reference/bounds.md`).
-const REACTION_MS: u64 = 150;
+use super::{finding, reaction_ms};
 
 /// P4 for settings: under no values that were accepted may a unit that loses its place at the margin leave the fence.
 pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
     let bounds = &evidence.bounds;
-    let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).saturating_sub(REACTION_MS);
+    let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).saturating_sub(reaction_ms(bounds));
     let set = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Service(Event::Executed { kind: CommandKind::Configure(values), refused: None, .. }) => {
             Some((w.at, values))
@@ -53,7 +50,9 @@ fn judged(evidence: &Evidence, from: Micros, order: CommandId, certificate: Opti
     evidence.entries.iter().any(|w| {
         w.at >= from
             && match w.entry.event {
-                Any::Service(Event::Executed { command, .. }) => w.entry.node == NodeId::UNIT_A && command == order,
+                Any::Service(Event::Executed { command, .. }) => {
+                    w.entry.node == evidence.under.node() && command == order
+                }
                 Any::Service(Event::Staged { command, .. }) => w.entry.node == NodeId::GATEWAY && command == order,
                 Any::Service(Event::Refused { at: Interface::Broker, peer, .. }) => {
                     peer.is_some() && peer == certificate

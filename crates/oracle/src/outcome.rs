@@ -10,7 +10,7 @@ use wire::mode::{Cause, Mode};
 use super::arrived::Receipt;
 use super::finding;
 use super::timeline::{Change, Timeline};
-use super::{delivery, disguise, mission, process_fault};
+use super::{delivery, disguise, guest, mission, process_fault};
 
 /// Puts the verdict together.
 pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
@@ -22,7 +22,7 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
     let mission = mission::of(evidence, line, &receipt);
     let outcome = match class(evidence, line, &receipt, &findings, trips) {
         // What was found stands without a mission, and a trip tells why there was none; the rest shows nothing.
-        found @ (Outcome::Unsafe | Outcome::Late | Outcome::FalseTrip) => found,
+        found @ (Outcome::Unsafe | Outcome::GuestFailed | Outcome::Late | Outcome::FalseTrip) => found,
         _ if !mission.missing.is_empty() => Outcome::Invalid,
         class => class,
     };
@@ -32,12 +32,13 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
         receipt: receipt.whole,
         injections,
         zero,
-        latency: zero.map(|zero| latency(line, zero)).unwrap_or_default(),
+        latency: zero.map(|zero| latency(evidence, line, zero)).unwrap_or_default(),
         transitions: line.rows(),
         false_trips: trips,
         nominal: line.nominal(evidence.duration),
         mission,
         responses: Vec::new(),
+        guest: None,
         findings,
     }
 }
@@ -51,6 +52,10 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     }
     if broken(&[P1, P4, P5, P7, P8, P9, P11]) {
         return Outcome::Unsafe;
+    }
+    // A failed guest is the result, whatever arrived before or after.
+    if guest::failed(evidence).is_some() {
+        return Outcome::GuestFailed;
     }
     if !receipt.whole || broken(&[P6, P10]) {
         return Outcome::Invalid;
@@ -66,6 +71,10 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
 
 /// Answer of the platform from `zero` on: the mode in which it ended, or a refusal or an alarm.
 fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
+    if guest::is_bare(evidence) {
+        let unmoved = || if refused(evidence, line, zero) { Outcome::Rejected } else { Outcome::Undetected };
+        return guest::stands_from(line, zero).map_or_else(unmoved, |_| Outcome::HoldSafe);
+    }
     let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
     // Of a dead unit only its plant can be believed.
     if reached(Mode::HoldSafe) || process_fault::stopped_without_its_unit(evidence, line) {
@@ -93,7 +102,6 @@ fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<In
 /// perception saw through a disguise; or the display told the operator that something is amiss.
 fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     use wire::event::{Account, Event, Freshness, ShownAs};
-    use wire::id::UnitId;
     let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
     let below = evidence.entries.iter().any(|w| match w.entry.event {
         Any::Instrument(Note::GuardSaw { verdict, .. }) => w.at >= zero && verdict != GuardVerdict::Passed,
@@ -102,7 +110,9 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
             w.at >= zero
         }
         // After the end everything falls silent, and the display says so.
-        Any::Service(Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. }) => {
+        Any::Service(Event::Displayed { unit, freshness: Freshness::Stale | Freshness::Lost, .. })
+            if unit == evidence.under.unit =>
+        {
             (zero..evidence.duration).contains(&w.at)
         }
         Any::Service(Event::Count { account: Account::Discarded, n }) => n > 0,
@@ -127,8 +137,12 @@ fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u3
     changes.filter(|c| tripped(c) || lost_authority(c)).count() as u32
 }
 
-fn latency(line: &Timeline, zero: Micros) -> Latency {
+fn latency(evidence: &Evidence, line: &Timeline, zero: Micros) -> Latency {
     let after = |at: Micros| (at - zero) as f64 / 1000.0;
+    if guest::is_bare(evidence) {
+        let stood = guest::stands_from(line, zero).map(after);
+        return Latency { to_degraded: None, to_hold_safe: stood, to_authority_revoked: None };
+    }
     let to = |test: &dyn Fn(&Change) -> bool| line.first_change(zero, test).map(|c| after(c.at));
     let by_loss = |cause: Cause| matches!(cause, Cause::Lost(_) | Cause::Unrecovered(_));
     let revoked = || to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct && by_loss(c.cause));

@@ -5,7 +5,6 @@
 use evidence::{Evidence, Finding, Micros, Property};
 use instrument::{Any, Note, Sensor};
 use wire::event::Event;
-use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::time::Instant;
 
@@ -37,7 +36,7 @@ struct Sight {
 }
 
 fn sights(evidence: &Evidence) -> Vec<Sight> {
-    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
+    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node());
     of_unit
         .filter_map(|w| match w.entry.event {
             Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. }) => {
@@ -49,11 +48,17 @@ fn sights(evidence: &Evidence) -> Vec<Sight> {
 }
 
 /// Values at instants of the vehicle's host, in order, read in between.
-struct Series<const N: usize>(Vec<(Instant, [f64; N])>);
+pub(super) struct Series<const N: usize>(Vec<(Instant, [f64; N])>);
 
 impl<const N: usize> Series<N> {
+    /// The last value from no later than `at`; `None` in a gap.
+    pub(super) fn before(&self, at: Instant) -> Option<[f64; N]> {
+        let (t, value) = self.0.get(self.0.partition_point(|(t, _)| *t <= at).checked_sub(1)?)?;
+        (at.since(*t).0 <= GAP_US).then_some(*value)
+    }
+
     fn of(evidence: &Evidence, pick: impl Fn(&Any, Instant) -> Option<(Instant, [f64; N])>) -> Self {
-        let of_sim = evidence.entries.iter().filter(|w| w.entry.node == NodeId::SIM);
+        let of_sim = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.sim);
         let mut values: Vec<_> = of_sim.filter_map(|w| pick(&w.entry.event, w.entry.at)).collect();
         values.sort_by_key(|(at, _)| *at);
         Series(values)
@@ -73,20 +78,21 @@ impl<const N: usize> Series<N> {
     }
 }
 
-fn truth(evidence: &Evidence) -> Series<2> {
+/// The true place of the unit under test.
+pub(super) fn truth(evidence: &Evidence) -> Series<2> {
     Series::of(evidence, |event, at| match *event {
-        Any::Instrument(Note::Truth { unit: UnitId::A, x_mm, y_mm, .. }) => {
+        Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => {
             Some((at, [f64::from(x_mm), f64::from(y_mm)]))
         }
         _ => None,
     })
 }
 
-fn minus(a: Place, b: Place) -> Place {
+pub(super) fn minus(a: Place, b: Place) -> Place {
     (a.0 - b.0, a.1 - b.1)
 }
 
-fn length(a: Place) -> f64 {
+pub(super) fn length(a: Place) -> f64 {
     a.0.hypot(a.1)
 }
 

@@ -58,7 +58,7 @@ pub(super) fn broker(evidence: &Evidence, wanted: Action, window: Window) -> Opt
 /// Times at which the ingress of the client on `side` saw this payload, or any, come out of its stream.
 fn delivered(evidence: &Evidence, side: Side, wanted: Option<u64>) -> impl Iterator<Item = Micros> {
     let client = match side {
-        Side::Client => NodeId::UNIT_A.guard(),
+        Side::Client => evidence.under.guard(),
         Side::Server => NodeId::GATEWAY.guard(),
     };
     evidence.entries.iter().filter(move |w| Some(w.entry.node) == client).filter_map(move |w| match w.entry.event {
@@ -79,7 +79,7 @@ fn sent(evidence: &Evidence, side: Side, at: Micros) -> bool {
         (Side::Client, Any::Service(Event::Staged { stage: CommandStage::Sent, .. })) => {
             w.entry.node == NodeId::GATEWAY
         }
-        (Side::Server, Any::Service(Event::Executed { .. })) => w.entry.node == NodeId::UNIT_A,
+        (Side::Server, Any::Service(Event::Executed { .. })) => w.entry.node == evidence.under.node(),
         _ => false,
     })
 }
@@ -127,7 +127,7 @@ fn under_way(command: CommandId, until: Micros) -> Finding {
 /// P3 for the operator: *Th* after a HOLD was given, the unit holds, by the order or by its lease. One that did not live all
 /// that time is `process_fault`'s to judge.
 pub(super) fn operators_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let dead = life::dead(evidence, NodeId::UNIT_A);
+    let dead = life::dead(evidence, evidence.under.node());
     let lived = |from: Micros, to: Micros| dead.iter().all(|(died, again)| to < *died || from > *again);
     let th = evidence.bounds.to_hold_safe_ms * 1000 + SLACK;
     let given = line

@@ -31,6 +31,7 @@ const TRUTH_PERIOD: Micros = 100_000;
 
 /// A process's fate under judgement.
 struct Death<'a> {
+    node: NodeId,
     owed: &'static Owed,
     fate: ProcessFault,
     killed: Micros,
@@ -55,14 +56,14 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
             Any::Instrument(Note::DiskFull { node, on: true }) => (node, ProcessFault::Full),
             _ => continue,
         };
-        let Some(owed) = owed(node) else { continue };
+        let Some(owed) = owed(evidence.under, node) else { continue };
         let runs = runs_again(evidence, w);
         let given = |at: Micros| at >= w.at && at < runs;
         let hold = || {
             line.intended.iter().find(|(at, _, kind)| given(*at) && *kind == CommandKind::Hold).map(|(at, _, _)| *at)
         };
         let zero = if owed.from == From::Kill { Some(w.at) } else { hold() };
-        let death = Death { owed, fate, killed: w.at, runs, zero, evidence, line };
+        let death = Death { node, owed, fate, killed: w.at, runs, zero, evidence, line };
         let broken = death.findings();
         responses.push(Response { kept: broken.is_empty(), ..death.response() });
         findings.extend(broken);
@@ -127,7 +128,7 @@ fn judgement(evidence: &Evidence) -> Micros {
 
 /// True if the unit under test was killed and its plant stands without a lease.
 pub(super) fn stopped_without_its_unit(evidence: &Evidence, line: &Timeline) -> bool {
-    evidence.killed.contains(&NodeId::UNIT_A) && stands(line)
+    evidence.killed.contains(&evidence.under.node()) && stands(line)
 }
 
 /// True if the last sample of the plant shows it standing without a lease.
@@ -136,14 +137,14 @@ fn stands(line: &Timeline) -> bool {
 }
 
 /// The first sample from `from` on after which `test` holds for good.
-fn for_good(line: &Timeline, from: Micros, test: impl Fn(&Truth) -> bool) -> Option<Micros> {
+pub(super) fn for_good(line: &Timeline, from: Micros, test: impl Fn(&Truth) -> bool) -> Option<Micros> {
     let after = line.truth.iter().rev().take_while(|t| t.at >= from);
     after.take_while(|t| test(t)).last().map(|t| t.at)
 }
 
 impl Death<'_> {
     fn unit_dead(&self) -> bool {
-        self.owed.node == NodeId::UNIT_A
+        self.node == self.evidence.under.node()
     }
 
     fn after(&self) -> Mode {
@@ -184,7 +185,7 @@ impl Death<'_> {
             standing_ms: ms(self.standing().filter(|_| after == Mode::HoldSafe)),
         };
         Response {
-            process: self.owed.node.name().to_owned(),
+            process: self.node.name().to_owned(),
             fate: self.fate,
             killed_ms: self.killed as f64 / 1000.0,
             before: self.line.mode_at(self.killed),
@@ -193,7 +194,7 @@ impl Death<'_> {
             from: self.owed.from,
             restricted_ms: ms(restricted),
             settled_ms: ms(settled),
-            plant: (self.owed.node != NodeId::SIM).then_some(plant),
+            plant: (self.node != self.evidence.under.sim).then_some(plant),
             owed: self.owes(),
             kept: true,
         }
@@ -205,14 +206,14 @@ impl Death<'_> {
         let before = self.line.mode_at(self.killed);
         // A kill that is a named step was put where it is on purpose.
         if !nominal(before) && !self.on_purpose() {
-            let what = format!("the unit was {} when {} was killed", before.name(), self.owed.node);
+            let what = format!("the unit was {} when {} was killed", before.name(), self.node);
             return vec![finding(Property::P10, self.killed, what)];
         }
         let Some(zero) = self.zero else {
             if self.fate != ProcessFault::Kill {
                 return Vec::new();
             }
-            let what = format!("no HOLD was given after {} was killed", self.owed.node);
+            let what = format!("no HOLD was given after {} was killed", self.node);
             return vec![finding(Property::P10, self.killed, what)];
         };
         let mut found = Vec::new();
@@ -221,7 +222,7 @@ impl Death<'_> {
             found.extend(self.holds_when_it_runs_again());
         } else {
             found.extend(self.mode_changes(zero));
-            let holds = self.owed.ends_in == Mode::HoldSafe && self.owed.node != NodeId::SIM;
+            let holds = self.owed.ends_in == Mode::HoldSafe && self.node != self.evidence.under.sim;
             found.extend(if holds { self.stands_in_time(zero) } else { None });
         }
         found.extend(if self.fate == ProcessFault::Full { self.held_up() } else { None });
@@ -232,7 +233,7 @@ impl Death<'_> {
     fn held_up(&self) -> Option<Finding> {
         let (from, to) = (self.killed, self.runs.min(self.evidence.duration));
         let limit = self.evidence.bounds.freshness_ms * 1000;
-        let mine = self.line.accepted.iter().filter(|(_, record)| record.node == NodeId::UNIT_A);
+        let mine = self.line.accepted.iter().filter(|(_, record)| record.node == self.evidence.under.node());
         let reports = mine.map(|(at, _)| *at).filter(|at| (from..to).contains(at));
         let marks: Vec<Micros> = std::iter::once(from).chain(reports).chain([to]).collect();
         let silent = marks.windows(2).find(|pair| pair[1] - pair[0] > limit);
@@ -274,12 +275,12 @@ impl Death<'_> {
         if let Some(at) =
             due(self.owed.restricted).max(due(self.owed.settled)).filter(|at| *at > self.evidence.duration)
         {
-            let what = format!("the run ends before what {}'s death owes at {} ms is due", self.owed.node, at / 1000);
+            let what = format!("the run ends before what {}'s death owes at {} ms is due", self.node, at / 1000);
             return vec![finding(Property::P10, self.evidence.duration, what)];
         }
         let mut late = |property: Property, at: Micros, mode: Mode| {
             let after = (at - zero) / 1000;
-            let what = format!("{after} ms after {} was killed still {}", self.owed.node, mode.name());
+            let what = format!("{after} ms after {} was killed still {}", self.node, mode.name());
             found.push(finding(property, at, what));
         };
         if let Some(at) = due(self.owed.restricted).and_then(|at| self.judged(at))
@@ -299,8 +300,9 @@ impl Death<'_> {
     /// Time at which the unit's mode shows the result of a bound that ends at `at`: where it hung then, once it runs again; never of a
     /// unit that is dead itself: the plant is looked at for that.
     fn judged(&self, at: Micros) -> Option<Micros> {
-        let dead = life::dead(self.evidence, NodeId::UNIT_A).iter().any(|(from, to)| (*from..*to).contains(&at));
-        let judges = can_judge(self.evidence, NodeId::UNIT_A, at);
+        let dead =
+            life::dead(self.evidence, self.evidence.under.node()).iter().any(|(from, to)| (*from..*to).contains(&at));
+        let judges = can_judge(self.evidence, self.evidence.under.node(), at);
         (!dead && judges <= self.evidence.duration).then_some(judges)
     }
 
@@ -359,8 +361,7 @@ impl Death<'_> {
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
         let due = due + self.world_stood_still(zero, due);
         let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed.abs() > STANDING)?;
-        let what =
-            format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.owed.node);
+        let what = format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
         Some(finding(Property::P3, moving.at, what))
     }
 }
@@ -369,7 +370,7 @@ impl Death<'_> {
     /// Time for which the plant's world did not go on, of stops that began from `from` to `to`: no plant brakes in it meanwhile.
     fn world_stood_still(&self, from: Micros, to: Micros) -> Micros {
         let began = self.evidence.entries.iter().filter(|w| {
-            matches!(w.entry.event, Any::Instrument(Note::Suspended { node: NodeId::SIM, on: true, .. }))
+            matches!(w.entry.event, Any::Instrument(Note::Suspended { node, on: true, .. }) if node == self.evidence.under.sim)
                 && (from..=to).contains(&w.at)
         });
         began.map(|w| runs_again(self.evidence, w) - w.at).sum()

@@ -7,7 +7,6 @@ use evidence::{Evidence, Finding, Micros, Plan, Planned, Property};
 use instrument::{Any, FaultKind, Note, Sensor};
 use wire::command::CommandKind;
 use wire::event::Event;
-use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
@@ -93,7 +92,7 @@ fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     for w in &evidence.entries {
         let Any::Service(Event::Minted { track, command, .. }) = w.entry.event else { continue };
         let ordered = line.executed.iter().any(|(_, id, kind)| *id == command && *kind == CommandKind::Arm(track));
-        if w.entry.node == NodeId::UNIT_A && !ordered {
+        if w.entry.node == evidence.under.node() && !ordered {
             found.push(finding(
                 Property::P11,
                 w.at,
@@ -101,7 +100,7 @@ fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             ));
         }
     }
-    let kept = |plan: &Plan| matches!(plan.what, Planned::Suspend(NodeId::UNIT_A) | Planned::Kill(NodeId::UNIT_A));
+    let kept = |plan: &Plan| matches!(plan.what, Planned::Suspend(node) | Planned::Kill(node) if node == evidence.under.node());
     if evidence.planned.iter().any(kept) {
         return found;
     }
@@ -137,7 +136,7 @@ fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
         lost && f.end.saturating_sub(f.start) > th && f.start + th <= evidence.duration
     });
     owed.filter_map(|f| {
-        let mode = line.mode_at(process_fault::can_judge(evidence, NodeId::UNIT_A, f.start + th));
+        let mode = line.mode_at(process_fault::can_judge(evidence, evidence.under.node(), f.start + th));
         let what = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
         (!matches!(mode, Mode::HoldSafe | Mode::Idle)).then(|| finding(Property::P3, f.start + th, what))
     })

@@ -111,13 +111,13 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
         let Any::Instrument(Note::Fault { sensor, kind, active: true, .. }) = w.entry.event else { continue };
-        if w.entry.node != NodeId::SIM {
+        if w.entry.node != evidence.under.sim {
             continue;
         }
         let rest = &evidence.entries[i..];
         let end = rest.iter().find_map(|e| match e.entry.event {
             Any::Instrument(Note::Fault { sensor: s, kind: k, active: false, .. })
-                if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM =>
+                if (s, k) == (sensor, kind) && e.entry.node == evidence.under.sim =>
             {
                 Some(e.at)
             }
@@ -127,13 +127,14 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
         // What a fault changed is told of while it lasts, and may come in a little later.
         let changed = rest.iter().take_while(|e| e.at <= end).filter_map(|e| match e.entry.event {
             Any::Instrument(Note::Altered { sensor: s, kind: k, hash })
-                if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM =>
+                if (s, k) == (sensor, kind) && e.entry.node == evidence.under.sim =>
             {
                 Some((e.at, hash))
             }
             _ => None,
         });
-        let arrived = changed.into_iter().any(|(at, hash)| delivery::took(evidence, consumer(sensor), hash, at));
+        let arrived =
+            changed.into_iter().any(|(at, hash)| delivery::took(evidence, consumer(evidence, sensor), hash, at));
         if arrived {
             found.push(Befallen { sensor, kind, start: w.at, end });
         }
@@ -142,9 +143,9 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
 }
 
 /// Receiver of the readings of `sensor`.
-fn consumer(sensor: Sensor) -> NodeId {
+fn consumer(evidence: &Evidence, sensor: Sensor) -> NodeId {
     match sensor {
-        Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => NodeId::PERCEPTION,
-        Sensor::Odometry | Sensor::Localisation => NodeId::UNIT_A,
+        Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => evidence.under.perception,
+        Sensor::Odometry | Sensor::Localisation => evidence.under.node(),
     }
 }

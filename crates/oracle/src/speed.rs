@@ -9,7 +9,6 @@
 use evidence::{Evidence, Finding, Micros, Property};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
-use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
 use super::SLACK;
@@ -38,7 +37,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 /// plant with a world that hung obeys once that goes on.
 pub(super) fn followed(evidence: &Evidence, at: Micros) -> Micros {
     let lapsed = at + evidence.bounds.set_point_lease_ms * 1000 + SLACK;
-    process_fault::can_judge(evidence, NodeId::SIM, lapsed)
+    process_fault::can_judge(evidence, evidence.under.sim, lapsed)
 }
 
 /// Time at which a plant that has braked since `at`, from the largest speed to `to`, is that slow.
@@ -46,7 +45,7 @@ pub(super) fn braked(evidence: &Evidence, at: Micros, to: i32) -> Micros {
     let Bounds { max_speed_mm_s, braking_mm_s2, .. } = evidence.bounds;
     let above = u64::from(max_speed_mm_s.saturating_sub(to.unsigned_abs()));
     let takes = above * 1_000_000 / u64::from(braking_mm_s2).max(1);
-    let slow = process_fault::can_judge(evidence, NodeId::SIM, at + takes);
+    let slow = process_fault::can_judge(evidence, evidence.under.sim, at + takes);
     // Nothing brakes in a world that hangs.
     if slow > at + takes { slow + takes } else { slow }
 }

@@ -27,7 +27,7 @@ pub(super) fn limit(evidence: &Evidence) -> Micros {
 
 /// Looks for records that were accepted too old.
 pub(super) fn check(evidence: &Evidence, receipt: &Receipt) -> Vec<Finding> {
-    let ends = [(NodeId::GATEWAY, Interface::Uplink), (NodeId::UNIT_A, Interface::Downlink)];
+    let ends = [(NodeId::GATEWAY, Interface::Uplink), (evidence.under.node(), Interface::Downlink)];
     ends.into_iter().flat_map(|(node, interface)| at_end(evidence, &receipt.taken, node, interface)).collect()
 }
 

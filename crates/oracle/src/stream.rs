@@ -77,7 +77,7 @@ fn confirmed(evidence: &Evidence, deed: StreamEffect, told: Told) -> bool {
 /// Sights of the ingress at the side that `told` leads to, of its direction, in order.
 fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
     let ingress = match told.side {
-        Side::Client => NodeId::UNIT_A.guard(),
+        Side::Client => evidence.under.guard(),
         Side::Server => NodeId::BROKER.guard(),
     };
     evidence.entries.iter().filter_map(move |w| match w.entry.event {

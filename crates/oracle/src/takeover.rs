@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use evidence::{Evidence, Finding, Micros, Property};
 use instrument::{Any, Note};
 use wire::event::{Event, Freshness};
-use wire::id::{NodeId, PeerId, UnitId};
+use wire::id::{NodeId, PeerId};
 
 use super::window::Window;
 use super::{finding, life};
@@ -77,7 +77,7 @@ fn fresh_at(evidence: &Evidence, who: NodeId, by: Micros) -> bool {
     if life::dead(evidence, NodeId::CONSOLE).iter().any(|(from, to)| (*from..*to).contains(&by)) {
         return false;
     }
-    let of = who.unit().unwrap_or(UnitId::A);
+    let of = who.unit().unwrap_or(evidence.under.unit);
     let shown = evidence.entries.iter().rev().find_map(|w| match w.entry.event {
         Any::Service(Event::Displayed { unit, freshness, .. }) if unit == of && w.at <= by => Some(freshness),
         _ => None,
@@ -95,8 +95,8 @@ fn stale_orders(evidence: &Evidence) -> Vec<Finding> {
             Any::Service(Event::Intended { command, .. }) => {
                 given.insert(command, w.at);
             }
-            Any::Service(Event::SessionLost { .. }) if w.entry.node == NodeId::UNIT_A => latest = Some(w.at),
-            Any::Service(Event::Executed { command, kind, refused: None }) if w.entry.node == NodeId::UNIT_A => {
+            Any::Service(Event::SessionLost { .. }) if w.entry.node == evidence.under.node() => latest = Some(w.at),
+            Any::Service(Event::Executed { command, kind, refused: None }) if w.entry.node == evidence.under.node() => {
                 let before = given.get(&command).zip(latest).is_some_and(|(given, taken)| *given < taken);
                 if before && !kind.towards_safe() {
                     let what = format!("{command} was given before the session was lost, and is executed after");

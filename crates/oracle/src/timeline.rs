@@ -1,11 +1,11 @@
 //! The events of a trial, sorted by subject. No event is judged here.
 
 use evidence::trial::TransitionRow;
-use evidence::{Evidence, Micros};
+use evidence::{Evidence, Micros, Under};
 use instrument::{Any, Entry, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
-use wire::id::{CommandId, NodeId, RecordId, TrackId, UnitId};
+use wire::id::{CommandId, NodeId, RecordId, TrackId};
 use wire::mode::{Cause, Guards, Mode};
 
 /// A change of mode of the unit under test.
@@ -87,38 +87,40 @@ impl Timeline {
     /// Sorts the events of `evidence`.
     pub fn of(evidence: &Evidence) -> Timeline {
         let mut line = Timeline::default();
-        evidence.entries.iter().for_each(|w| line.take(w.at, &w.entry));
+        evidence.entries.iter().for_each(|w| line.take(w.at, &w.entry, evidence.under));
         line
     }
 
-    fn take(&mut self, at: Micros, entry: &Entry) {
+    fn take(&mut self, at: Micros, entry: &Entry, under: Under) {
         let node = entry.node;
-        let unit_a = node == NodeId::UNIT_A;
+        let of_unit = node == under.node();
         match entry.event {
-            Any::Service(Event::Transition { from, to, cause, .. }) if unit_a => {
+            Any::Service(Event::Transition { from, to, cause, .. }) if of_unit => {
                 self.changes.push(Change { at, from, to, cause })
             }
             // A unit that is started again knows of no mode before.
-            Any::Instrument(Note::Restarted { node: NodeId::UNIT_A, .. }) => {
+            Any::Instrument(Note::Restarted { node, .. }) if node == under.node() => {
                 let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
                 self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
             }
-            Any::Instrument(Note::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. }) => {
+            Any::Instrument(Note::Truth { unit, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. })
+                if unit == under.unit =>
+            {
                 self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
             }
-            Any::Service(Event::Judged { failing, placed, tracks }) if unit_a => {
+            Any::Service(Event::Judged { failing, placed, tracks }) if of_unit => {
                 self.judged.push((at, Judged { failing, placed, tracks }));
             }
-            Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, .. }) if unit_a => {
+            Any::Service(Event::Located { stamp, pose_x_mm, pose_y_mm, .. }) if of_unit => {
                 let fixed = at.saturating_sub(entry.at.since(stamp).0);
                 self.poses.push(Stood { at, fixed, place: (pose_x_mm, pose_y_mm) });
             }
-            Any::Service(Event::Minted { authority, track, .. }) if unit_a => self.minted.push((at, authority, track)),
-            Any::Service(Event::Revoked { authority, .. }) if unit_a => self.revoked.push((at, authority)),
+            Any::Service(Event::Minted { authority, track, .. }) if of_unit => self.minted.push((at, authority, track)),
+            Any::Service(Event::Revoked { authority, .. }) if of_unit => self.revoked.push((at, authority)),
             Any::Service(Event::Intended { command, kind }) if node == NodeId::CONSOLE => {
                 self.intended.push((at, command, kind))
             }
-            Any::Service(Event::Executed { command, kind, refused: None }) if unit_a => {
+            Any::Service(Event::Executed { command, kind, refused: None }) if of_unit => {
                 self.executed.push((at, command, kind))
             }
             Any::Service(Event::Accepted { record, .. }) if node == NodeId::GATEWAY => self.accepted.push((at, record)),

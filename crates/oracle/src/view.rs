@@ -6,7 +6,7 @@
 use evidence::{Evidence, Micros, Witnessed};
 use instrument::{Action, Any, Note};
 use wire::event::Event;
-use wire::id::{CommandId, NodeId, RecordId, UnitId};
+use wire::id::{CommandId, NodeId, RecordId};
 
 use super::delivery;
 use super::window::Window;
@@ -97,7 +97,7 @@ fn accepted(evidence: &Evidence, wanted: RecordId, by: Micros) -> bool {
 /// Displays of the unit under test, with their times.
 fn shown(evidence: &Evidence) -> impl Iterator<Item = (Micros, RecordId)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Service(Event::Displayed { unit: UnitId::A, report, .. }) => Some((w.at, report)),
+        Any::Service(Event::Displayed { unit, report, .. }) if unit == evidence.under.unit => Some((w.at, report)),
         _ => None,
     })
 }

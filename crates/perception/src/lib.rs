@@ -40,6 +40,7 @@ use wire::codec;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface, PICTURED_EVERY};
 use wire::id::WorldId;
+use wire::platform::Sensors;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
 use wire::sensor::{Camera, Candidates, Frames, Modalities, Modality, Navigation};
@@ -72,6 +73,8 @@ pub struct PerceptionConfig {
     pub detector: Option<Brought>,
     /// An ONNX Runtime library in place of the pure-Rust backend, by path and hash. Only a live process adopts one.
     pub runtime: Option<ModelRef>,
+    /// The platform's sensors.
+    pub sensors: Sensors,
     /// Limits of corroboration.
     pub limits: Limits,
 }
@@ -127,7 +130,7 @@ impl Perception {
             Some(Brought { loaded: Some(detector), .. }) => Arc::clone(detector),
             Some(other) => return Err(PerceptionError::NotLoaded(other.model.path.display().to_string())),
         };
-        let stages = Stages::new(detector, Arc::new(Detector::thermal()?));
+        let stages = Stages::new(&config.sensors, detector, Arc::new(Detector::thermal()?));
         Self::make(setup, config, Some(stages), now)
     }
 
@@ -144,7 +147,7 @@ impl Perception {
             navigation: setup.gate(Topic::Navigation, limit)?,
             tracks: setup.sender(Topic::Tracks)?,
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            camera: Camera::GROUND,
+            camera: config.sensors.camera,
             unheard: unheard(&setup.policy),
             stages,
             ego: Ego::default(),
@@ -313,6 +316,7 @@ impl Core for Perception {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Cue { .. } => {}
         }

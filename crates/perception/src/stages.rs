@@ -3,7 +3,8 @@
 
 use std::sync::Arc;
 
-use wire::sensor::{Camera, Candidates, Frames, Lidar, ProductMode};
+use wire::platform::Sensors;
+use wire::sensor::{Camera, Candidates, Frames, ProductMode};
 
 use crate::detector::Detector;
 use crate::lidar::Scanner;
@@ -19,9 +20,9 @@ pub struct Stages {
 }
 
 impl Stages {
-    /// For the ground platform's sensors: a detector that sees the colour image, and one that sees the bands of the thermal.
-    pub fn new(detector: Arc<Detector>, thermal: Arc<Detector>) -> Self {
-        Stages { camera: Camera::GROUND, detector, thermal, scanner: Scanner::new(&Lidar::GROUND) }
+    /// For these sensors: a detector that sees the colour image, and one that sees the bands of the thermal.
+    pub fn new(sensors: &Sensors, detector: Arc<Detector>, thermal: Arc<Detector>) -> Self {
+        Stages { camera: sensors.camera, detector, thermal, scanner: Scanner::new(&sensors.lidar) }
     }
 
     /// The detector that sees the colour image.

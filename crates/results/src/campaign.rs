@@ -55,6 +55,9 @@ pub struct Terms {
     pub rendered: bool,
     /// The policy that takes the place of the scenarios' own.
     pub policy: Option<String>,
+    /// The options that name the guest in place of the unit's mission and navigation.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub guest: Option<String>,
     /// Claim on each variation.
     pub claim: Option<Claim>,
     /// True if a variation ends at the first look at which its claim is decided.
@@ -184,7 +187,8 @@ impl Plan {
             line.push_str(&format!(" --policy policies/{policy}.toml"));
         }
         let rendered = if self.terms.rendered { " --rendered" } else { "" };
-        format!("{line}{rendered} --trials 1")
+        let guest = self.terms.guest.as_deref().unwrap_or_default();
+        format!("{line}{rendered}{guest} --trials 1")
     }
 
     /// The line that runs trial `i` of variation `v` by itself.

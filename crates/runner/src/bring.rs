@@ -12,6 +12,7 @@ use perception::stages::Stages;
 use scenario::load_labels;
 
 use super::failure::{Exit, Failure};
+use wire::platform::Sensors;
 
 /// The options that name a detector from outside.
 #[derive(Clone, Debug, clap::Args)]
@@ -63,6 +64,6 @@ impl Bring {
             Some(brought) => brought,
             None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
         };
-        Ok(Stages::new(detector, thermal))
+        Ok(Stages::new(&Sensors::GROUND, detector, thermal))
     }
 }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
+use guest::Program;
 pub use link::terminal::say;
 use perception::detector::Brought;
 use perception::model::hex_digest;
@@ -34,6 +35,9 @@ pub struct Manifest {
     /// The detector in place of the shipped one.
     #[serde(skip_serializing_if = "Option::is_none")]
     detector: Option<Brought>,
+    /// The guest in place of the unit's mission and navigation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    guest: Option<Program>,
     /// [`files`] below the root.
     files: BTreeMap<String, String>,
 }
@@ -54,6 +58,7 @@ impl Manifest {
             watermarks,
             bounds: planned.iter().map(|p| (name(p), p.setup.bounds)).collect(),
             detector: planned.iter().find_map(|p| p.setup.detector.clone()),
+            guest: planned.iter().find_map(|p| p.setup.guest.as_ref().map(|guest| Program::clone(&guest.program))),
             files: files(&context.root()?)?,
         })
     }

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use results::campaign::Content;
 use results::mode::Mode;
-use scenario::{Scenario, Setup, Variation};
+use scenario::{Scenario, Setup, Variation, load_platform};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
 
 use super::Context;
 use super::bring::Loaded;
+use super::engage::Engaged;
 use super::failure::{Exit, Failure};
 
 /// One variation of a scenario, ready to run.
@@ -46,11 +47,22 @@ impl Planned {
     }
 }
 
+/// A platform as it was asked for, and its file.
+#[derive(Clone, Debug)]
+pub struct Chosen {
+    /// By name or by path.
+    pub asked: String,
+    /// The file.
+    pub file: PathBuf,
+}
+
 /// Options for every scenario of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
     /// A policy file in place of the scenario's own.
     pub policy: Option<PathBuf>,
+    /// A platform in place of the scenario's own.
+    pub platform: Option<Chosen>,
     /// Only this cell.
     pub cell: Option<String>,
     /// Rendered sensors and the detector.
@@ -59,6 +71,8 @@ pub struct Wanted {
     pub detector: Option<Loaded>,
     /// Actors do not act, and claim that they did.
     pub sabotage: bool,
+    /// A guest in place of the unit's mission and navigation.
+    pub guest: Option<Engaged>,
 }
 
 /// True if a scenario is given by its file, and not by the name of a shipped one.
@@ -84,6 +98,23 @@ pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
     Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
 }
 
+/// The platform given by name or by path.
+pub fn platform_of(context: &Context, name: &str) -> Result<Chosen, Failure> {
+    let chosen = |file| Chosen { asked: name.to_owned(), file };
+    if is_path(name) {
+        return Ok(chosen(PathBuf::from(name)));
+    }
+    let folder = context.root()?.join("platforms");
+    let path = folder.join(format!("{name}.toml"));
+    if path.is_file() {
+        return Ok(chosen(path));
+    }
+    let known: Vec<String> = scenario::platform_files(&context.root()?)?.iter().map(|path| stem(path)).collect();
+    let message =
+        format!("no platform `{name}`; there are: {}. A file is named by its path, ending in .toml", known.join(", "));
+    Err(Failure::new(Exit::Usage, message))
+}
+
 /// Loads a scenario and prepares its variations.
 pub fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(Scenario, Vec<Planned>), Failure> {
     let scenario = context.scenario(file)?;
@@ -104,6 +135,9 @@ pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
 /// Prepares the variations of a loaded scenario.
 pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);
+    let platform = wanted.platform.as_ref().map(|chosen| load_platform(&chosen.file));
+    let platform = platform.map(|loaded| loaded.map(|platform| scenario.on(&platform.name)));
+    let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
         variations.retain(|v| v.cell.as_ref() == Some(cell));
@@ -132,12 +166,24 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
         variation
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
+    if wanted.guest.is_some() && variation.scenario.is_of_stacks() {
+        let message = format!(
+            "`{}` runs on the real stacks, where nothing drives; a guest has no part in it",
+            variation.scenario.name.as_str()
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
     if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {
         let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
         return Err(Failure::new(Exit::Usage, message));
     }
-    let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
+    let (root, policy) = (context.root()?, wanted.policy.as_deref());
+    let mut setup = match &wanted.platform {
+        Some(chosen) => Setup::load_on(&root, &variation.scenario, &chosen.file, policy, rendered)?,
+        None => Setup::load(&root, &variation.scenario, policy, rendered)?,
+    };
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
+    setup.guest = wanted.guest.as_ref().map(|engaged| engaged.guest.clone());
     setup.stop = context.stop.clone();
     let options = options(wanted, variation.cell.as_deref());
     Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
@@ -149,11 +195,15 @@ pub fn under(context: &Context, planned: &Planned, policy: &Path) -> Result<Plan
     prepare(context, planned.variation.clone(), &wanted)
 }
 
-/// Bounds, platform and sensing, in words that are hashed. A run with the shipped detector keeps its words.
+/// Bounds, platform, sensing and guest, in words that are hashed. A run with the shipped detector and without a guest keeps its words.
 fn platform(setup: &Setup) -> String {
     let words = format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered);
-    match &setup.detector {
+    let words = match &setup.detector {
         Some(brought) => format!("{words} {} {:?}", brought.model.sha256, brought.head),
+        None => words,
+    };
+    match &setup.guest {
+        Some(guest) => format!("{words} {} {:?}", guest.conduct.name(), guest.program.digests),
         None => words,
     }
 }
@@ -163,6 +213,9 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
     if let Some(policy) = &wanted.policy {
         options.push_str(&format!(" --policy {}", policy.display()));
     }
+    if let Some(platform) = &wanted.platform {
+        options.push_str(&format!(" --platform {}", platform.asked));
+    }
     if let Some(cell) = cell {
         options.push_str(&format!(" --cell {cell}"));
     }
@@ -170,6 +223,9 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
         Some(loaded) => options.push_str(&loaded.options),
         None if wanted.rendered => options.push_str(" --rendered"),
         None => {}
+    }
+    if let Some(engaged) = &wanted.guest {
+        options.push_str(&engaged.options);
     }
     if wanted.sabotage {
         options.push_str(" --sabotage");

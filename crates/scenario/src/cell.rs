@@ -9,6 +9,7 @@ use super::fault::{Ending, Fault, Kill, Process};
 use super::operator::{DisplayedState, Step};
 use super::set::Settings;
 use super::step::When;
+use super::under::Under;
 use super::value::{Label, List, Located, Name, Real, Whole};
 use super::{Scenario, check};
 
@@ -46,16 +47,6 @@ pub struct Cell {
     /// Replaces the scenario's expected classes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<Located<List<Outcome, 9>>>,
-}
-
-/// Expected classes under another policy than the scenario's own.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Under {
-    /// The policy.
-    pub policy: Located<Name>,
-    /// Classes that are expected under it.
-    pub expected: Located<List<Outcome, 9>>,
 }
 
 /// A scenario with one cell's settings in force.
@@ -166,15 +157,42 @@ impl Scenario {
         }
         let hold = (process == Process::Broker).then(|| hold_at(LATE_HOLD_S));
         scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
-        let broken = [Outcome::Unsafe, Outcome::Invalid, Outcome::Late];
+        let broken = [Outcome::Unsafe, Outcome::GuestFailed, Outcome::Invalid, Outcome::Late];
         scenario.expected = Located::nowhere(List::of(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
+        scenario
+    }
+
+    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy:
+    /// none where none are declared, so that no class counts as unexpected.
+    #[must_use]
+    pub fn on(&self, platform: &Name) -> Scenario {
+        let mut scenario = self.clone();
+        if *platform == *self.platform {
+            return scenario;
+        }
+        let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform);
+        let under: Vec<Under> =
+            self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect();
+        let declared = |policy: Option<&Name>| under.iter().find(|under| under.policy.as_deref() == policy);
+        let none = || Located::nowhere(List::default());
+        scenario.expected = declared(None).map_or_else(none, |under| under.expected.clone());
+        scenario.cell = List::of(self.cell.iter().map(|cell| {
+            let mut cell = cell.clone();
+            // A cell under a policy of its own expects what is declared for both, or nothing.
+            cell.expected =
+                cell.policy.clone().map(|own| declared(Some(&own)).map_or_else(none, |under| under.expected.clone()));
+            cell
+        }));
+        scenario.under = List::of(under);
+        scenario.platform = Located::nowhere(platform.clone());
         scenario
     }
 
     fn under(&self, policy: Option<&str>) -> Scenario {
         let mut scenario = self.clone();
         if let Some(policy) = policy.filter(|p| *p != self.policy.as_str()) {
-            let declared = self.under.iter().find(|under| under.policy.as_str() == policy);
+            let here = self.under.iter().filter(|under| under.platform.is_none());
+            let declared = here.into_iter().find(|under| under.policy.as_ref().is_some_and(|p| p.as_str() == policy));
             scenario.expected = match declared {
                 Some(under) => under.expected.clone(),
                 None => Located::nowhere(List::default()),

@@ -14,7 +14,7 @@ use super::finding::{Finding, finding, unknown};
 use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
-use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
+use super::{Ending, Evidence, Located, Name, Outcome, Process, Role, Scenario, Scene, ThirdUnit, Under};
 
 /// Every mistake in a scenario with a file named `stem`; its scene is looked at by [`scene`].
 pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
@@ -27,6 +27,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     }
     found.extend(classes(&s.expected));
     found.extend(s.under.iter().flat_map(|under| classes(&under.expected)));
+    found.extend(s.under.iter().filter_map(neither));
     found.extend(phase(s));
     found.extend(times(s));
     found.extend(faults(s));
@@ -45,6 +46,18 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
         found.extend(curve(s));
     }
     found
+}
+
+/// An entry that says under which policy and on which platform its classes hold says at least one.
+fn neither(under: &Under) -> Option<Finding> {
+    let nothing = under.policy.is_none() && under.platform.is_none();
+    nothing.then(|| {
+        finding(
+            &under.expected,
+            "neither a policy nor a platform",
+            "name one; the scenario's own classes are its `expected`",
+        )
+    })
 }
 
 /// Mistakes in the keys of a process fault; each ending takes its own.
@@ -423,33 +436,6 @@ fn covers(object: &Object, at_m: &Point) -> bool {
     let (sin, cos) = (libm::sin(heading), libm::cos(heading));
     let (ahead, aside) = (east * cos + north * sin, north * cos - east * sin);
     ahead.abs() * 2.0 < object.size_m[0].get() && aside.abs() * 2.0 < object.size_m[1].get()
-}
-
-/// Every mistake in a platform file named `stem`.
-pub(super) fn platform(platform: &Platform, stem: &str) -> Vec<Finding> {
-    let mut found = Vec::new();
-    if platform.name.as_str() != stem {
-        found.push(finding(&platform.name, format!("the file is named `{stem}`"), "make name and file name the same"));
-    }
-    let b = &platform.bounds;
-    if b.to_degraded_ms.get() > b.to_hold_safe_ms.get() {
-        found.push(finding(&b.to_degraded_ms, "later than the bound to hold-safe", "degrade no later than holding"));
-    }
-    if b.grant_period_ms.get() >= b.lease_ms.get() {
-        found.push(finding(
-            &b.grant_period_ms,
-            "not shorter than the lease it renews",
-            "grant several times in a lease",
-        ));
-    }
-    if b.telemetry_period_ms.get() >= b.freshness_ms.get() {
-        found.push(finding(
-            &b.telemetry_period_ms,
-            "not shorter than the freshness window",
-            "send several times in it",
-        ));
-    }
-    found
 }
 
 fn doubles<'a>(names: impl Iterator<Item = &'a Located<Name>>) -> Vec<Finding> {

@@ -39,6 +39,7 @@ mod tamper;
 mod template;
 mod terms;
 mod timed;
+mod under;
 mod unit;
 mod value;
 mod varies;
@@ -62,7 +63,7 @@ pub use attack::rogue::{OrderId, OrderTrack, Way};
 pub use attack::teammate::{Forwarding, ThirdUnit};
 pub use attack::{Act, Attack, Deceit, Injection};
 pub use attack_space::{AttackSpace, Move, Number, Range};
-pub use cell::{Cell, Under, Variation};
+pub use cell::{Cell, Variation};
 pub use curve::Curve;
 pub use direction::Direction;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
@@ -72,7 +73,10 @@ pub use mandate::Mandate;
 pub use operator::{DisplayedState, Operator, Step, Values};
 pub use order::Order;
 pub use perturbation::Perturbation;
-pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
+pub use platform::{
+    Bound, BoundsTable, CameraTable, GuardsTable, Length, LidarTable, Platform, SafeAction, SafeTable, Tightened,
+    VehicleTable, platform_schema, platform_template,
+};
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{load, load_platform, load_with, parse, parse_platform, parse_scene};
@@ -80,12 +84,13 @@ pub use scene::{Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
 pub use setup::{FRAMES, Setup, load_policy, parse_policy, platforms};
 pub use shared::{Channel, Every, Holder};
-pub use shipped::{demo, find, find_root, rendered, shipped};
+pub use shipped::{demo, find, find_root, platform_files, rendered, shipped};
 pub use step::{Timing, Trigger, When};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
 pub use terms::{Class, Evidence, Interface, Requirement, Stride};
 pub use timed::Windowed;
+pub use under::Under;
 pub use unit::{Role, Unit};
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
@@ -206,7 +211,7 @@ attack::with_attacks! {
         /// Variations, each with its own expected classes; without any the scenario is its only cell.
         #[serde(default)]
         pub cell: List<Located<Cell>, 64>,
-        /// Expected classes under another policy than the scenario's own.
+        /// Expected classes under another policy or on another platform than the scenario's own.
         #[serde(default)]
         pub under: List<Under, 16>,
         /// A value that `holdsafe campaign curve` takes through a range.

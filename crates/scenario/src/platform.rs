@@ -1,13 +1,26 @@
-//! A platform file: the bounds of one platform, with ranges and places, and the ones that a scenario may tighten.
+//! A platform file: bounds, vehicle, sensors, limits of guards and safe action of one platform, with ranges and places, and the bounds
+//! that a scenario may tighten.
 //!
-//! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). Their meaning is
-//! given by `wire::bounds`; here they are only read, checked and handed on.
+//! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). The values' meaning is
+//! given by `wire::bounds` and `wire::platform`; here they are only read, checked and handed on. `tables` has the optional
+//! tables, `check` and `body` hold all values against each other, `template` is a file to start from.
+
+mod body;
+pub(super) mod check;
+mod tables;
+mod template;
+#[cfg(test)]
+mod tests;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
+use wire::platform::{Limits, Sensors, Vehicle};
 
 use super::value::{Located, Name, Text, Whole};
+
+pub use tables::{CameraTable, GuardsTable, LidarTable, SafeAction, SafeTable, VehicleTable};
+pub use template::{platform_schema, platform_template};
 
 /// Milliseconds of a bound: never zero.
 pub type Bound = Located<Whole<1, 60_000>>;
@@ -24,6 +37,38 @@ pub struct Platform {
     pub title: Text<120>,
     /// Its bounds.
     pub bounds: BoundsTable,
+    /// The vehicle.
+    #[serde(default)]
+    pub vehicle: VehicleTable,
+    /// The camera.
+    #[serde(default)]
+    pub camera: CameraTable,
+    /// The LiDAR.
+    #[serde(default)]
+    pub lidar: LidarTable,
+    /// Limits of guards and driving.
+    #[serde(default)]
+    pub guards: GuardsTable,
+    /// The safe action.
+    #[serde(default)]
+    pub safe: SafeTable,
+}
+
+impl Platform {
+    /// The vehicle as the simulation knows it.
+    pub fn vehicle(&self) -> Vehicle {
+        self.vehicle.vehicle()
+    }
+
+    /// Camera and LiDAR as simulation and perception know them.
+    pub fn sensors(&self) -> Sensors {
+        tables::sensors(&self.camera, &self.lidar)
+    }
+
+    /// The limits of guards and driving as autonomy knows them.
+    pub fn limits(&self) -> Limits {
+        tables::limits(&self.guards, &self.vehicle)
+    }
 }
 
 /// Declares the table of bounds and its way to `wire::bounds`, which has the same fields.
@@ -79,9 +124,9 @@ bounds_table! {
     /// Longest time without a seal over the log before authority goes.
     seal_limit_ms: Bound,
     /// P11: farthest that a true object of the class may be from the designated position, millimetres.
-    designation_mm: Length,
+    designation_mm: Located<Length>,
     /// Confidence from which a track can be designated, permille.
-    designation_confidence: Whole<0, 1_000>,
+    designation_confidence: Located<Whole<0, 1_000>>,
     /// Confidence below which a designated track is given up, permille.
     designation_keep: Whole<0, 1_000>,
     /// Time for which a designated track may go without an update.
@@ -89,15 +134,15 @@ bounds_table! {
     /// Highest speed, millimetres per second.
     max_speed_mm_s: Length,
     /// Speed while degraded, millimetres per second.
-    degraded_speed_mm_s: Length,
+    degraded_speed_mm_s: Located<Length>,
     /// Deceleration that the plant is sure to reach, millimetres per second squared.
     braking_mm_s2: Whole<1, 100_000>,
     /// Distance from the fence kept beyond the stopping distance, millimetres.
-    fence_margin_mm: Length,
+    fence_margin_mm: Located<Length>,
     /// Two units claimed nearer than this cannot both be there, millimetres.
-    exclusion_mm: Length,
+    exclusion_mm: Located<Length>,
     /// A teammate's claimed displacement may exceed its claimed speed's by this, millimetres.
-    teammate_slack_mm: Length,
+    teammate_slack_mm: Located<Length>,
     /// Width of the anti-replay window, records.
     replay_window: Whole<1, 64>,
     /// Largest step of a sequence.

@@ -13,6 +13,10 @@ const MAX_SHOWN: usize = 5;
 /// Most lines that are marked; of a longer passage only the first is.
 const MAX_MARKED: usize = 10;
 
+/// The schemas, as remedies name them.
+const SCHEMA: &str = "`holdsafe scenario schema`";
+const PLATFORM_SCHEMA: &str = "`holdsafe scenario schema --platform`";
+
 /// One problem.
 #[derive(Clone, Debug)]
 pub struct Problem {
@@ -49,6 +53,12 @@ impl Problem {
     /// A TOML or schema error, at the place that the parser names.
     pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
         Self::from_toml_at(file, text, error.span(), error)
+    }
+
+    /// The same in a platform file.
+    pub(super) fn of_platform(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        let problem = Self::from_toml(file, text, error);
+        Self { remedy: problem.remedy.replace(SCHEMA, PLATFORM_SCHEMA), ..problem }
     }
 
     /// The same at a place in this text, where the parser's was in several.
@@ -111,7 +121,7 @@ fn meant(message: &str) -> Option<String> {
 }
 
 fn remedy_for(message: &str) -> String {
-    let schema = "`holdsafe scenario schema` prints every key with its type and range";
+    let schema = format!("{SCHEMA} prints every key with its type and range");
     if message.starts_with("unknown ")
         && let Some(meant) = meant(message)
     {

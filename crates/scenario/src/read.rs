@@ -12,6 +12,7 @@ use super::check;
 use super::extend::Sources;
 use super::file::read_text;
 use super::finding::Finding;
+use super::platform;
 use super::shipped::shipped_folder;
 use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene};
 
@@ -76,8 +77,8 @@ pub fn load_platform(path: &Path) -> Result<Platform, Problems> {
 /// # Errors
 /// Every problem found, with `file` as its name.
 pub fn parse_platform(file: &str, stem: &str, text: &str) -> Result<Platform, Problems> {
-    let platform: Platform = from_toml(file, text)?;
-    Problems::none_or(place(file, text, check::platform(&platform, stem)))?;
+    let platform: Platform = toml::from_str(text).map_err(|e| Problem::of_platform(file, text, &e))?;
+    Problems::none_or(place(file, text, platform::check::platform(&platform, stem)))?;
     Ok(platform)
 }
 

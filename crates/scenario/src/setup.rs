@@ -4,15 +4,18 @@
 
 use std::path::{Path, PathBuf};
 
+use guest::{Conduct, Guest};
 use parallel::progress::Stop;
 use perception::detector::Brought;
 use wire::bounds::Bounds;
 use wire::person::Role;
 use wire::policy::Policy;
+use wire::sensor::Camera;
 
 use super::file::read_text;
+use super::platform::check::uplink_ms;
 use super::read::load_platform;
-use super::shipped::files;
+use super::shipped::platform_files;
 use super::{Name, Platform, Problem, Problems, Scenario};
 
 /// Every fifth set of frames of a recorded live run stays whole, unless others are asked for: two a second, 1 GB an hour.
@@ -35,6 +38,8 @@ pub struct Setup {
     pub rendered: bool,
     /// A detector in place of the shipped one, loaded.
     pub detector: Option<Brought>,
+    /// A guest in place of the unit's mission and navigation.
+    pub guest: Option<Guest>,
     /// Directory for the trial's recordings; `None` where none are kept.
     pub run_dir: Option<PathBuf>,
     /// Of a live run's recordings: every n-th set of sensor frames stays whole; 0 for none.
@@ -53,31 +58,28 @@ impl Setup {
     /// # Errors
     /// A mistake in the platform or policy file, or a bound that the scenario loosens.
     pub fn load(root: &Path, scenario: &Scenario, policy: Option<&Path>, rendered: bool) -> Result<Self, Problems> {
-        let platform = load_platform(&named(root, "platforms", &scenario.platform))?;
-        let loosened = scenario.bounds.loosened(&platform.bounds);
-        let problems = loosened.iter().map(|(bound, base)| {
-            let message = format!("a bound of {} ms is looser than the platform's {base} ms", bound.get());
-            let file = format!("{}.toml", scenario.name.as_str());
-            Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
-        });
-        Problems::none_or(problems.collect())?;
-        let in_force = scenario.bounds.over(&platform.bounds);
-        let chain = in_force.freshness_ms.get() + in_force.lease_ms.get() + in_force.control_period_ms.get();
-        if chain > in_force.to_hold_safe_ms.get() {
-            let message = format!(
-                "after a lost uplink the lease lapses {chain} ms later (freshness, lease and control period), beyond Th = {} ms",
-                in_force.to_hold_safe_ms.get()
-            );
-            let file = if scenario.bounds.is_empty() { &platform.name } else { &*scenario.name };
-            let remedy = "shorten the lease, or give Th more time (docs/reference/bounds.md, The three bounds)";
-            return Err(Problem::with_file(&format!("{file}.toml"), message, remedy).into());
-        }
+        Self::load_on(root, scenario, &named(root, "platforms", &scenario.platform), policy, rendered)
+    }
+
+    /// The same with the file of the platform, wherever it lies.
+    ///
+    /// # Errors
+    /// As [`Setup::load`].
+    pub fn load_on(
+        root: &Path,
+        scenario: &Scenario,
+        platform: &Path,
+        policy: Option<&Path>,
+        rendered: bool,
+    ) -> Result<Self, Problems> {
+        let platform = load_platform(platform)?;
+        tighten(scenario, &platform)?;
         let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
+        let (misset, detector, guest, run_dir, frames) = (None, None, None, None, FRAMES);
         let (window, retries) = (None, 0);
         Ok(Self {
             policy_name,
@@ -87,6 +89,7 @@ impl Setup {
             platform,
             rendered,
             detector,
+            guest,
             run_dir,
             frames,
             window,
@@ -95,11 +98,56 @@ impl Setup {
         })
     }
 
-    /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.
+    /// The words that every artefact of an ablation or of a guest carries; `None` for the platform itself with every check, guard, rule and
+    /// bound in place.
     pub fn watermark(&self) -> Option<String> {
+        let guest = self.guest.as_ref().map(|guest| {
+            let conduct = match guest.conduct {
+                Conduct::Bare => "bare, without the platform's guards",
+                Conduct::Guarded => "inside the platform's guards",
+            };
+            let repeatable = if guest.repeatable { "" } else { "; NOT DETERMINISTIC: the same trial gave two logs" };
+            format!("GUEST: `{}` drives, {conduct}{repeatable}", guest.program.name)
+        });
+        let marks: Vec<String> = [guest, self.ablation(), self.unmeasured()].into_iter().flatten().collect();
+        (!marks.is_empty()).then(|| marks.join("; "))
+    }
+
+    /// The networks' figures are of the camera that they were trained with.
+    fn unmeasured(&self) -> Option<String> {
+        let (trained, camera) = (Camera::GROUND, self.platform.sensors().camera);
+        let moved = self.rendered && camera != trained;
+        moved.then(|| {
+            let (at, from) = (camera.up_m, trained.up_m);
+            format!("UNMEASURED: the camera is mounted at {at} m, the networks were trained and measured at {from} m")
+        })
+    }
+
+    fn ablation(&self) -> Option<String> {
         let waived = (!self.policy.is_full()).then(|| format!("ABLATION: policy `{}` waives checks", self.policy_name));
         waived.or_else(|| self.misset.map(|_| "ABLATION: a bound is set wrong on purpose".to_owned()))
     }
+}
+
+/// Refuses a scenario that loosens a bound of its platform, or tightens *Th* below the chain that has to fit into it.
+fn tighten(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
+    let file = format!("{}.toml", scenario.name.as_str());
+    let loosened = scenario.bounds.loosened(&platform.bounds);
+    let problems = loosened.iter().map(|(bound, base)| {
+        let message = format!("a bound of {} ms is looser than the platform's {base} ms", bound.get());
+        Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
+    });
+    Problems::none_or(problems.collect())?;
+    let in_force = scenario.bounds.over(&platform.bounds);
+    let (chain, most) = (uplink_ms(&in_force), in_force.to_hold_safe_ms.get());
+    if chain <= most {
+        return Ok(());
+    }
+    let message = format!(
+        "after a lost uplink the lease lapses {chain} ms later (freshness, lease and control period), beyond Th = {most} ms"
+    );
+    let remedy = "shorten the lease, or give Th more time (docs/reference/bounds.md, The three bounds)";
+    Err(Problem::with_file(&file, message, remedy).into())
 }
 
 /// Reads a policy file.
@@ -133,7 +181,7 @@ pub fn platforms(root: &Path) -> Result<Vec<Platform>, Problems> {
     let unread = |e: std::io::Error| {
         Problem::with_file(&folder.display().to_string(), e.to_string(), "run from a holdsafe checkout")
     };
-    let files = files(&folder).map_err(|e| Problems::from(unread(e)))?;
+    let files = platform_files(root).map_err(|e| Problems::from(unread(e)))?;
     files.iter().map(|file| load_platform(file)).collect()
 }
 

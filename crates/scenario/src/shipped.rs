@@ -51,6 +51,14 @@ pub fn demo(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     files(&root.join("scenarios/demo"))
 }
 
+/// The shipped platforms.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn platform_files(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("platforms"))
+}
+
 /// The TOML files of a folder, by name.
 pub(super) fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();

@@ -5,7 +5,7 @@
 //! is the business of `scenario::check`.
 
 use core::fmt;
-use core::ops::{Deref, Range};
+use core::ops::{Deref, DerefMut, Range};
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -126,6 +126,11 @@ impl<const MIN: i64, const MAX: i64> Whole<MIN, MAX> {
     /// The value, or `None` when out of range.
     pub fn new(value: i64) -> Option<Self> {
         (MIN..=MAX).contains(&value).then_some(Self(value))
+    }
+
+    /// A number of the program's own.
+    pub(super) fn constant(value: i64) -> Self {
+        Self::new(value).expect("invariant: a constant within its range")
     }
 
     /// The number.
@@ -477,6 +482,12 @@ impl<T> Deref for Located<T> {
     type Target = T;
     fn deref(&self) -> &T {
         &self.value
+    }
+}
+
+impl<T> DerefMut for Located<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.value
     }
 }
 

@@ -38,7 +38,7 @@ fn main() {
 /// World and vehicle alone: the cost of physics without sensors.
 fn bare(config: &SimConfig) -> f64 {
     let mut world = World::new(Arc::new(config.scene.clone()));
-    let mut plant = Plant::new(&mut world, &config.scene.start, &config.fidelity);
+    let mut plant = Plant::new(&mut world, &config.scene.start, &config.vehicle, &config.fidelity);
     let before = cpu();
     for k in 1..=SECONDS * 100 {
         let now = Instant(k * STEP.0);

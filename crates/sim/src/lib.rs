@@ -43,7 +43,8 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
 use wire::event::{Event, PICTURED_EVERY, wire_hash};
 use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
-use wire::sensor::{Camera, Frames, Lidar, Navigation};
+use wire::platform::{Sensors, Vehicle};
+use wire::sensor::{Camera, Frames, Navigation};
 use wire::sign::Key;
 use wire::time::{Instant, Span};
 
@@ -91,6 +92,12 @@ pub struct SimConfig {
     pub witness: bool,
     /// The world.
     pub scene: Scene,
+    /// The body in it.
+    #[serde(default)]
+    pub vehicle: Vehicle,
+    /// Its sensors.
+    #[serde(default)]
+    pub sensors: Sensors,
     /// Sensor faults.
     #[serde(default)]
     pub faults: Vec<Fault>,
@@ -116,6 +123,8 @@ impl SimConfig {
             rendered,
             witness: true,
             scene: Scene::default(),
+            vehicle: Vehicle::GROUND,
+            sensors: Sensors::GROUND,
             faults: Vec::new(),
             noise: NoiseModel::default(),
             fidelity: Fidelity::SHIPPED,
@@ -183,8 +192,8 @@ impl Sim {
             return Err(SceneError::FaultDoesNotApply { index });
         }
         let mut world = World::new(Arc::new(config.scene.clone()));
-        let plant = Plant::new(&mut world, &config.scene.start, &config.fidelity);
-        let (camera, lidar) = (Camera::GROUND, Lidar::GROUND);
+        let plant = Plant::new(&mut world, &config.scene.start, &config.vehicle, &config.fidelity);
+        let Sensors { camera, lidar } = config.sensors;
         let eyes = if config.rendered {
             Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed).remembering(&faults)))
         } else {
@@ -371,6 +380,7 @@ impl Core for Sim {
             | Input::Closed { .. }
             | Input::Published { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }

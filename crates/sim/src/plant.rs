@@ -1,6 +1,6 @@
 //! The plant: a four-wheeled ground vehicle that follows leased set-points.
 //!
-//! The whole of its interface is: [`Plant::accept`] a [`SetPoint`], [`Plant::step`], read its [`State`]. Another
+//! Its numbers are the platform's ([`Vehicle`]). The whole of its interface is: [`Plant::accept`] a [`SetPoint`], [`Plant::step`], read its [`State`]. Another
 //! domain (air, space) is another module with these verbs. A set-point is followed only until its lease ends on the
 //! plant's own clock; then the plant brakes to standstill by itself and says so once. No message is needed to stop it.
 //!
@@ -8,42 +8,22 @@
 
 use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;
+use wire::platform::Vehicle;
 use wire::time::{Instant, Span};
 
 use crate::fidelity::Fidelity;
 use crate::scene::Start;
 use crate::world::{DT, World, turn};
 
-/// Greatest forward speed, m/s; set-points beyond are clamped.
-pub const MAX_SPEED: f32 = 3.0;
-/// Greatest reverse speed, m/s.
-pub const MAX_REVERSE: f32 = 1.0;
-/// Greatest acceleration under a set-point, m/s².
-pub const MAX_ACCELERATION: f32 = 1.5;
-/// Deceleration of the brakes on the level, m/s²; on the steepest ground a scene may have, more than 3.
-pub const BRAKING: f32 = 4.0;
-/// Greatest curvature, 1/m.
-pub const MAX_CURVATURE: f32 = 0.4;
 /// The longest lease that is honoured, counted from arrival.
 pub const MAX_LEASE: Span = Span::ms(1000);
 /// Below this speed, m/s, the vehicle counts as standing.
 pub const STANDSTILL: f32 = 0.05;
 
-/// Half length, half width and half height of the chassis, metres.
-const CHASSIS: [f32; 3] = [0.8, 0.45, 0.22];
-const MASS: f32 = 300.0;
-const WHEELBASE: f32 = 1.2;
-const TRACK: f32 = 0.9;
-const WHEEL_RADIUS: f32 = 0.3;
-const WHEEL_DROP: f32 = 0.1;
-const SUSPENSION_REST: f32 = 0.25;
-/// Spring rate per wheel and kilogram; with four wheels it sags 8 cm.
-const SUSPENSION_STIFFNESS: f32 = 30.0;
-const SAG: f32 = 9.81 / (4.0 * SUSPENSION_STIFFNESS);
-/// Height of the chassis centre above the ground at rest.
-const RIDE_HEIGHT: f32 = WHEEL_DROP + SUSPENSION_REST - SAG + WHEEL_RADIUS;
-/// Steering rate, radians per second.
-const STEERING_RATE: f32 = 1.5;
+/// Share of a suspension's length by which it can give either way.
+const SUSPENSION_TRAVEL: f32 = 0.8;
+/// The most that one suspension bears, N for each kilogram of the vehicle: eight times its share of the weight.
+const SUSPENSION_LIMIT: f32 = 20.0;
 const PROPORTIONAL: f32 = 4.0;
 const INTEGRAL: f32 = 1.5;
 
@@ -97,30 +77,39 @@ impl State {
 /// The vehicle and its controller.
 #[derive(Clone)]
 pub struct Plant {
+    limits: Vehicle,
     vehicle: DynamicRayCastVehicleController,
     set_point: Option<SetPoint>,
-    /// Speed that the controller tracks: the set-point, approached at [`MAX_ACCELERATION`].
+    /// Speed that the controller tracks: the set-point, approached at the greatest acceleration.
     reference: f32,
     integral: f32,
     steering: f32,
 }
 
 impl Plant {
-    /// Puts the vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
-    pub fn new(world: &mut World, start: &Start, fidelity: &Fidelity) -> Self {
-        let chassis = world.physics.bodies.insert(chassis_body(world, start));
-        let [length, width, height] = CHASSIS;
-        let shell = ColliderBuilder::cuboid(length, width, height).mass(MASS * fidelity.load).friction(0.4);
+    /// Puts this vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
+    pub fn new(world: &mut World, start: &Start, vehicle: &Vehicle, fidelity: &Fidelity) -> Self {
+        let chassis = world.physics.bodies.insert(chassis_body(world, start, vehicle));
+        let [length, width, height] = vehicle.chassis_m.map(|edge| edge / 2.0);
+        let shell = ColliderBuilder::cuboid(length, width, height).mass(vehicle.mass_kg * fidelity.load).friction(0.4);
         world.physics.insert_collider(shell, Some(chassis));
-        Plant { vehicle: wheels(chassis, fidelity.grip), set_point: None, reference: 0.0, integral: 0.0, steering: 0.0 }
+        Plant {
+            limits: *vehicle,
+            vehicle: wheels(chassis, vehicle, fidelity.grip),
+            set_point: None,
+            reference: 0.0,
+            integral: 0.0,
+            steering: 0.0,
+        }
     }
 
     /// Takes a new set-point in place of the last. Speed and curvature are clamped to the vehicle's limits, the lease
     /// to [`MAX_LEASE`] from `now`.
     pub fn accept(&mut self, now: Instant, asked: SetPoint) {
+        let Vehicle { max_speed_m_s, max_reverse_m_s, max_curvature_per_m, .. } = self.limits;
         self.set_point = Some(SetPoint {
-            speed: asked.speed.clamp(-MAX_REVERSE, MAX_SPEED),
-            curvature: asked.curvature.clamp(-MAX_CURVATURE, MAX_CURVATURE),
+            speed: asked.speed.clamp(-max_reverse_m_s, max_speed_m_s),
+            curvature: asked.curvature.clamp(-max_curvature_per_m, max_curvature_per_m),
             until: asked.until.min(now + MAX_LEASE),
         });
     }
@@ -160,7 +149,7 @@ impl Plant {
         let pose = body.position();
         let up = pose.rotation * Vector::Z;
         State {
-            position: pose.translation - up * RIDE_HEIGHT,
+            position: pose.translation - up * self.limits.ride_height_m(),
             rotation: pose.rotation,
             velocity: body.linvel(),
             yaw_rate: body.angvel().dot(up),
@@ -168,26 +157,28 @@ impl Plant {
     }
 
     fn steer(&mut self, curvature: f32) {
-        let wanted = libm::atanf(WHEELBASE * curvature);
-        self.steering += (wanted - self.steering).clamp(-STEERING_RATE * DT, STEERING_RATE * DT);
+        let wanted = libm::atanf(self.limits.wheelbase_m * curvature);
+        let most = self.limits.steering_rad_s * DT;
+        self.steering += (wanted - self.steering).clamp(-most, most);
         for wheel in &mut self.vehicle.wheels_mut()[..2] {
             wheel.steering = self.steering;
         }
     }
 
     fn throttle(&mut self, wanted: f32, speed: f32) {
+        let Vehicle { mass_kg, braking_m_s2, max_acceleration_m_s2, .. } = self.limits;
         let stop = wanted.abs() < STANDSTILL;
         let (force, brake) = if stop {
             self.integral = 0.0;
             self.reference = speed;
-            (0.0, MASS * BRAKING * DT / 4.0)
+            (0.0, mass_kg * braking_m_s2 * DT / 4.0)
         } else {
-            let step = if wanted.abs() < self.reference.abs() { BRAKING } else { MAX_ACCELERATION } * DT;
+            let step = if wanted.abs() < self.reference.abs() { braking_m_s2 } else { max_acceleration_m_s2 } * DT;
             self.reference += (wanted - self.reference).clamp(-step, step);
             let error = self.reference - speed;
             self.integral = (self.integral + error * INTEGRAL * DT).clamp(-1.0, 1.0);
-            let asked = (PROPORTIONAL * error + self.integral).clamp(-BRAKING, BRAKING);
-            (MASS * asked / 4.0, 0.0)
+            let asked = (PROPORTIONAL * error + self.integral).clamp(-braking_m_s2, braking_m_s2);
+            (mass_kg * asked / 4.0, 0.0)
         };
         for wheel in self.vehicle.wheels_mut() {
             wheel.engine_force = force;
@@ -197,30 +188,30 @@ impl Plant {
 }
 
 /// The chassis never sleeps: wheel impulses on a sleeping body would pile up unseen.
-fn chassis_body(world: &World, start: &Start) -> RigidBody {
+fn chassis_body(world: &World, start: &Start, vehicle: &Vehicle) -> RigidBody {
     let (sin, cos) = libm::sincosf(start.heading);
-    let up = world.terrain().height(start.east, start.north) + RIDE_HEIGHT;
+    let up = world.terrain().height(start.east, start.north) + vehicle.ride_height_m();
     let pose = Pose::from_parts(Vector::new(start.east, start.north, up), turn([cos, sin]));
     RigidBodyBuilder::dynamic().pose(pose).can_sleep(false).angular_damping(0.5).build()
 }
 
 /// Four wheels, the two that steer first.
-fn wheels(chassis: RigidBodyHandle, grip: f32) -> DynamicRayCastVehicleController {
+fn wheels(chassis: RigidBodyHandle, body: &Vehicle, grip: f32) -> DynamicRayCastVehicleController {
     let mut vehicle = DynamicRayCastVehicleController::new(chassis);
     vehicle.index_up_axis = 2;
     vehicle.index_forward_axis = 0;
     let tuning = WheelTuning {
-        suspension_stiffness: SUSPENSION_STIFFNESS,
+        suspension_stiffness: body.spring_rate,
         suspension_compression: 4.0,
         suspension_damping: 5.0,
-        max_suspension_travel: 0.2,
+        max_suspension_travel: SUSPENSION_TRAVEL * body.suspension_m,
         side_friction_stiffness: 1.0,
         friction_slip: 2.0 * grip,
-        max_suspension_force: 6000.0,
+        max_suspension_force: SUSPENSION_LIMIT * body.mass_kg,
     };
     for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-        let mount = Vector::new(x * WHEELBASE / 2.0, y * TRACK / 2.0, -WHEEL_DROP);
-        vehicle.add_wheel(mount, -Vector::Z, -Vector::Y, SUSPENSION_REST, WHEEL_RADIUS, &tuning);
+        let mount = Vector::new(x * body.wheelbase_m / 2.0, y * body.track_m / 2.0, -body.wheel_drop_m);
+        vehicle.add_wheel(mount, -Vector::Z, -Vector::Y, body.suspension_m, body.wheel_radius_m, &tuning);
     }
     vehicle
 }
@@ -248,7 +239,7 @@ mod tests {
     fn vehicle_follows_set_points_and_brakes_without_lease() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
-        let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
+        let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
         drive(&mut plant, &mut world, 0, 100, None);
         let parked = plant.state(&world);
         assert!(parked.speed().abs() < STANDSTILL, "{parked:?}");
@@ -270,7 +261,7 @@ mod tests {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         for speed in [3.0, 1.0, 0.49, 0.3, 0.1, 0.06, -0.06, -0.4, -1.0] {
             let mut world = World::new(Arc::new(scene.clone()));
-            let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
+            let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
             drive(&mut plant, &mut world, 0, 400, Some((speed, 0.0)));
             let gone = plant.state(&world).speed();
             assert!((gone - speed).abs() < 0.15, "{speed}: {gone}");
@@ -291,11 +282,45 @@ mod tests {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         for speed in [2.0, 0.2] {
             let mut world = World::new(Arc::new(scene.clone()));
-            let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
+            let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
             plant.accept(Instant(0), SetPoint { speed, curvature: 0.0, until: Instant(60_000_000) });
             let lapses = drive(&mut plant, &mut world, 0, 200, None);
             assert_eq!(lapses, [Instant(0) + MAX_LEASE], "{speed}");
         }
+    }
+
+    /// A light one with small wheels: it stands on them, keeps to its own limits, and stops by itself.
+    #[test]
+    fn another_vehicle_keeps_to_its_own_limits() {
+        let vehicle = Vehicle {
+            mass_kg: 27.0,
+            chassis_m: [0.7, 0.55, 0.4],
+            wheelbase_m: 0.5,
+            track_m: 0.5,
+            wheel_radius_m: 0.1,
+            suspension_m: 0.2,
+            spring_rate: 49.0,
+            max_speed_m_s: 1.8,
+            braking_m_s2: 3.0,
+            max_curvature_per_m: 1.0,
+            ..Vehicle::GROUND
+        };
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        let mut world = World::new(Arc::new(scene.clone()));
+        let mut plant = Plant::new(&mut world, &scene.start, &vehicle, &Fidelity::SHIPPED);
+        drive(&mut plant, &mut world, 0, 100, None);
+        let parked = plant.state(&world);
+        assert!((parked.position.z - world.terrain().height(-10.0, -5.0)).abs() < 0.05, "{parked:?}");
+
+        drive(&mut plant, &mut world, 100, 500, Some((9.0, 9.0)));
+        let fast = plant.state(&world);
+        assert!((1.5..1.95).contains(&fast.speed()), "{fast:?}");
+        assert!((fast.yaw_rate - fast.speed()).abs() < 0.3, "{fast:?}");
+        assert!((fast.rotation * Vector::Z).z > 0.9, "{fast:?}");
+
+        // The lease runs 0.3 s on; at 2 m/s² another second stops it, and then it settles.
+        drive(&mut plant, &mut world, 600, 330, None);
+        assert!(plant.state(&world).speed().abs() < STANDSTILL, "{:?}", plant.state(&world));
     }
 
     /// The brakes know of neither.
@@ -304,7 +329,7 @@ mod tests {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let left = |fidelity: Fidelity| {
             let mut world = World::new(Arc::new(scene.clone()));
-            let mut plant = Plant::new(&mut world, &scene.start, &fidelity);
+            let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &fidelity);
             drive(&mut plant, &mut world, 0, 500, Some((3.0, 0.0)));
             let fast = plant.state(&world).speed();
             assert!(fast > 2.6, "{fast}");
@@ -323,7 +348,7 @@ mod tests {
     fn tight_curve_at_full_speed_stays_upright() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
-        let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
+        let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
         drive(&mut plant, &mut world, 0, 500, Some((9.0, 9.0)));
         let state = plant.state(&world);
         assert!((state.rotation * Vector::Z).z > 0.9, "{state:?}");

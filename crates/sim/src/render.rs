@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use wire::id::ObjectId;
+use wire::platform::Vehicle;
 use wire::sensor::{Camera, Class, Lidar, PixelBox};
 use wire::time::{Instant, Span};
 
@@ -62,7 +63,7 @@ pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError>
     let scene = Scene { start: pose, ..scene.clone() };
     scene.check()?;
     let mut world = World::new(Arc::new(scene));
-    let mut plant = Plant::new(&mut world, &pose, &Fidelity::SHIPPED);
+    let mut plant = Plant::new(&mut world, &pose, &Vehicle::GROUND, &Fidelity::SHIPPED);
     for k in 1..=SETTLE {
         plant.step(Instant(k * STEP.0), &mut world);
     }

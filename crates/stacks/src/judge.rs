@@ -137,6 +137,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         host_stall_ms: None,
         host_spoilt_ms: Vec::new(),
         claims: None,
+        guest: None,
         mission: None,
         transitions: Vec::new(),
         latency_ms: Latency::default(),

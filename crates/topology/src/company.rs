@@ -1,14 +1,19 @@
 //! The members of one trial, put together in the order that breaks ties: the vehicle under test, control, adversaries.
 
 use adversary::plan::AdversaryConfig;
-use autonomy::AutonomyConfig;
+use autonomy::{AutonomyConfig, GuestConfig};
 use gateway::GatewayConfig;
+use gateway::fanout::Interest;
+use guest::Conduct;
 use perception::PerceptionConfig;
 use scenario::Scenario;
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::mode::Guard;
+use wire::policy::{Check, Policy, Requirement};
 use wire::setup::{Ablation, Setup};
+use wire::time::Span;
 
 use super::draw::Draw;
 use super::keys::{self, RunSecret};
@@ -94,6 +99,8 @@ impl Company<'_> {
             rendered,
             witness: true,
             scene: world.clone(),
+            vehicle: self.with.platform.vehicle(),
+            sensors: self.with.platform.sensors(),
             faults,
             noise: sim::NoiseModel::default(),
             fidelity: scene::fidelity(&self.scenario.models),
@@ -102,7 +109,12 @@ impl Company<'_> {
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
         let detector = self.with.detector.clone().filter(|_| rendered);
-        let config = PerceptionConfig { rendered, detector, ..PerceptionConfig::default() };
+        let config = PerceptionConfig {
+            rendered,
+            detector,
+            sensors: self.with.platform.sensors(),
+            ..PerceptionConfig::default()
+        };
         self.add(
             host,
             Role::Perception(config),
@@ -111,8 +123,15 @@ impl Company<'_> {
             &[Topic::Tracks],
         );
         let config = self.autonomy(unit, &world);
+        let bare = config.guest.as_ref().is_some_and(|guest| guest.bare);
+        let unguarded = bare.then(|| self.unguarded());
+        let ablation = Ablation { scenario: self.scenario.name.as_str().to_owned() };
         let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
         let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
+        if let Some(policy) = unguarded {
+            member.setup.policy = policy;
+            member.setup.ablation = Some(ablation);
+        }
         member.peer = peer_of(node);
         member.commands = true;
     }
@@ -130,14 +149,37 @@ impl Company<'_> {
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
+            limits: self.with.platform.limits(),
+            guest: self.guest(unit),
         }
+    }
+
+    /// The guest that drives the unit under test.
+    fn guest(&self, unit: UnitId) -> Option<GuestConfig> {
+        let guest = self.with.guest.as_ref().filter(|_| unit == UnitId::A)?;
+        let limits = &guest.program.limits;
+        Some(GuestConfig {
+            name: guest.program.name.clone(),
+            bare: guest.conduct == Conduct::Bare,
+            start_limit: Span::ms(limits.start_ms),
+            step_limit: Span::ms(limits.step_ms),
+        })
+    }
+
+    /// The policy of a bare guest's unit: nothing of its own looks at what the guest is given, or stops it.
+    fn unguarded(&self) -> Policy {
+        let mut policy = self.with.policy.clone();
+        policy.guards.extend(Guard::ALL.map(|guard| (guard, Requirement::Waived)));
+        policy.boundary.insert(Check::Freshness, Requirement::Waived);
+        policy
     }
 
     pub(super) fn control(&mut self) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
+        let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
         let config = GatewayConfig {
-            units: units.clone(),
-            fanout: units,
+            interests: units.iter().map(|unit| Interest { unit: *unit, hears: others(*unit) }).collect(),
+            units,
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
         };

@@ -23,7 +23,8 @@ use evidence::cue::Cue;
 use evidence::log::hex;
 use evidence::mission::Script;
 use evidence::verification::{Held, HeldClock, Life};
-use evidence::{Plan, Planned};
+use evidence::{Plan, Planned, Under};
+use guest::Guest;
 use scenario::Scenario;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
@@ -68,6 +69,8 @@ pub struct ClockDraw {
 /// Participants of one trial, with their keys, links, clocks and plans.
 #[derive(Clone, Debug)]
 pub struct Topology {
+    /// The unit under test.
+    pub under: Under,
     /// Members, in the order that breaks ties.
     pub members: Vec<Member>,
     /// Sessions.
@@ -90,6 +93,8 @@ pub struct Topology {
     pub varied_delays: bool,
     /// The keys under which guards sign their observations, and the launcher its notes.
     pub witnesses: BTreeMap<NodeId, Secret>,
+    /// The guest that drives the unit under test.
+    pub guest: Option<Guest>,
     /// Manipulation of the recording by the recorder's insider, and the seed of its place.
     pub tampering: Option<(Tampering, u64)>,
 }
@@ -111,7 +116,7 @@ impl Topology {
     pub fn world(&self) -> Option<&sim::SimConfig> {
         self.members.iter().find_map(|member| {
             let Role::Sim(config) = &member.role else { return None };
-            (config.node == NodeId::SIM).then_some(config)
+            (config.node == self.under.sim).then_some(config)
         })
     }
 
@@ -219,6 +224,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
     company.adversary(&draw);
     let members = company.finish();
     Topology {
+        under: Under::A,
         links: links(scenario, &members),
         clocks: draw.clocks,
         process_faults: process::process_faults(scenario, draw.phase_ms),
@@ -228,6 +234,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
         mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
+        guest: with.guest.clone(),
         tampering: attack::tampering(scenario, seed),
         witnesses: witnesses(&members, secret),
         members,

@@ -12,6 +12,7 @@ use perception::corroborate::Limits;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use perception::{detector::Detector, runtime};
+use wire::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::heated;
@@ -95,7 +96,7 @@ impl Made {
 pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn std::error::Error>> {
     let frames = frames.unwrap_or(FRAMES);
     let [colour, thermal] = [Made::read(Sense::Colour, directory)?, Made::read(Sense::Thermal, directory)?];
-    let stages = Stages::new(Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
+    let stages = Stages::new(&Sensors::GROUND, Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
     let (mut rows, mut warm) = (Vec::new(), Vec::new());
     for split in [Split::HeldOut, Split::Novel] {
         for cell in cells::all()? {

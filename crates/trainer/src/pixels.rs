@@ -22,6 +22,7 @@ use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use wire::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::data::{Example, target};
@@ -62,7 +63,11 @@ pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn
     let net = Net::new(Sense::Colour, &Device::default()).try_load_file(directory.join("detector.bpk"))?;
     let bytes = std::fs::read(directory.join("detector.onnx"))?;
     let sha256 = hex_digest(&bytes);
-    let stages = Stages::new(Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?), Arc::new(Detector::thermal()?));
+    let stages = Stages::new(
+        &Sensors::GROUND,
+        Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?),
+        Arc::new(Detector::thermal()?),
+    );
     let mut rows = String::new();
     for goal in [Goal::None, Goal::Hide, Goal::Impersonate] {
         for strength in STRENGTHS {

@@ -9,6 +9,7 @@ use burn::tensor::Device;
 use perception::detector::Detector;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
+use wire::platform::Sensors;
 
 use crate::net::Net;
 use crate::sense::Sense;
@@ -32,6 +33,6 @@ impl Victim {
 
     /// All stages, with this detector and this thermal network.
     pub(crate) fn stages(&self, thermal: &Arc<Detector>) -> Stages {
-        Stages::new(Arc::clone(&self.detector), Arc::clone(thermal))
+        Stages::new(&Sensors::GROUND, Arc::clone(&self.detector), Arc::clone(thermal))
     }
 }

@@ -68,6 +68,7 @@ pub fn assemble(
         journals,
         witnesses: topology.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
         verified,
+        guest: None,
     })
 }
 

@@ -13,6 +13,7 @@ use sim::scene::Scene;
 use sim::world::{STEP, World};
 use topology::{Role, Topology};
 use wire::id::{NodeId, WorldId};
+use wire::platform::Vehicle;
 use wire::time::Instant;
 
 use super::Twin;
@@ -84,6 +85,7 @@ impl Known {
 /// The course of the unit under test in one trial: its scene, and the requests to its plant at each step.
 pub struct Course {
     scene: Arc<Scene>,
+    vehicle: Vehicle,
     asked: Vec<Option<SetPoint>>,
 }
 
@@ -91,13 +93,13 @@ impl Course {
     /// Runs the trial once and notes its course; none if there is no unit under test.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
         let (topology, mut twin) = start(scenario, setup, seed, false)?;
-        let Some(scene) = scene(&topology) else { return Ok(None) };
+        let Some((scene, vehicle)) = scene(&topology) else { return Ok(None) };
         let steps = topology.duration / STEP.0;
         let asked = (1..=steps).map(|step| {
             twin.run_until(step * STEP.0);
             set_point(&twin)
         });
-        Ok(Some(Course { asked: asked.collect(), scene: Arc::new(scene) }))
+        Ok(Some(Course { asked: asked.collect(), scene: Arc::new(scene), vehicle }))
     }
 
     /// Simulated seconds.
@@ -108,7 +110,7 @@ impl Course {
     /// World and vehicle at the start, for [`Bare::drive`].
     pub fn bare(&self) -> Bare<'_> {
         let mut world = World::new(Arc::clone(&self.scene));
-        let plant = Plant::new(&mut world, &self.scene.start, &Fidelity::SHIPPED);
+        let plant = Plant::new(&mut world, &self.scene.start, &self.vehicle, &Fidelity::SHIPPED);
         Bare { course: self, world, plant }
     }
 }
@@ -140,9 +142,9 @@ impl Bare<'_> {
     }
 }
 
-fn scene(topology: &Topology) -> Option<Scene> {
+fn scene(topology: &Topology) -> Option<(Scene, Vehicle)> {
     let sim = topology.members.iter().find(|m| m.node() == NodeId::SIM)?;
-    if let Role::Sim(config) = &sim.role { Some(config.scene.clone()) } else { None }
+    if let Role::Sim(config) = &sim.role { Some((config.scene.clone(), config.vehicle)) } else { None }
 }
 
 fn set_point(twin: &Twin) -> Option<SetPoint> {
@@ -172,7 +174,7 @@ mod tests {
         assert!(run.stopwatch.is_none());
         let alone = judged::trial(1, scenario.level(), &run.evidence, &run.verdict);
         assert_eq!((watched.trial.log_hash, watched.trial.outcome), (alone.log_hash, alone.outcome));
-        for stage in Stage::ALL.into_iter().filter(|s| *s != Stage::Broker) {
+        for stage in Stage::ALL.into_iter().filter(|s| !matches!(s, Stage::Broker | Stage::Guest)) {
             assert!(watched.stopwatch.spent(stage) > 0, "{}", stage.name());
         }
     }

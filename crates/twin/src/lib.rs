@@ -32,10 +32,13 @@ use std::collections::{BTreeMap, VecDeque};
 use evidence::cue::{Cue, Watch};
 use evidence::delivery::Claims;
 use evidence::log::{Logged, by_recorder};
+use guest::{Failure, Session};
 use instrument::GuardVerdict;
 use topology::{BusEndpoint, Member, ProcessFault, Turn};
 use wire::audit::Journal;
+use wire::codec;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
+use wire::guest::Fault;
 use wire::id::{NodeId, PeerId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::sign::Key;
@@ -161,6 +164,8 @@ pub struct Twin {
     journals: Option<Vec<Vec<JournalEntry>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
+    /// The guest that drives the unit under test. It is a process, of which a fork has none.
+    guest: Option<Session>,
 }
 
 /// Parts that a twin is put together from.
@@ -193,6 +198,8 @@ pub struct Assembly {
     pub witnesses: BTreeMap<NodeId, Key>,
     /// Knowledge of signatures that its cores share.
     pub verified: Verified,
+    /// The guest that drives the unit under test, started.
+    pub guest: Option<Session>,
 }
 
 impl Twin {
@@ -231,6 +238,7 @@ impl Twin {
             claims: Claims::default(),
             verified: assembly.verified,
             stopwatch: None,
+            guest: assembly.guest,
         };
         for association in 0..twin.associations.len() {
             let [dialler, listener] = [0, 1].map(|end| twin.associations[association].ends[end].node);
@@ -286,6 +294,7 @@ impl Twin {
             journals: self.journals.clone(),
             verified: self.verified.clone(),
             stopwatch: None,
+            guest: None,
         }
     }
 
@@ -541,9 +550,22 @@ impl Twin {
             Output::Reset { connection } => self.relayed(node, at, Side::Client, StreamEvent::Reset(connection.0)),
             Output::Join => self.want(node, true),
             Output::Leave => self.want(node, false),
+            Output::Guest { bytes } => {
+                let input = Input::Guest { bytes: self.ask_guest(&bytes) };
+                self.queue.push(at, node, Happening::Input(input));
+            }
             // For a person.
             Output::Text { .. } => {}
         }
+    }
+
+    /// The guest's answer. Virtual time stands still meanwhile: how long a guest takes is no part of a result.
+    fn ask_guest(&mut self, request: &[u8]) -> Vec<u8> {
+        let none = || codec::encode(&Failure::new(Fault::Unavailable, "this world has no guest process").answer());
+        self.enter(Stage::Guest);
+        let answer = self.guest.as_mut().map_or_else(none, |guest| guest.answer(request));
+        self.enter(Stage::Engine);
+        answer
     }
 
     /// The association, and its end at `node`, that stands as `session` there.

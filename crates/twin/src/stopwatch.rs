@@ -26,6 +26,8 @@ pub enum Stage {
     Broker,
     /// The modelled secure layer and the guards with their journals.
     Links,
+    /// Waiting for a guest's answers.
+    Guest,
     /// The event queue, timers, clocks, delays, the log.
     Engine,
     /// Reading the log, judging it, its hashes.
@@ -34,7 +36,7 @@ pub enum Stage {
 
 impl Stage {
     /// Every stage, in the order of a table.
-    pub const ALL: [Stage; 12] = [
+    pub const ALL: [Stage; 13] = [
         Stage::Setup,
         Stage::Sim,
         Stage::Perception,
@@ -45,6 +47,7 @@ impl Stage {
         Stage::Adversary,
         Stage::Broker,
         Stage::Links,
+        Stage::Guest,
         Stage::Engine,
         Stage::Judging,
     ];
@@ -76,6 +79,7 @@ impl Stage {
             Stage::Adversary => "adversary",
             Stage::Broker => "broker",
             Stage::Links => "links",
+            Stage::Guest => "guest",
             Stage::Engine => "engine",
             Stage::Judging => "judging",
         }

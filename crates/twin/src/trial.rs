@@ -14,6 +14,7 @@ use evidence::log::Logged;
 use evidence::reading::{heads, read_against};
 use evidence::verification::Held;
 use evidence::{Evidence, Verdict};
+use guest::Guest;
 use oracle::judge;
 use scenario::{Scenario, Setup};
 use topology::{RunSecret, Topology, lay_out};
@@ -50,7 +51,9 @@ pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, journals: bool) -> R
 
 /// Starts the twin of a topology at time zero.
 pub fn begin(topology: &Topology, setup: &Setup, seed: u64, journals: bool) -> Result<Twin, AssemblyError> {
-    Ok(Twin::new(assemble(topology, seed, setup.policy.record_guard, journals, None)?))
+    let mut assembly = assemble(topology, seed, setup.policy.record_guard, journals, None)?;
+    assembly.guest = topology.guest.as_ref().map(Guest::session);
+    Ok(Twin::new(assembly))
 }
 
 /// Runs the twin of `scenario` and keeps it as a baseline.
@@ -98,11 +101,13 @@ pub fn conclude(topology: Topology, mut twin: Twin, setup: &Setup) -> Run {
 fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
     let (entries, broken_log, verification) = read_against(log, held, verifier);
     Evidence {
+        under: topology.under,
         entries,
         broken_log,
         log_flaws: verification.flaws,
         differences: Vec::new(),
         bounds: setup.bounds,
+        camera: setup.platform.sensors().camera,
         planned: topology.planned.clone(),
         duration: topology.duration,
         stall_limit: Micros::MAX,

@@ -13,7 +13,7 @@ use crate::bus::{ChannelKey, Sender};
 use crate::codec::{self, List, Malformed};
 use crate::core::{Core, Input, Output, Topic};
 use crate::event::Event;
-use crate::id::{Boot, NODES, NodeId};
+use crate::id::{Boot, NodeId};
 use crate::sign::{Key, Purpose};
 use crate::time::{Instant, Span};
 
@@ -165,11 +165,21 @@ pub enum ChainError {
         /// The first entry that does not fit.
         counter: u64,
     },
+    /// The first entry of a chain beyond [`MAX_CHAINS`].
+    #[error("at most {MAX_CHAINS} chains expected, got one more, of {node}")]
+    Full {
+        /// Node that writes the chain.
+        node: NodeId,
+    },
 }
 
-/// Follows the chains of all nodes, one entry at a time.
+/// Most chains that one recorder follows, fewer than there are identities: with boots below 24 and counters below 2³² the
+/// heads of so many take 334 bytes of a seal, which has 512 on its channel.
+pub const MAX_CHAINS: usize = 32;
+
+/// Follows the chains of all nodes of a run, one entry at a time.
 #[derive(Clone, Debug, Default)]
-pub struct Chains(List<Head, NODES>);
+pub struct Chains(List<Head, MAX_CHAINS>);
 
 impl Chains {
     /// Checks that `bytes` continues its node's chain, and moves on. Gives the entry and its SHA-256.
@@ -193,7 +203,8 @@ impl Chains {
             }
             None => {
                 let first = entry.counter == 1 && entry.previous == [0; 32];
-                (first && self.0.push(next)).then_some(()).ok_or(broken)?;
+                first.then_some(()).ok_or(broken)?;
+                self.0.push(next).then_some(()).ok_or(ChainError::Full { node: entry.node })?;
             }
         }
         Ok((entry, hash))
@@ -216,7 +227,7 @@ pub struct Seal {
     pub head: [u8; 32],
     /// Each chain's head.
     #[n(2)]
-    pub heads: List<SealedHead, NODES>,
+    pub heads: List<SealedHead, MAX_CHAINS>,
 }
 
 /// Extent to which one chain is sealed.
@@ -293,6 +304,9 @@ impl<E> Recorder<E> {
             Err(ChainError::Broken { node, counter }) => {
                 self.journal.write(now, Event::ChainBroken { node, counter }, &mut self.out);
             }
+            Err(ChainError::Full { node }) => {
+                self.journal.write(now, Event::ChainBroken { node, counter: 1 }, &mut self.out);
+            }
             Err(ChainError::Malformed(_)) => {
                 self.journal.write(now, Event::ChainBroken { node: NodeId::RECORDER, counter: 0 }, &mut self.out);
             }
@@ -329,6 +343,7 @@ impl<E: for<'b> Decode<'b, ()> + Encode<()>> Core for Recorder<E> {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::SessionLost
+            | Input::Guest { .. }
             | Input::Act { .. }
             | Input::Cue { .. } => {}
         }
@@ -358,6 +373,25 @@ mod tests {
     fn verify(log: &[Vec<u8>]) -> Result<(), ChainError> {
         let mut chains = Chains::default();
         log.iter().try_for_each(|bytes| chains.follow::<Event>(bytes).map(|_| ()))
+    }
+
+    #[test]
+    fn one_chain_too_many_is_refused_by_name() {
+        let mut chains = Chains::default();
+        let mut begin = |number: u8| {
+            let node: NodeId = codec::decode(&codec::encode(&number), 2).expect("an identity");
+            let (mut journal, mut out) = (Journal::new(node, Boot(1), None), VecDeque::new());
+            journal.write(Instant(0), Event::Started, &mut out);
+            let Some(Output::Audit { bytes }) = out.pop_front() else { unreachable!("a journal writes entries") };
+            (node, chains.follow::<Event>(&bytes).map(drop))
+        };
+        (0..MAX_CHAINS as u8).for_each(|number| assert_eq!(begin(number).1, Ok(()), "{number}"));
+        let (node, refused) = begin(MAX_CHAINS as u8);
+        assert_eq!(refused, Err(ChainError::Full { node }));
+        assert_eq!(
+            refused.map_err(|e| e.to_string()),
+            Err("at most 32 chains expected, got one more, of unit-5".into())
+        );
     }
 
     #[test]

@@ -28,7 +28,7 @@ impl core::fmt::Debug for ChannelKey {
 pub struct Header {
     /// Channel.
     pub topic: Topic,
-    /// Index of the producer in the closed set of identities, not yet believed.
+    /// Number of the producer in the table of identities, not yet believed.
     pub producer: u8,
     /// Its boot.
     pub boot: Boot,

@@ -126,7 +126,7 @@ impl Subject {
         }
     }
 
-    /// The subject with this MQTT topic name; `None` outside the closed set (only vehicles are subjects).
+    /// The subject with this MQTT topic name; `None` outside the table of units (only vehicles are subjects).
     pub fn from_topic(topic: &str) -> Option<Self> {
         let vehicle = |name| UnitId::from_name(name).filter(|unit| unit.node().unit().is_some());
         match topic.strip_prefix("hs/")?.split_once('/')? {
@@ -263,6 +263,13 @@ pub enum Input {
     /// it. The dialler on our side dials again.
     #[n(41)]
     SessionLost,
+    /// The guest answered (autonomy only).
+    #[n(90)]
+    Guest {
+        /// Encoded [`crate::guest::Answer`].
+        #[cbor(n(0), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
     /// A person at the console did something (the console only).
     #[n(80)]
     Act {
@@ -366,6 +373,13 @@ pub enum Output {
     /// Give that session up.
     #[n(42)]
     Leave,
+    /// Ask the guest (autonomy only). One request is under way at a time.
+    #[n(90)]
+    Guest {
+        /// Encoded [`crate::guest::Request`].
+        #[cbor(n(0), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
     /// Emit a datagram towards the server from a source address of the relay's own, which no session knows and no
     /// credential covers (relay only).
     #[n(8)]

@@ -7,46 +7,10 @@ use core::fmt;
 
 use minicbor::{Decode, Encode};
 
-/// Number of identities.
-pub const NODES: usize = 32;
+mod names;
 
-/// The names that certificates, scenario files and logs use, by number.
-///
-/// The set is closed: a name outside it is refused when parsed, a number outside it when decoded.
-const NAMES: [&str; NODES] = [
-    "unit-a",
-    "unit-b",
-    "unit-c",
-    "unit-d",
-    "sim",
-    "perception",
-    "gateway",
-    "broker",
-    "console",
-    "recorder",
-    "relay-telemetry",
-    "relay-command",
-    "insider-b",
-    "operator-1",
-    "operator-2",
-    "campaign",
-    "guard-gateway",
-    "guard-unit-a",
-    "guard-unit-b",
-    "guard-unit-c",
-    "perception-c",
-    "sim-c",
-    "insider-command",
-    "guard-broker",
-    "insider-operator",
-    "insider-broker",
-    "insider-gateway",
-    "insider-perception",
-    "insider-recorder",
-    "observer",
-    "impostor",
-    "host",
-];
+pub use names::NODES;
+use names::{GUARDS, GUARDS_END, NAMES, UNITS, UNITS_END};
 
 macro_rules! name_id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -56,20 +20,19 @@ macro_rules! name_id {
         pub struct $name(#[n(0)] u8);
 
         impl $name {
-            /// The identity with this name, or `None` when the name is not in the closed set.
+            /// The identity with this name, or `None` when the name is not in the table.
             pub fn from_name(name: &str) -> Option<Self> {
-                NAMES.iter().position(|n| *n == name).map(|i| Self(i as u8))
+                names::number(name).map(Self)
             }
-
         }
 
         impl<'b, C> Decode<'b, C> for $name {
             fn decode(d: &mut minicbor::Decoder<'b>, _: &mut C) -> Result<Self, minicbor::decode::Error> {
                 let n = d.u8()?;
-                if usize::from(n) < NAMES.len() {
+                if names::is_assigned(n) {
                     Ok(Self(n))
                 } else {
-                    Err(minicbor::decode::Error::message("identity outside the closed set"))
+                    Err(minicbor::decode::Error::message("identity outside the table"))
                 }
             }
         }
@@ -173,13 +136,14 @@ impl NodeId {
             NodeId::UNIT_A => Some(NodeId(17)),
             NodeId::UNIT_B | NodeId::INSIDER_B => Some(NodeId(18)),
             NodeId::UNIT_C => Some(NodeId(19)),
+            NodeId(number @ UNITS..UNITS_END) => Some(NodeId(number - UNITS + GUARDS)),
             NodeId(_) => None,
         }
     }
 
     /// True if it is the observer at the ingress of a node's secure sessions ([`NodeId::guard`]).
     pub fn is_mouth(self) -> bool {
-        matches!(self.0, 16..=19 | 23)
+        matches!(self.0, 16..=19 | 23) || (GUARDS..GUARDS_END).contains(&self.0)
     }
 
     /// True if it holds a place or credentials in the platform and misuses them: its own statements of sending need
@@ -193,19 +157,24 @@ impl NodeId {
         NAMES[self.0 as usize]
     }
 
-    /// Position in the closed set, for tables indexed by identity.
+    /// Every identity of the table, in the order of their numbers.
+    pub fn all() -> impl Iterator<Item = NodeId> {
+        (0..=u8::MAX).filter(|number| names::is_assigned(*number)).map(NodeId)
+    }
+
+    /// Number in the table of identities.
     pub fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// The node at a position in the closed set: of a peer's, by `trust::attribution` alone.
+    /// The node with a number of the table: of a peer's, by `trust::attribution` alone.
     pub(crate) fn numbered(number: u8) -> NodeId {
         NodeId(number)
     }
 
     /// The unit this node speaks for, when it is one.
     pub fn unit(self) -> Option<UnitId> {
-        (self.0 < 4).then_some(UnitId(self.0))
+        (self.0 < 4 || (UNITS..UNITS_END).contains(&self.0)).then_some(UnitId(self.0))
     }
 }
 
@@ -226,7 +195,7 @@ impl PeerId {
         format!("urn:holdsafe:{self}")
     }
 
-    /// Position in the closed set, for `trust::attribution` alone.
+    /// Number in the table of identities, for `trust::attribution` alone.
     pub(crate) fn number(self) -> u8 {
         self.0
     }
@@ -248,6 +217,11 @@ impl UnitId {
     /// The name, as in scenario files and logs.
     pub fn name(self) -> &'static str {
         NAMES[self.0 as usize]
+    }
+
+    /// Every unit of the table, in the order of their numbers.
+    pub fn all() -> impl Iterator<Item = UnitId> {
+        (0..4).chain(UNITS..UNITS_END).map(UnitId)
     }
 
     /// The node that speaks for this unit.

@@ -16,6 +16,7 @@
 //! | `Request` | console | gateway | shared memory | [`command`] |
 //! | `Entry` | everyone | recorder | instrument plane | [`audit`], [`event`] |
 //! | `Seal` | recorder | autonomy | shared memory | [`audit`] |
+//! | `Request`, `Answer` | autonomy, a guest | each other | the process that holds the guest | [`guest`] |
 //!
 //! A reviewer of trust starts at [`trust`], then reads `gateway/src/admit.rs` and `autonomy/src/transition.rs`.
 
@@ -29,13 +30,16 @@ pub mod core;
 pub mod drive;
 pub mod event;
 pub mod feed;
+pub mod guest;
 pub mod id;
 pub mod measured;
 pub mod mode;
 pub mod person;
+pub mod platform;
 pub mod policy;
 pub mod refusal;
 pub mod report;
+pub mod roster;
 pub mod sensor;
 pub mod session;
 pub mod settings;

@@ -8,6 +8,7 @@ use crate::bus::{ChannelKey, Sender};
 use crate::core::Topic;
 use crate::id::{Boot, NodeId, WorldId};
 use crate::policy::Policy;
+use crate::roster::RosterError;
 use crate::sign::{Key, Keyring, SharedVerifier};
 use crate::time::Span;
 use crate::trust::BusGate;
@@ -40,7 +41,7 @@ pub struct Setup {
     pub bounds: Bounds,
     /// Its own Ed25519 secret.
     pub secret: Secret,
-    /// Everybody's public keys.
+    /// The identities of the run, each once, with its public key.
     pub public_keys: Vec<(NodeId, [u8; 32])>,
     /// Its channels.
     pub channels: Vec<Channel>,
@@ -89,13 +90,9 @@ impl Setup {
         }
     }
 
-    /// Everybody's public keys.
-    pub fn keyring(&self) -> Keyring {
-        let mut ring = self.verifier.clone().map_or_else(Keyring::default, Keyring::asking);
-        for (node, public) in &self.public_keys {
-            ring.insert(*node, public);
-        }
-        ring
+    /// The identities of this run with their public keys.
+    pub fn keyring(&self) -> Result<Keyring, RosterError> {
+        self.verifier.clone().map_or_else(Keyring::default, Keyring::asking).of_run(&self.public_keys)
     }
 
     /// The sending end of `topic`, as its producer.

@@ -13,7 +13,7 @@ use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
 
 use crate::codec;
-use crate::id::{NODES, NodeId};
+use crate::id::NodeId;
 use crate::refusal::Refusal;
 
 /// `{1: -8}`: algorithm EdDSA.
@@ -154,32 +154,52 @@ impl PartialEq for SharedVerifier {
     }
 }
 
-/// The public keys of the closed set of identities.
+/// The public keys of the identities of one run: as many as the run names, at most one for each identity that there is.
 #[derive(Clone, Debug, Default)]
 pub struct Keyring {
-    keys: [Option<PublicKey>; NODES],
+    /// Sorted by identity.
+    keys: Vec<(NodeId, PublicKey)>,
     verifier: Option<SharedVerifier>,
 }
 
 impl Keyring {
     /// An empty ring that asks `verifier`.
     pub fn asking(verifier: SharedVerifier) -> Self {
-        Self { keys: Default::default(), verifier: Some(verifier) }
+        Self { keys: Vec::new(), verifier: Some(verifier) }
     }
 
-    /// Adds a public key; false when the bytes are not a point on the curve.
+    /// Adds a public key, in place of one that the identity had; false when the bytes are not a point on the curve.
     pub fn insert(&mut self, node: NodeId, public: &[u8; 32]) -> bool {
         let key = match &self.verifier {
             Some(SharedVerifier(verifier)) => verifier.key(public),
             None => PublicKey::from_bytes(public),
         };
-        self.keys[node.index()] = key;
+        let (at, known) = match self.at(node) {
+            Ok(at) => (at, true),
+            Err(at) => (at, false),
+        };
+        match (key, known) {
+            (Some(key), true) => self.keys[at].1 = key,
+            (Some(key), false) => self.keys.insert(at, (node, key)),
+            (None, true) => drop(self.keys.remove(at)),
+            (None, false) => {}
+        }
         key.is_some()
+    }
+
+    /// True if it has a key of `node`.
+    pub fn names(&self, node: NodeId) -> bool {
+        self.at(node).is_ok()
+    }
+
+    fn at(&self, node: NodeId) -> Result<usize, usize> {
+        self.keys.binary_search_by_key(&node, |(node, _)| *node)
     }
 
     /// Verifies that `signed` is `signer`'s for `purpose` (strict verification, no malleability).
     pub fn verify(&self, signer: NodeId, purpose: Purpose, signed: &Signed<'_>) -> Result<(), Refusal> {
-        let key = self.keys[signer.index()].as_ref().ok_or(Refusal::Signer { got: signer })?;
+        let at = self.at(signer).map_err(|_| Refusal::Signer { got: signer })?;
+        let key = &self.keys[at].1;
         let message = to_be_signed(purpose, signed.payload);
         let good = match &self.verifier {
             Some(SharedVerifier(verifier)) => verifier.verify(key, &message, signed.signature),

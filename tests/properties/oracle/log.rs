@@ -2,7 +2,7 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
+use evidence::{Evidence, Plan, Planned, Property, Under, Verdict, Witnessed};
 use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
 use oracle::{Approaches, approaches, judge};
 use wire::bounds::Bounds;
@@ -12,7 +12,7 @@ use wire::event::{Event, Freshness, Interface};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Pose, ReceiverTime};
+use wire::sensor::{Camera, Class, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
 /// A whole log holds authority from 2 s to its end.
@@ -216,11 +216,13 @@ impl Log {
         let mut entries = self.entries.clone();
         entries.sort_by_key(|w| w.at);
         Evidence {
+            under: Under::A,
             entries,
             broken_log: None,
             log_flaws: Vec::new(),
             differences: Vec::new(),
             bounds: BOUNDS,
+            camera: Camera::GROUND,
             planned: self.planned.clone(),
             duration: 10_000_000,
             stall_limit: u64::MAX,

@@ -15,14 +15,16 @@ mod orders;
 mod plant;
 mod receipts;
 mod trust;
+mod under;
 
 use evidence::trial::Outcome;
-use evidence::{Evidence, Property};
+use evidence::{Evidence, Property, Under};
 use instrument::Note;
 use oracle::judge;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Cause, Guard, Mode};
+use wire::sensor::Camera;
 use wire::time::Span;
 
 use log::BOUNDS;
@@ -49,11 +51,13 @@ fn p10_a_broken_log() {
     let mut entries = log.entries.clone();
     entries.sort_by_key(|w| w.at);
     let verdict = judge(&Evidence {
+        under: Under::A,
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
         log_flaws: Vec::new(),
         differences: Vec::new(),
         bounds: BOUNDS,
+        camera: Camera::GROUND,
         planned: Vec::new(),
         duration: 10_000_000,
         stall_limit: u64::MAX,

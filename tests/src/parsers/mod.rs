@@ -20,7 +20,7 @@ pub struct Target {
 }
 
 /// Every target, in the order of `docs/developer/fuzzing.md`.
-pub const TARGETS: [Target; 21] = [
+pub const TARGETS: [Target; 22] = [
     Target { name: "message", holds: messages::message },
     Target { name: "signature", holds: messages::signature },
     Target { name: "session", holds: boundary::session },
@@ -30,6 +30,7 @@ pub const TARGETS: [Target; 21] = [
     Target { name: "certificate", holds: links::certificate },
     Target { name: "topic", holds: links::topic },
     Target { name: "relay", holds: links::relay },
+    Target { name: "mavlink", holds: links::mavlink },
     Target { name: "spec", holds: processes::spec },
     Target { name: "said", holds: processes::said },
     Target { name: "frame", holds: processes::frame },

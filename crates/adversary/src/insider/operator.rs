@@ -4,6 +4,8 @@
 //! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
 //! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
+use std::collections::BTreeMap;
+
 use instrument::Note;
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
@@ -12,7 +14,7 @@ use wire::codec::{self, Text};
 use wire::command::{CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::feed::Feed;
-use wire::id::{Boot, CommandId, NODES, Nonce, Sequence, TrackId, WorldId};
+use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, WorldId};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::Class;
 use wire::setup::Setup;
@@ -23,6 +25,9 @@ use crate::opening::Opening;
 use crate::outbox::Outbox;
 use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOrders};
 
+/// A counter before the first command.
+const FIRST: (Boot, Sequence) = (Boot(1), Sequence(0));
+
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderOperator {
@@ -32,8 +37,8 @@ pub struct InsiderOperator {
     runs: Vec<Run>,
     /// The newest report of the unit.
     report: Option<Report>,
-    /// Newest counter of each identity, as far as it knows.
-    counters: [(Boot, Sequence); NODES],
+    /// Newest counter of each identity, as far as it knows; of others the counter is at its start.
+    counters: BTreeMap<NodeId, (Boot, Sequence)>,
     outbox: Outbox,
 }
 
@@ -65,7 +70,7 @@ impl InsiderOperator {
             runs: config.orders.iter().map(run).collect(),
             config,
             report: None,
-            counters: [(Boot(1), Sequence(0)); NODES],
+            counters: BTreeMap::new(),
             outbox: Outbox::new(&setup, now),
         })
     }
@@ -79,7 +84,7 @@ impl InsiderOperator {
             station: self.station.clone(),
             runs: self.runs.clone(),
             report: self.report.clone(),
-            counters: self.counters,
+            counters: self.counters.clone(),
             outbox: self.outbox.fork(),
         }
     }
@@ -94,7 +99,7 @@ impl InsiderOperator {
             return;
         }
         if let Some((id, _)) = report.last_command {
-            let counter = &mut self.counters[id.operator.index()];
+            let counter = self.counters.entry(id.operator).or_insert(FIRST);
             *counter = (*counter).max((id.boot, id.sequence));
         }
         self.report = Some(report);
@@ -145,7 +150,7 @@ impl InsiderOperator {
     }
 
     fn id(&mut self, run: &RogueOrders) -> CommandId {
-        let (boot, sequence) = &mut self.counters[run.claim.index()];
+        let (boot, sequence) = self.counters.entry(run.claim).or_insert(FIRST);
         if run.id == OrderId::Last {
             return CommandId { operator: run.claim, boot: *boot, sequence: *sequence };
         }

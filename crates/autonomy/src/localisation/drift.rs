@@ -11,8 +11,6 @@ use wire::measured::DRIFT_MM_S;
 
 /// Innovation that noise of the fix accounts for, millimetres: one deviation of a good fix.
 const NOISE_MM: f64 = 40.0;
-/// Share of the way by which odometry may be wrong for long: slopes, slip, wear of the tyres.
-const ODOMETRY_SHARE: f64 = 0.01;
 /// The sum of excesses at which fixes are taken to drift.
 const LIMIT_MM_S: f64 = DRIFT_MM_S as f64;
 /// Longest time that one reading may count for, seconds.
@@ -28,13 +26,19 @@ pub(super) struct Drift {
 }
 
 impl Drift {
-    /// Takes the innovation `(east, north)` of a fix, `elapsed` seconds after the one before, at `speed` and with
-    /// `unobserved` millimetres travelled without odometry.
+    /// Takes the innovation `(east, north)` of a fix, `elapsed` seconds after the one before, at `speed`. Odometry may be wrong by
+    /// `share` of the way, and `unobserved` millimetres were travelled without it.
     ///
     /// A finding stays until every sum has run empty again.
-    pub(super) fn take(&mut self, (east, north): (f64, f64), elapsed: f64, speed: f64, unobserved: f64) {
+    pub(super) fn take(
+        &mut self,
+        (east, north): (f64, f64),
+        elapsed: f64,
+        speed: f64,
+        (share, unobserved): (f64, f64),
+    ) {
         self.way += speed.abs() * elapsed;
-        let allowed = NOISE_MM + ODOMETRY_SHARE * self.way + unobserved;
+        let allowed = NOISE_MM + share * self.way + unobserved;
         let elapsed = elapsed.min(LONGEST_S);
         for (sum, off) in self.sums.iter_mut().zip([east, -east, north, -north]) {
             // Twice the limit at most, so that the end of a drift is found as soon as its beginning.
@@ -68,11 +72,14 @@ mod tests {
     /// Share that an anchor forgets with a reading in its steady state.
     const SHARE: f64 = 0.05 / 4.0;
 
+    /// One percent of the way, all of it observed.
+    const WHEELS: (f64, f64) = (0.01, 0.0);
+
     /// A unit that has long gone at `speed`.
     fn driven(speed: f64) -> Drift {
         let mut drift = Drift::default();
         for _ in 0..1000 {
-            drift.take((0.0, 0.0), 0.05, speed, 0.0);
+            drift.take((0.0, 0.0), 0.05, speed, WHEELS);
             drift.forget(SHARE);
         }
         drift
@@ -82,7 +89,7 @@ mod tests {
     fn found_after(innovation: f64, speed: f64) -> Option<f64> {
         let mut drift = driven(speed);
         (1..1200).find_map(|i| {
-            drift.take((0.0, innovation), 0.05, speed, 0.0);
+            drift.take((0.0, innovation), 0.05, speed, WHEELS);
             drift.forget(SHARE);
             drift.found().then_some(f64::from(i) * 0.05)
         })
@@ -101,7 +108,7 @@ mod tests {
     fn wheel_error_is_no_drift_after_a_stop() {
         let (mut drift, mut off) = (driven(3000.0), 120.0);
         for _ in 0..400 {
-            drift.take((off, 0.0), 0.05, 0.0, 0.0);
+            drift.take((off, 0.0), 0.05, 0.0, WHEELS);
             drift.forget(SHARE);
             off *= 1.0 - SHARE;
             assert!(!drift.found());
@@ -111,11 +118,11 @@ mod tests {
     #[test]
     fn finding_lasts_until_fixes_agree_as_long() {
         let mut drift = Drift::default();
-        (0..100).for_each(|_| drift.take((-300.0, 0.0), 0.05, 0.0, 0.0));
+        (0..100).for_each(|_| drift.take((-300.0, 0.0), 0.05, 0.0, WHEELS));
         assert!(drift.found());
-        drift.take((0.0, 0.0), 0.05, 0.0, 0.0);
+        drift.take((0.0, 0.0), 0.05, 0.0, WHEELS);
         assert!(drift.found(), "one good fix is none");
-        (0..30).for_each(|_| drift.take((0.0, 0.0), 0.05, 0.0, 0.0));
+        (0..30).for_each(|_| drift.take((0.0, 0.0), 0.05, 0.0, WHEELS));
         assert!(!drift.found());
     }
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use autonomy::{Autonomy, AutonomyConfig};
+use autonomy::{Autonomy, AutonomyConfig, GuestConfig};
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
 use wire::audit::{Entry, Seal, SealedHead};
@@ -16,9 +16,11 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::Event;
+use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
 use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Mode};
+use wire::platform::Limits;
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Class, Fix, Modalities, Modality, Navigation, Odometry, Pose, ProductMode, ReceiverTime};
@@ -60,6 +62,11 @@ pub(crate) struct Bench {
     pub(crate) acts: Vec<Act>,
     pub(crate) drive: Option<Drive>,
     pub(crate) report: Option<Report>,
+    /// The guest's set-point: mm/s and 10⁻⁶ per metre; no answer where absent.
+    pub(crate) pilot: Option<(i32, i32)>,
+    /// Requests to the guest so far.
+    pub(crate) asked: Vec<Request>,
+    answered: u32,
     sim: Sender,
     perception: Sender,
     recorder: Sender,
@@ -87,9 +94,27 @@ impl Bench {
         Bench::made(Setup { boot: Boot(n), ..setup(Policy::default(), None) })
     }
 
+    /// A core with a guest, who asks for this set-point in every step.
+    pub(crate) fn piloted(bare: bool, pilot: Option<(i32, i32)>) -> Bench {
+        let limits = (Span::ms(5000), Span::ms(500));
+        let guest = GuestConfig { name: "test".into(), bare, start_limit: limits.0, step_limit: limits.1 };
+        let mut bench = Bench::of(setup(Policy::default(), None), AutonomyConfig { guest: Some(guest), ..config() });
+        bench.pilot = pilot;
+        bench.answer(&Answer::Ready);
+        bench
+    }
+
+    pub(crate) fn answer(&mut self, answer: &Answer) {
+        self.feed(&Input::Guest { bytes: codec::encode(answer) });
+    }
+
     fn made(setup: Setup) -> Bench {
+        Bench::of(setup, config())
+    }
+
+    fn of(setup: Setup, config: AutonomyConfig) -> Bench {
         let now = Instant(50_000_000);
-        let core = Autonomy::new(setup, config(), now).unwrap();
+        let core = Autonomy::new(setup, config, now).unwrap();
         let sender = |topic, producer| Sender::new(topic, producer, Boot(1), channel_key(topic));
         let mut bench = Bench {
             core,
@@ -109,6 +134,9 @@ impl Bench {
             acts: Vec::new(),
             drive: None,
             report: None,
+            pilot: None,
+            asked: Vec::new(),
+            answered: 0,
             sim: sender(Topic::Navigation, NodeId::SIM),
             perception: sender(Topic::Tracks, NodeId::PERCEPTION),
             recorder: sender(Topic::Seals, NodeId::RECORDER),
@@ -216,6 +244,14 @@ impl Bench {
         self.core.handle(self.now, input);
         while let Some(output) = self.core.output() {
             self.take(output);
+        }
+        if let (Some(Request::Step(step)), Some((speed_mm_s, curvature_um))) = (self.asked.last(), self.pilot)
+            && self.answered < step.number
+        {
+            self.answered = step.number;
+            let number = step.number;
+            let reply = Reply { number, speed_mm_s, curvature_um, state: None, place: None, wake: None };
+            self.answer(&Answer::Reply(reply));
         }
     }
 
@@ -333,6 +369,7 @@ impl Bench {
             }
             Output::Bus { topic: Topic::Drive, bytes } => self.drive = Some(codec::decode(body(&bytes), 512).unwrap()),
             Output::Bus { topic: Topic::Act, bytes } => self.acts.push(codec::decode(body(&bytes), 512).unwrap()),
+            Output::Guest { bytes } => self.asked.push(codec::decode(&bytes, MAX_REQUEST).unwrap()),
             other => panic!("no such output expected: {other:?}"),
         }
     }
@@ -414,6 +451,8 @@ fn config() -> AutonomyConfig {
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
         supervisor: PeerId::GATEWAY,
+        limits: Limits::GROUND,
+        guest: None,
     }
 }
 

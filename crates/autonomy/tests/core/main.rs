@@ -5,6 +5,7 @@
 mod bench;
 mod commands;
 mod modes;
+mod pilot;
 mod teammates;
 
 /// The committed snapshot of `Machine::step`. With `HOLDSAFE_RENEW` set it is written anew; then read the diff.

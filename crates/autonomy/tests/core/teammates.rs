@@ -39,6 +39,21 @@ fn refused(bench: &Bench, peer: PeerId) -> Vec<Reason> {
     bench.events.iter().filter_map(of).collect()
 }
 
+/// The wire has a number for it, the run no key.
+#[test]
+fn claim_of_a_stranger_is_refused_by_name() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    let stranger = UnitId::from_name("unit-64").unwrap();
+    bench.claim(stranger, stranger.peer(), 1, (0, 15_000));
+    assert_eq!(refused(&bench, stranger.peer()), [Reason::Signer]);
+    let said = bench.events.iter().find_map(|event| match event {
+        Event::Refused { reason: Reason::Signer, detail, .. } => Some(detail.as_str()),
+        _ => None,
+    });
+    assert_eq!(said, Some("signer: a known signer expected, got unit-64"));
+    assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
+}
+
 #[test]
 fn claims_that_agree_change_nothing() {
     let mut bench = Bench::in_mode(Mode::Ready);

@@ -14,8 +14,7 @@ use link::loopback::LoopbackAddr;
 use tempfile::TempDir;
 use tokio::io::{AsyncBufReadExt, BufReader, Lines};
 use tokio::process::{Child, ChildStderr, Command};
-use wire::codec;
-use wire::id::{NODES, PeerId};
+use wire::id::{NodeId, PeerId};
 
 use crate::client::RunPki;
 use crate::suite::{Broker, command_path};
@@ -130,8 +129,8 @@ fn configuration(folder: &Path, at: LoopbackAddr) -> String {
 /// The rights of every identity, in mosquitto's form. Who is not named has none.
 fn access_list() -> String {
     let mut list = String::new();
-    let peer = |n: u8| codec::decode::<PeerId>(&codec::encode(&n), 2).expect("a number of the closed set");
-    for peer in (0..NODES as u8).map(peer) {
+    let peer = |node: NodeId| PeerId::from_name(node.name()).expect("one set of names for both");
+    for peer in NodeId::all().map(peer) {
         let words = Verb::ALL.map(|verb| (grant(peer, verb), if verb == Verb::Publish { "write" } else { "read" }));
         let lines = words.into_iter().filter_map(|(pattern, word)| Some(format!("topic {word} {}\n", pattern?)));
         let lines: String = lines.collect();

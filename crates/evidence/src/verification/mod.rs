@@ -151,7 +151,7 @@ impl<'a> LogVerifier<'a> {
             ChainError::Malformed(why) => {
                 self.flaw(here, format!("unreadable entry, kept as handed over by {node}: {why}"))
             }
-            ChainError::Broken { .. } => self.flaw(here, error.to_string()),
+            ChainError::Broken { .. } | ChainError::Full { .. } => self.flaw(here, error.to_string()),
         })?;
         if entry.node != node {
             self.flaw(here, format!("{} wrote what is kept as handed over by {node}", entry.node));

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use gateway::fanout::Interest;
 use gateway::{Gateway, GatewayConfig};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
@@ -59,6 +60,18 @@ pub(crate) fn setup(policy: Policy) -> Setup {
     }
 }
 
+/// Three units, of which two are told of the others.
+pub(crate) fn config() -> GatewayConfig {
+    let units = vec![UnitId::A, UnitId::B, UnitId::C];
+    let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
+    GatewayConfig {
+        interests: [UnitId::A, UnitId::B].map(|unit| Interest { unit, hears: others(unit) }).to_vec(),
+        units,
+        operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
+        mandates: Vec::new(),
+    }
+}
+
 pub(crate) struct Bench {
     pub(crate) gateway: Gateway,
     pub(crate) now: Instant,
@@ -79,13 +92,13 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(policy: Policy) -> Self {
-        let units = vec![UnitId::A, UnitId::B, UnitId::C];
-        let fanout = vec![UnitId::A, UnitId::B];
-        let operators = vec![NodeId::OPERATOR, NodeId::OPERATOR_2];
-        let config = GatewayConfig { units, fanout, operators, mandates: Vec::new() };
+        Self::of(setup(policy), config())
+    }
+
+    pub(crate) fn of(setup: Setup, config: GatewayConfig) -> Self {
         let now = Instant(1_000_000);
         let mut bench = Self {
-            gateway: Gateway::new(setup(policy), config, now).unwrap(),
+            gateway: Gateway::new(setup, config, now).unwrap(),
             now,
             units: BTreeMap::new(),
             events: Vec::new(),

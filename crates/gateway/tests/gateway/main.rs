@@ -6,5 +6,6 @@
 mod bench;
 mod boundary;
 mod commands;
+mod run;
 mod stations;
 mod supervision;

@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ("To see what it does", &["evaluate", "run", "watch", "doctor"]),
     ("For researchers", &["campaign", "search", "estimate", "assess"]),
     ("For reviewers", &["matrix", "ablate", "inspect", "report"]),
-    ("For authors of scenarios", &["scenario"]),
+    ("For authors of scenarios and guests", &["scenario", "guest"]),
 ];
 /// Columns that a verb's name takes.
 const NAME: usize = 10;

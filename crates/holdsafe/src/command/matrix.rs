@@ -12,11 +12,12 @@ use results::catalogue::{Catalogue, Row};
 use results::mode::Mode;
 use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
 use runner::batch::Batch;
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
 use runner::plan::{Planned, Wanted};
 use runner::retry::Retries;
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
@@ -35,6 +36,8 @@ pub(super) struct Args {
     jobs: usize,
     #[command(flatten)]
     retries: Retries,
+    #[command(flatten)]
+    engage: Engage,
     /// Keep finished trials and the result here, and resume from there [default: runs/matrix].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -89,12 +92,18 @@ fn wanted<'a>(catalogue: &'a Catalogue, args: &Args) -> Result<Vec<&'a Row>, Fai
 
 fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec<Part>, Failure> {
     let mut parts = Vec::new();
+    let guest = args.engage.load()?;
     for scenario in scenarios {
-        let planned = plan::of_scenario(context, &scenario, &Wanted::default())?;
+        if guest.is_some() && scenario.is_of_stacks() {
+            continue;
+        }
+        let wanted = Wanted { guest: guest.clone(), ..Wanted::default() };
+        let mut planned = plan::of_scenario(context, &scenario, &wanted)?;
+        probe::probe(&mut planned, context.seed)?;
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
         parts.push(Part { scenario: scenario.clone(), mode, n: args.trials, planned });
         if args.live > 0 && mode == Mode::Twin {
-            let rendered = Wanted { rendered: true, ..Wanted::default() };
+            let rendered = Wanted { rendered: true, guest: guest.clone(), ..Wanted::default() };
             let mut planned = plan::of_scenario(context, &scenario, &rendered)?;
             planned.iter_mut().for_each(|of| of.setup.retries = args.retries.retries);
             parts.push(Part { scenario, mode: Mode::Live, n: args.live, planned });

@@ -10,10 +10,11 @@ use results::mode::Mode;
 use results::report::{RunObject, RunsObject, run_table};
 use runner::batch::Batch;
 use runner::bring::Bring;
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Planned, Wanted};
+use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::FRAMES;
 use serde::Serialize;
 use wire::person::Role;
@@ -42,6 +43,9 @@ pub(super) struct Args {
     /// A policy file in place of the scenario's own.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
+    /// A platform in place of the scenario's own, by name or by file; classes are then those that `[[under]]` expects on it.
+    #[arg(long, value_name = "PLATFORM")]
+    platform: Option<String>,
     /// Only this cell, such as verbatim/present/session-only.
     #[arg(long)]
     cell: Option<String>,
@@ -50,6 +54,8 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
+    #[command(flatten)]
+    engage: Engage,
     /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
     #[arg(long, requires = "live")]
     console: bool,
@@ -58,7 +64,7 @@ pub(super) struct Args {
     #[arg(long, requires = "console", default_value = "supervise", value_parser = live::role)]
     role: Role,
     /// Deny every injection: the actors' claims in a log of the same trial without any action. INVALID is expected.
-    #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
+    #[arg(long, conflicts_with_all = ["live", "rendered", "detector", "autonomy"])]
     sabotage: bool,
     /// Live trials at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
@@ -73,6 +79,13 @@ pub(super) struct Args {
     frames: u32,
 }
 
+impl Args {
+    /// The platform that is named.
+    fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
+        self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
+    }
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.watch {
         return live::run(context, args);
@@ -80,7 +93,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage };
+    let (platform, guest) = (args.platform(context)?, args.engage.load()?);
+    let wanted = Wanted { policy, platform, cell, rendered, detector, sabotage: args.sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }
@@ -96,6 +110,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));
         }
         plans.push((scenario, planned));
+    }
+    if !args.live {
+        plans.iter_mut().try_for_each(|(_, planned)| probe::probe(planned, context.seed))?;
     }
     if args.console {
         one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;

@@ -1,4 +1,4 @@
-//! `holdsafe scenario check|schema|new`: scenario files.
+//! `holdsafe scenario check|schema|new`: scenario files and, with `--platform`, platform files.
 
 use std::io::Write;
 use std::path::Path;
@@ -13,18 +13,28 @@ use topology::needs_rendering;
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
-    /// Check scenario files; without any, every shipped one.
+    /// Check scenario files or platform files; without any, every shipped one.
     Check {
-        /// Scenarios, by name or by file.
+        /// Scenarios or platforms, by name or by file.
         #[arg(value_name = "SCENARIO")]
-        scenarios: Vec<String>,
+        names: Vec<String>,
+        /// Check platform files in place of scenarios.
+        #[arg(long)]
+        platform: bool,
     },
-    /// Print the JSON Schema of a scenario file.
-    Schema,
-    /// Write a commented scenario to start from, into the folder that you are in.
+    /// Print the JSON Schema of a scenario file or of a platform file.
+    Schema {
+        /// That of a platform file.
+        #[arg(long)]
+        platform: bool,
+    },
+    /// Write a commented scenario or platform to start from, into the folder that you are in.
     New {
         /// Its name; the file is NAME.toml.
         name: String,
+        /// Write a platform file.
+        #[arg(long)]
+        platform: bool,
     },
 }
 
@@ -43,26 +53,29 @@ struct CheckedFile {
 
 pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
     match verb {
-        Verb::Check { scenarios } => check(context, scenarios),
-        Verb::Schema => {
-            let schema = scenario::schema();
+        Verb::Check { names, platform } => check(context, names, *platform),
+        Verb::Schema { platform } => {
+            let schema = if *platform { scenario::platform_schema() } else { scenario::schema() };
             let text = serde_json::to_string_pretty(&schema).map_err(Failure::internal)?;
             out::say(format_args!("{text}"));
             Ok(Exit::Fine)
         }
-        Verb::New { name } => new(name),
+        Verb::New { name, platform } => new(name, *platform),
     }
 }
 
-fn check(context: &Context, scenarios: &[String]) -> Result<Exit, Failure> {
-    let files = if scenarios.is_empty() {
-        scenario::shipped(&context.root()?)?
-    } else {
-        scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?
+fn check(context: &Context, names: &[String], platform: bool) -> Result<Exit, Failure> {
+    let files = match (names.is_empty(), platform) {
+        (true, true) => scenario::platform_files(&context.root()?)?,
+        (true, false) => scenario::shipped(&context.root()?)?,
+        (false, true) => {
+            names.iter().map(|name| Ok(plan::platform_of(context, name)?.file)).collect::<Result<_, Failure>>()?
+        }
+        (false, false) => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
     };
     let mut rows = Vec::new();
     for file in &files {
-        let problems = problems_of(context, file)?;
+        let problems = if platform { scenario::load_platform(file).err() } else { problems_of(context, file)? };
         let name = file.display().to_string();
         if let (Some(problems), false) = (&problems, context.json) {
             link::note!("{}", problems.render(failure::colour()).trim_end());
@@ -98,13 +111,15 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
         }
     }
     for under in &scenario.under {
-        let policy = Some(root.join("policies").join(format!("{}.toml", under.policy.as_str())));
-        plan::of_scenario(context, &scenario, &Wanted { policy, ..Wanted::default() })?;
+        let file = |folder: &str, name: &Name| root.join(folder).join(format!("{}.toml", name.as_str()));
+        let policy = under.policy.as_deref().map(|name| file("policies", name));
+        let platform = under.platform.as_deref().map(|name| plan::platform_of(context, name.as_str())).transpose()?;
+        plan::of_scenario(context, &scenario, &Wanted { policy, platform, ..Wanted::default() })?;
     }
     Ok(None)
 }
 
-fn new(name: &str) -> Result<Exit, Failure> {
+fn new(name: &str, platform: bool) -> Result<Exit, Failure> {
     let name = Name::new(name).map_err(|why| Failure::new(Exit::Usage, format!("`{name}`: {why}")))?;
     let path = format!("{name}.toml");
     let created = std::fs::OpenOptions::new().write(true).create_new(true).open(&path);
@@ -112,7 +127,8 @@ fn new(name: &str) -> Result<Exit, Failure> {
         let remedy = "choose another name or remove the file";
         Failure::new(Exit::Usage, format!("{path}: {e}; {remedy}"))
     })?;
-    file.write_all(scenario::template(&name).as_bytes())?;
+    let text = if platform { scenario::platform_template(&name) } else { scenario::template(&name) };
+    file.write_all(text.as_bytes())?;
     out::say(format_args!("{path}"));
     Ok(Exit::Fine)
 }

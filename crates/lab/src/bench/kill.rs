@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use crate::report::{KillRow, kill_table};
-use evidence::SCHEMA_VERSION;
 use evidence::process_fault::Response;
 use evidence::trial::{Outcome, Trial};
+use evidence::{SCHEMA_VERSION, Under};
 use oracle::process_fault;
 use oracle::process_fault::Owed;
 use results::mode::Mode;
@@ -129,7 +129,8 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
 
 fn owed(process: Process) -> Result<&'static Owed, Failure> {
     let node = node_of(process);
-    process_fault::owed(node).ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
+    process_fault::owed(Under::A, node)
+        .ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
 }
 
 /// The class of a trial that ends in this mode by itself.

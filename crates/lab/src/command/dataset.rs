@@ -17,6 +17,7 @@ use perception::stages::Stages;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
+use wire::platform::Sensors;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -136,7 +137,7 @@ fn keep(dir: &Path, path: &str, content: &[u8], files: &mut BTreeMap<String, Str
 
 fn sheet(context: &Context, file: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
     let shipped = || -> Result<Stages, DetectorError> {
-        Ok(Stages::new(Arc::new(Detector::built_in()?), Arc::new(Detector::thermal()?)))
+        Ok(Stages::new(&Sensors::GROUND, Arc::new(Detector::built_in()?), Arc::new(Detector::thermal()?)))
     };
     let stages = shipped().map_err(Failure::internal)?;
     let examples = cells.iter().map(|cell| Example::new(cell, split, context.seed).map_err(Failure::internal));

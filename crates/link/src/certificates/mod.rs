@@ -55,7 +55,7 @@ pub enum Fault {
     /// Of another identity than the one that was dialled.
     #[n(7)]
     WrongName,
-    /// Of no identity, of several, or of one outside the closed set.
+    /// Of no identity, of several, or of one outside the table.
     #[n(8)]
     NoName,
     /// Not a certificate that can be read.

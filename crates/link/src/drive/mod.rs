@@ -99,17 +99,29 @@ enum Wake {
     Flush,
 }
 
+/// Answers the requests of a core to its guest, and takes as long as the guest does.
+pub type Attendant = Box<dyn FnMut(&[u8]) -> Vec<u8> + Send>;
+
 /// Drives `core` with the links of `spec` until the launcher says `finish`. Prints `ready {json}` when the links are
 /// open and `stats {json}` at the end. Call it from `main`, outside any tokio runtime.
 pub fn run(spec: ServiceSpec, core: Box<dyn Core>) -> ExitCode {
     run_for(spec, core, hands().1)
 }
 
+/// [`run`] for a core with a guest, whose requests `attendant` answers.
+pub fn run_attended(spec: ServiceSpec, core: Box<dyn Core>, attendant: Option<Attendant>) -> ExitCode {
+    run_with(spec, core, hands().1, attendant)
+}
+
 /// [`run`] for a core that a person has a hand in, on whatever thread it is called.
 pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
+    run_with(spec, core, acts, None)
+}
+
+fn run_with(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts, attendant: Option<Attendant>) -> ExitCode {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let outcome = runtime.opened("runtime").and_then(|runtime| {
-        let outcome = runtime.block_on(drive(&spec, core, acts));
+        let outcome = runtime.block_on(drive(&spec, core, acts, attendant));
         runtime.shutdown_timeout(Duration::from_millis(200));
         outcome
     });
@@ -119,9 +131,14 @@ pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
     }
 }
 
-async fn drive(spec: &ServiceSpec, core: Box<dyn Core>, acts: Acts) -> Result<(), DriveError> {
+async fn drive(
+    spec: &ServiceSpec,
+    core: Box<dyn Core>,
+    acts: Acts,
+    attendant: Option<Attendant>,
+) -> Result<(), DriveError> {
     let (sources, senders) = sources::open(watch().opened("stdin")?, acts.0);
-    let ports = Ports::open(spec, &senders)?;
+    let ports = Ports::open(spec, &senders, attendant)?;
     say("ready", &ports.ready(spec.node));
     let mut driver = Driver { clock: spec.clock, core, ports, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;

@@ -5,6 +5,7 @@
 
 mod audit;
 mod command;
+mod guest;
 mod logs;
 mod memory;
 mod relay;
@@ -16,11 +17,12 @@ use wire::id::NodeId;
 
 use self::audit::Audit;
 use self::command::Command;
+use self::guest::Guest;
 use self::logs::Logs;
 use self::memory::Memory;
 use self::relay::Relay;
 use self::telemetry::Telemetry;
-use super::{DriveError, Senders, say};
+use super::{Attendant, DriveError, Senders, say};
 use crate::sockets::kernel_drops;
 use crate::spec::ServiceSpec;
 
@@ -32,12 +34,17 @@ pub(super) struct Ports {
     command: Command,
     relay: Relay,
     pub(super) audit: Audit,
+    guest: Guest,
     undeliverable: u64,
 }
 
 impl Ports {
     /// Opens every link of the specification.
-    pub(super) fn open(spec: &ServiceSpec, senders: &Senders) -> Result<Self, DriveError> {
+    pub(super) fn open(
+        spec: &ServiceSpec,
+        senders: &Senders,
+        attendant: Option<Attendant>,
+    ) -> Result<Self, DriveError> {
         let logs = Logs::open(spec)?;
         Ok(Self {
             audit: Audit::open(spec, senders)?,
@@ -45,6 +52,7 @@ impl Ports {
             telemetry: Telemetry::open(spec, senders)?,
             command: Command::open(spec, logs.streams(), senders)?,
             relay: Relay::open(spec, senders)?,
+            guest: Guest::open(attendant, senders),
             logs,
             undeliverable: 0,
         })
@@ -80,6 +88,7 @@ impl Ports {
             }
             Output::Reset { connection } => self.relay.streams().map(|relay| relay.reset(connection)).is_some(),
             Output::Audit { bytes } => self.audit.write(bytes),
+            Output::Guest { bytes } => self.guest.ask(bytes),
             // A channel keeps count of its own losses.
             Output::Bus { topic, bytes } => return self.memory.publish(topic, &bytes),
             // What is over already is no loss.

@@ -4,12 +4,13 @@ use wire::bounds::Bounds;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
+use evidence::Under;
 use evidence::process_fault::From;
 
 /// Response owed when one process is killed while the platform is READY or holds authority.
 #[derive(Clone, Copy, Debug)]
 pub struct Owed {
-    /// The process.
+    /// The process; those of the unit under test by the names that they have if it is unit A.
     pub node: NodeId,
     /// The mode the platform ends in.
     pub ends_in: Mode,
@@ -108,7 +109,13 @@ pub const OWED: [Owed; 8] = [
     },
 ];
 
-/// Response owed for `node`.
-pub fn owed(node: NodeId) -> Option<&'static Owed> {
-    OWED.iter().find(|owed| owed.node == node)
+/// Response owed for `node` in a run with this unit under test.
+pub fn owed(under: Under, node: NodeId) -> Option<&'static Owed> {
+    let named = |owed: &Owed| match owed.node {
+        NodeId::UNIT_A => under.node(),
+        NodeId::SIM => under.sim,
+        NodeId::PERCEPTION => under.perception,
+        other => other,
+    };
+    OWED.iter().find(|owed| named(owed) == node)
 }

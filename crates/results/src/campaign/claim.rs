@@ -80,7 +80,7 @@ impl Claim {
         let hit = self.classes.contains(&outcome);
         tally.n += 1;
         tally.hits += u64::from(hit);
-        tally.invalid += u64::from(!hit && outcome == Outcome::Invalid);
+        tally.invalid += u64::from(!hit && matches!(outcome, Outcome::Invalid | Outcome::GuestFailed));
     }
 
     /// Judges as many trials as were planned, so that `together` such judgements hold at once with its level.
@@ -256,7 +256,7 @@ mod tests {
         for (text, told) in [
             ("unsafe", "a claim is"),
             ("unsafe<0.1@95", "a claim is"),
-            ("unsave<1%@95", "no class `unsave`; there are: unsafe, invalid"),
+            ("unsave<1%@95", "no class `unsave`; there are: unsafe, guest_failed, invalid"),
             ("unsafe<0%@95", "`0` is no rate"),
             ("unsafe<nan%@95", "`nan` is no rate"),
             ("unsafe<1%@100", "`100` is no level"),

@@ -31,6 +31,7 @@ pub fn plan(trials: u64) -> Plan {
         trials,
         rendered: false,
         policy: None,
+        guest: None,
         claim: None,
         sequential: false,
         draws: BTreeMap::from([("loss.0.at_s".into(), Distribution::Uniform(3.0, 5.0))]),

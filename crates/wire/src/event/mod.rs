@@ -12,6 +12,7 @@ use sha2::{Digest, Sha256};
 use crate::codec::Text;
 use crate::command::CommandKind;
 use crate::feed::CommandStage;
+use crate::guest::{Declared, Fault, MAX_NAME, MAX_WHY};
 use crate::id::{CommandId, FrameId, NodeId, PeerId, RecordId, TrackId, UnitId, WorldId};
 use crate::mode::{Because, Cause, Guards, Mode};
 use crate::person::{Act, Order, Unable};
@@ -162,6 +163,20 @@ pub enum Event {
     /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
     /// [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
+    /// Autonomy: a guest drives, by this name.
+    #[n(93)] GuestEngaged {
+        #[n(0)] name: Text<MAX_NAME>,
+        /// True if its set-points go to the plant as they are.
+        #[n(1)] bare: bool,
+    },
+    /// Autonomy: the guest's own word on its state, when that changed.
+    #[n(94)] GuestStated { #[n(0)] declared: Declared, #[n(1)] state: Text<MAX_NAME> },
+    /// Autonomy: the place that the guest says it drives by (written a few times a second).
+    #[n(95)] GuestPlaced { #[n(0)] x_mm: i32, #[n(1)] y_mm: i32 },
+    /// Autonomy: the guest failed, and drives no longer.
+    #[n(96)] GuestFailed { #[n(0)] fault: Fault, #[n(1)] why: Text<MAX_WHY> },
+    /// Autonomy: steps that the guest answered, and those of which the set-point was limited, at the end of the run.
+    #[n(97)] GuestSteps { #[n(0)] steps: u32, #[n(1)] limited: u32 },
 }
 
 /// Every so many frames the colour image is told of: once a second.

@@ -6,6 +6,8 @@
 
 pub(super) mod orders;
 
+use std::collections::BTreeMap;
+
 use super::stage::Live;
 use super::{Attributed, BusMessage, Record, SessionRecord, SignedReport};
 use crate::id::{Boot, NodeId, Nonce, PeerId, Sequence};
@@ -80,10 +82,10 @@ impl Window {
     }
 }
 
-/// A window for each (peer, origin) pair, bounded by the closed set of identities.
+/// A window for each (peer, origin) pair: of the peers that the run has sessions with and the origins it has keys of.
 #[derive(Clone, Debug)]
 pub struct Windows {
-    windows: Vec<((PeerId, NodeId), Window)>,
+    windows: BTreeMap<(PeerId, NodeId), Window>,
     width: u8,
     jump: u64,
 }
@@ -91,18 +93,11 @@ pub struct Windows {
 impl Windows {
     /// All windows have this width and jump.
     pub fn new(width: u8, jump: u64) -> Self {
-        Self { windows: Vec::new(), width, jump }
+        Self { windows: BTreeMap::new(), width, jump }
     }
 
     fn of(&mut self, peer: PeerId, origin: NodeId) -> &mut Window {
-        let at = match self.windows.iter().position(|(pair, _)| *pair == (peer, origin)) {
-            Some(at) => at,
-            None => {
-                self.windows.push(((peer, origin), Window::new(self.width, self.jump)));
-                self.windows.len() - 1
-            }
-        };
-        &mut self.windows[at].1
+        self.windows.entry((peer, origin)).or_insert_with(|| Window::new(self.width, self.jump))
     }
 }
 

@@ -49,7 +49,7 @@ const UNPROVEN: Allowance = Allowance { burst: 16, per_s: 16 };
 /// once as many as one operator may ask for, so that each operator is told of each refusal while there is no flood.
 const TOLD: Allowance = Allowance { burst: 8, per_s: 4 };
 
-/// A bucket for each sender and class, bounded by the closed set of identities, and two that are nobody's.
+/// A bucket for each sender and class, of the stations and operators of the run, and two that are nobody's.
 #[derive(Clone, Debug, Default)]
 pub struct Rates {
     /// Time at which each bucket is full again, by rate class.

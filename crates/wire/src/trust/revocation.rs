@@ -6,13 +6,14 @@
 //! that identity, for good.
 
 use core::marker::PhantomData;
+use std::collections::{BTreeMap, BTreeSet};
 
 use minicbor::{Decode, Encode};
 
 use super::{Received, Record};
 use crate::codec;
 use crate::command::{Intent, MAX_ORDER};
-use crate::id::{NODES, NodeId};
+use crate::id::NodeId;
 use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 use crate::sign::{Key, Keyring, Purpose, Signed};
@@ -53,18 +54,16 @@ pub struct Validity {
 /// Identities that are admitted no longer.
 #[derive(Clone, Debug)]
 pub struct RevocationList {
-    ends: [Option<Instant>; NODES],
-    revoked: [bool; NODES],
+    /// At most one for each identity.
+    ends: BTreeMap<NodeId, Instant>,
+    revoked: BTreeSet<NodeId>,
 }
 
 impl RevocationList {
     /// Everybody is valid, those with an end of validity until then; `now` is the start.
     pub fn new(mandates: &[Validity], now: Instant) -> Self {
-        let mut ends = [None; NODES];
-        for mandate in mandates {
-            ends[mandate.who.index()] = Some(now + Span::ms(mandate.until_ms));
-        }
-        RevocationList { ends, revoked: [false; NODES] }
+        let ends = mandates.iter().map(|mandate| (mandate.who, now + Span::ms(mandate.until_ms))).collect();
+        RevocationList { ends, revoked: BTreeSet::new() }
     }
 
     /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked before. The
@@ -73,21 +72,20 @@ impl RevocationList {
         let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
         let signed = Signed::parse(framed.message, MAX_ORDER)?;
         let revocation: Revocation = codec::decode(signed.payload, MAX_ORDER)?;
-        let revoked = &mut self.revoked[revocation.of.index()];
-        if *revoked {
+        if self.revoked.contains(&revocation.of) {
             return Ok(None);
         }
         keys.verify(NodeId::AUTHORITY, Purpose::Revocation, &signed)?;
-        *revoked = true;
+        self.revoked.insert(revocation.of);
         Ok(Some(revocation.of))
     }
 
     /// Checks that `who` is admitted at `now`.
     pub fn stands(&self, who: NodeId, now: Instant) -> Result<(), Refusal> {
-        if self.revoked[who.index()] {
+        if self.revoked.contains(&who) {
             return Err(Refusal::Revoked { got: who });
         }
-        match self.ends[who.index()] {
+        match self.ends.get(&who).copied() {
             Some(end) if now >= end => Err(Refusal::Expired { got: who, over: now.since(end) }),
             Some(_) | None => Ok(()),
         }

@@ -11,6 +11,7 @@ use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
+use wire::guest::{self, Answer, Declared, Disc, Fault, Place, Reply, Start};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
@@ -74,12 +75,14 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("act", vec![named!("confirmed", Act, act())]),
         ("entry", entries()),
         ("seal", seals()),
-        ("revocation", vec![named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 })]),
-        ("head", vec![named!("unit-a", Head, head())]),
+        ("revocation", revocations()),
+        ("head", vec![named!("unit-a", Head, head()), named!("guard-unit-64", Head, head_of_guard())]),
         ("sign1", signed()),
         ("numbered-act", acts()),
         ("input", inputs()),
         ("output", outputs()),
+        ("guest-request", guest_requests()),
+        ("guest-answer", guest_answers()),
     ]
 }
 
@@ -189,6 +192,24 @@ pub(crate) fn intent(kind: CommandKind, reason: &str) -> Intent {
     Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason) }
 }
 
+/// The unit with this name, numbered by rule.
+fn ruled(name: &str) -> UnitId {
+    UnitId::from_name(name).expect("a unit of the table")
+}
+
+fn revocations() -> Vec<Named> {
+    let last = NodeId::from_name("perception-52").expect("the last identity of the table");
+    vec![
+        named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 }),
+        named!("of-unit-5", Revocation, Revocation { of: ruled("unit-5").node() }),
+        named!("of-the-last-identity", Revocation, Revocation { of: last }),
+    ]
+}
+
+fn head_of_guard() -> Head {
+    Head { node: ruled("unit-64").node().guard().expect("a unit has one"), ..head() }
+}
+
 fn intents() -> Vec<Named> {
     vec![
         named!("hold", Intent, intent(CommandKind::Hold, "")),
@@ -198,6 +219,7 @@ fn intents() -> Vec<Named> {
         named!("arm", Intent, intent(CommandKind::Arm(TrackId(3)), "vehicle in view")),
         named!("confirm", Intent, intent(CommandKind::Confirm(TrackId(3)), "still in view")),
         named!("configure", Intent, intent(CommandKind::Configure(VALUES), "wet ground")),
+        named!("hold-of-unit-64", Intent, Intent { unit: ruled("unit-64"), ..intent(CommandKind::Hold, "") }),
     ]
 }
 
@@ -405,6 +427,7 @@ fn inputs() -> Vec<Named> {
         named!("finish", Input, Input::Finish),
         named!("cue", Input, Input::Cue { step: step("cut").cue() }),
         named!("session-lost", Input, Input::SessionLost),
+        named!("guest", Input, Input::Guest { bytes: codec::encode(&Answer::Ready) }),
         named!("act", Input, Input::Act { bytes: codec::encode(&numbered(person::Act::Withdraw)) }),
     ]
 }
@@ -421,9 +444,60 @@ fn outputs() -> Vec<Named> {
         named!("reset", Output, Output::Reset { connection: session }),
         named!("audit", Output, Output::Audit { bytes: bytes.clone() }),
         named!("text", Output, Output::Text { text: "HOLD_SAFE\n".into(), picture: "{}".into() }),
+        named!("guest", Output, Output::Guest { bytes: bytes.clone() }),
         named!("stranger", Output, Output::Stranger { bytes }),
         named!("join", Output, Output::Join),
         named!("leave", Output, Output::Leave),
+    ]
+}
+
+fn guest_requests() -> Vec<Named> {
+    let (now, at) = (Instant(3_600_000_000), Place(-1000, 2000));
+    let start = |points: usize| Start {
+        now,
+        period: Span::ms(50),
+        max_speed_mm_s: 3000,
+        braking_mm_s2: 3000,
+        route: std::iter::repeat_n(at, points).collect(),
+        looped: points > 1,
+        fence: std::iter::repeat_n(at, points).collect(),
+        obstacles: std::iter::repeat_n(Disc { at, radius_mm: 500 }, points).collect(),
+    };
+    let fix = Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3 }, sigma_mm: 40, time: ReceiverTime(9) };
+    let step = |fixed: bool| guest::Step {
+        number: 7,
+        now,
+        mode: Mode::Ready,
+        limit_mm_s: 3000,
+        navigation: fixed.then_some(Navigation { stamp: now, fix: Some(fix), odometry: None }),
+        tracks: List::default(),
+        teammates: std::iter::repeat_n(at, usize::from(fixed)).collect(),
+    };
+    let starting = |points| guest::Request::Start(Box::new(start(points)));
+    let stepping = |fixed| guest::Request::Step(Box::new(step(fixed)));
+    vec![
+        named!("start", guest::Request, starting(0)),
+        named!("start-of-two-points", guest::Request, starting(2)),
+        named!("step", guest::Request, stepping(true)),
+        named!("step-without-a-fix", guest::Request, stepping(false)),
+    ]
+}
+
+fn guest_answers() -> Vec<Named> {
+    let full = Reply {
+        number: 7,
+        speed_mm_s: 1500,
+        curvature_um: -100_000,
+        state: Some((Declared::Nominal, Text::new("DRIVING"))),
+        place: Some(Place(-1000, 2000)),
+        wake: Some(Span::ms(200)),
+    };
+    vec![
+        named!("ready", Answer, Answer::Ready),
+        named!("reply", Answer, Answer::Reply(full)),
+        named!("reply-with-a-place", Answer, Answer::Reply(Reply { state: None, wake: None, ..full })),
+        named!("reply-bare", Answer, Answer::Reply(Reply { state: None, place: None, wake: None, ..full })),
+        named!("failed", Answer, Answer::Failed { fault: Fault::Ended, why: Text::new("exit status 1") }),
     ]
 }
 
@@ -437,7 +511,7 @@ pub(crate) fn events() -> impl Iterator<Item = u8> {
         .chain(60..62)
         .chain(65..71)
         .chain(80..89)
-        .chain(92..93)
+        .chain(92..98)
 }
 
 fn entries() -> Vec<Named> {
@@ -520,6 +594,11 @@ fn decisions() -> Vec<(&'static str, Event)> {
         ),
         ("acknowledged", Event::Acknowledged { command: COMMAND, refused: None }),
         ("inconsistent", Event::Inconsistent { unit: UnitId::C, finding: Inconsistency::TimeBase, record: RECORD }),
+        ("guest-engaged", Event::GuestEngaged { name: Text::new("follower"), bare: true }),
+        ("guest-stated", Event::GuestStated { declared: Declared::Safe, state: Text::new("STOPPED") }),
+        ("guest-placed", Event::GuestPlaced { x_mm: -1500, y_mm: 20_000 }),
+        ("guest-failed", Event::GuestFailed { fault: Fault::Silent, why: Text::new("no answer") }),
+        ("guest-steps", Event::GuestSteps { steps: 180, limited: 3 }),
     ]
 }
 

@@ -10,6 +10,7 @@ use results::mode::Mode;
 use results::report::{CurveLine, CurveObject, CurvePoint, curve_table, svg};
 use runner::batch::Batch;
 use runner::bring::Bring;
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan};
@@ -37,6 +38,8 @@ pub(in crate::command) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
+    #[command(flatten)]
+    engage: Engage,
     /// Keep manifest, trials, result and plot here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -51,7 +54,8 @@ struct Line {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false };
+    let (rendered, guest) = (args.rendered, args.engage.load()?);
+    let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());

@@ -15,6 +15,7 @@ use results::campaign::partition::Partition;
 use results::campaign::row::Row;
 use results::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
 use runner::bring::Bring;
+use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::plan::Planned;
 use runner::{Context, batch, out, plan};
@@ -56,6 +57,8 @@ pub(in crate::command) struct Args {
     pub(super) rendered: bool,
     #[command(flatten)]
     pub(super) bring: Bring,
+    #[command(flatten)]
+    pub(super) engage: Engage,
     /// Trials at a time [default: as many as there are cores].
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
     pub(super) jobs: Option<u16>,

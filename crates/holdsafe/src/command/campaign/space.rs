@@ -7,7 +7,7 @@ use results::campaign::draw::Distribution;
 use results::campaign::{MAX_VARIATIONS, PLAN_VERSION, Plan, PlanVariation, Terms, draw};
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
-use runner::{Context, plan};
+use runner::{Context, plan, probe};
 use scenario::{Settings, Variation};
 use serde_json::Value;
 
@@ -46,7 +46,8 @@ pub(super) fn drawn(text: &str) -> Result<Draw, String> {
 pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Planned>), Failure> {
     let (grids, draws) = paths(args)?;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false };
+    let (rendered, guest) = (args.rendered, args.engage.load()?);
+    let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
     let mut planned = Vec::new();
     for name in &args.scenarios {
         let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
@@ -54,6 +55,9 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
             planned.extend(crossed(context, &wanted, &cell, &grids, planned.len())?);
         }
     }
+    let mut probed: Vec<Planned> = planned.iter().map(|(planned, _)| planned.clone()).collect();
+    probe::probe(&mut probed, context.seed)?;
+    planned.iter_mut().zip(probed).for_each(|((planned, _), probed)| planned.setup = probed.setup);
     let terms = Terms {
         plan_version: PLAN_VERSION,
         program: context.program.to_owned(),
@@ -61,6 +65,7 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
         trials: trials(args),
         rendered: args.rendered,
         policy: args.policy.as_deref().map(plan::stem),
+        guest: wanted.guest.as_ref().map(|engaged| engaged.options.clone()),
         claim: args.claim.clone(),
         sequential: args.sequential,
         draws,

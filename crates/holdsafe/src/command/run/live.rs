@@ -37,7 +37,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         _ => return Err(Failure::new(Exit::Usage, "--watch shows one live trial: name one scenario")),
     };
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
-    let wanted = Wanted { policy, cell, rendered: true, detector, sabotage: false };
+    let (platform, guest) = (args.platform(context)?, args.engage.load()?);
+    let wanted = Wanted { policy, platform, cell, rendered: true, detector, sabotage: false, guest };
     let (_, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {

@@ -33,7 +33,7 @@ const FIRST_BOOT: u32 = 1 << 16;
 /// through in all classes before the nonces that they repeat have run out.
 const KEPT: usize = 96;
 
-/// The commands of every operator; bounded by the closed set of identities.
+/// The commands of every operator; of those that may give any.
 #[derive(Clone, Debug, Default)]
 pub struct Counters(Vec<Counter>);
 

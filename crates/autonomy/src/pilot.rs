@@ -1,0 +1,265 @@
+//! A guest in the place of mission and navigation: when it is asked, and where its set-points go.
+//!
+//! *Bare*, a set-point goes to the plant as it is. *Guarded*, the guest drives inside the guards, the state machine, the fence and the
+//! leases of the platform, as a complex function under run-time assurance does (L. Sha, "Using simplicity to control
+//! complexity", IEEE Software 18(4), 2001; ASTM F3269). Keys, signatures and links stay with the core in both. A guest that
+//! fails drives no more: guarded the unit is stopped, bare the lease of the last set-point ends at the plant. The process, its limits and the form of
+//! its messages are left to others; here are only requests and answers.
+
+use wire::codec::{self, List, Text};
+use wire::core::Output;
+use wire::event::Event;
+use wire::guest::{Answer, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step};
+use wire::mode::Mode;
+use wire::sensor::Navigation;
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use crate::config::GuestConfig;
+use crate::navigation::{self, SetPoint, Surroundings};
+use crate::{Autonomy, AutonomyConfig};
+
+/// Least time between two entries of the place that a guest drives by.
+const PLACED_PERIOD: Span = Span::ms(190);
+
+/// State of the exchange with a guest.
+#[derive(Clone, Debug)]
+pub(crate) struct Pilot {
+    bare: bool,
+    start_limit: Span,
+    step_limit: Span,
+    stage: Stage,
+    /// Number of the newest step.
+    number: u32,
+    reply: Option<Reply>,
+    /// Time of the next step.
+    next: Instant,
+    /// The newest reading that passed the boundary.
+    reading: Option<Navigation>,
+    stated: Option<(Declared, Text<MAX_NAME>)>,
+    placed: Option<Instant>,
+    steps: u32,
+    limited: u32,
+}
+
+/// Kind and reason of a guest's failure.
+type Failure = (Fault, Text<MAX_WHY>);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    Starting { since: Instant },
+    Asked { since: Instant },
+    Idle,
+    Failed,
+}
+
+impl Pilot {
+    pub(crate) fn new(config: &GuestConfig, now: Instant) -> Self {
+        Self {
+            bare: config.bare,
+            start_limit: config.start_limit,
+            step_limit: config.step_limit,
+            stage: Stage::Starting { since: now },
+            number: 0,
+            reply: None,
+            next: now,
+            reading: None,
+            stated: None,
+            placed: None,
+            steps: 0,
+            limited: 0,
+        }
+    }
+
+    /// Keeps a reading for the next step.
+    pub(crate) fn read(&mut self, reading: &Navigation) {
+        self.reading = Some(*reading);
+    }
+
+    /// The failure of a guest that has not answered in time.
+    fn overdue(&self, now: Instant) -> Option<String> {
+        let (since, limit) = match self.stage {
+            Stage::Starting { since } => (since, self.start_limit),
+            Stage::Asked { since } => (since, self.step_limit),
+            Stage::Idle | Stage::Failed => return None,
+        };
+        let waited = now.since(since);
+        (waited > limit)
+            .then(|| format!("an answer within {} ms expected, none after {}", limit.0 / 1000, waited.0 / 1000))
+    }
+
+    /// The step that an answer is for, as far as it answers what was asked.
+    fn accept(&mut self, answer: &Answer) -> Result<Option<Reply>, Box<Failure>> {
+        match (self.stage, answer) {
+            (_, Answer::Failed { fault, why }) => Err(Box::new((*fault, *why))),
+            (Stage::Starting { .. }, Answer::Ready) => {
+                self.stage = Stage::Idle;
+                Ok(None)
+            }
+            (Stage::Asked { .. }, Answer::Reply(reply)) if reply.number == self.number => {
+                self.stage = Stage::Idle;
+                self.steps += 1;
+                self.reply = Some(*reply);
+                Ok(Some(*reply))
+            }
+            (Stage::Starting { .. } | Stage::Asked { .. } | Stage::Idle | Stage::Failed, _) => {
+                Err(Box::new((Fault::OutOfStep, Text::new("an answer to nothing that was asked"))))
+            }
+        }
+    }
+}
+
+/// The mission, as a guest is told of it at `now`.
+pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Output {
+    let place = |(x, y): &(i32, i32)| Place(*x, *y);
+    let disc = |disc: &crate::Disc| Disc { at: Place(disc.x_mm, disc.y_mm), radius_mm: disc.radius_mm };
+    ask(Request::Start(Box::new(Start {
+        now,
+        period: Span::ms(setup.bounds.control_period_ms),
+        max_speed_mm_s: setup.bounds.max_speed_mm_s,
+        braking_mm_s2: setup.bounds.braking_mm_s2,
+        route: config.route.iter().map(place).collect(),
+        looped: config.looped,
+        fence: config.geofence.iter().map(place).collect(),
+        obstacles: config.obstacles.iter().map(disc).collect(),
+    })))
+}
+
+fn ask(request: Request) -> Output {
+    Output::Guest { bytes: codec::encode(&request) }
+}
+
+impl Autonomy {
+    /// A control period with a guest: asks it, or goes on with its last set-point until it wants to be asked.
+    pub(crate) fn pilot(&mut self, now: Instant) {
+        let Some(pilot) = &self.pilot else { return };
+        if let Some(why) = pilot.overdue(now) {
+            return self.guest_failed(now, Fault::Silent, Text::new(&why));
+        }
+        if let Some(motion) = self.localisation.motion() {
+            self.mission.pass(motion.at);
+        }
+        match pilot.stage {
+            Stage::Failed => self.stop(now),
+            // The last set-point goes on as long as its lease.
+            Stage::Starting { .. } | Stage::Asked { .. } => {}
+            Stage::Idle if now < pilot.next => self.drive_as_asked(now),
+            Stage::Idle => self.ask_guest(now),
+        }
+    }
+
+    fn ask_guest(&mut self, now: Instant) {
+        let limit = self.guest_limit();
+        let teammates = self.teammates.places(now).map(|(x, y)| Place(x as i32, y as i32)).collect();
+        let tracks: List<_, 16> = self.picture.tracks().iter().copied().collect();
+        let mode = self.mode();
+        let Some(pilot) = &mut self.pilot else { return };
+        pilot.number += 1;
+        pilot.stage = Stage::Asked { since: now };
+        let step = Step {
+            number: pilot.number,
+            now,
+            mode,
+            limit_mm_s: limit as u32,
+            navigation: pilot.reading,
+            tracks,
+            teammates,
+        };
+        self.out.push_back(ask(Request::Step(Box::new(step))));
+    }
+
+    /// The most that a guest may drive now, mm/s. Bare only operators limit it.
+    fn guest_limit(&self) -> f64 {
+        match (self.pilot.as_ref().is_some_and(|pilot| pilot.bare), self.mode()) {
+            (true, Mode::Ready | Mode::PrepareToAct) => f64::from(self.bounds.max_speed_mm_s),
+            (true, Mode::Degraded) => f64::from(self.bounds.degraded_speed_mm_s),
+            (true, Mode::Idle | Mode::HoldSafe) => 0.0,
+            (false, _) => self.mode_speed(),
+        }
+    }
+
+    /// The guest has answered.
+    pub(crate) fn answered(&mut self, now: Instant, bytes: &[u8]) {
+        if self.quiet {
+            return;
+        }
+        let Some(pilot) = self.pilot.as_mut().filter(|pilot| pilot.stage != Stage::Failed) else { return };
+        let answer = codec::decode::<Answer>(bytes, MAX_ANSWER);
+        let answer = answer.map_err(|why| Box::new((Fault::Malformed, Text::new(&why.to_string()))));
+        match answer.and_then(|answer| pilot.accept(&answer)) {
+            Ok(Some(reply)) => {
+                let period = Span::ms(self.identity.bounds.control_period_ms);
+                // On the grid of control periods: the one nearest to the time that the guest asks for.
+                pilot.next = now + Span(reply.wake.unwrap_or(period).0.saturating_sub(period.0 / 2));
+                self.tell_guest(now, &reply);
+                self.drive_as_asked(now);
+            }
+            Ok(None) => {}
+            Err(failure) => self.guest_failed(now, failure.0, failure.1),
+        }
+    }
+
+    /// Logs the guest's own word on its state and place.
+    fn tell_guest(&mut self, now: Instant, reply: &Reply) {
+        let Some(pilot) = &mut self.pilot else { return };
+        let stated = reply.state.filter(|_| pilot.stated != reply.state);
+        let due = pilot.placed.is_none_or(|at| now.since(at) >= PLACED_PERIOD);
+        let placed = reply.place.filter(|_| due);
+        if stated.is_some() {
+            pilot.stated = stated;
+        }
+        if placed.is_some() {
+            pilot.placed = Some(now);
+        }
+        if let Some((declared, state)) = stated {
+            self.write(now, Event::GuestStated { declared, state });
+        }
+        if let Some(Place(x_mm, y_mm)) = placed {
+            self.write(now, Event::GuestPlaced { x_mm, y_mm });
+        }
+    }
+
+    fn drive_as_asked(&mut self, now: Instant) {
+        let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
+            return;
+        };
+        let asked = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
+        let given = if bare { asked } else { self.within_guards(asked, now) };
+        if let Some(pilot) = self.pilot.as_mut().filter(|_| given != asked) {
+            pilot.limited = pilot.limited.saturating_add(1);
+        }
+        self.drive(now, given);
+    }
+
+    /// The set-point as far as guards, mode, fence and seen obstacles let it be followed.
+    fn within_guards(&self, asked: SetPoint, now: Instant) -> SetPoint {
+        let mode_speed = self.mode_speed();
+        let Some(motion) = self.localisation.motion().filter(|_| mode_speed > 0.0) else { return SetPoint::default() };
+        let seen = self.seen(now);
+        let (bounds, limits) = (&self.bounds, &self.identity.limits);
+        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
+        navigation::limited(asked, &motion, &around)
+    }
+
+    fn guest_failed(&mut self, now: Instant, fault: Fault, why: Text<MAX_WHY>) {
+        if let Some(pilot) = &mut self.pilot {
+            pilot.stage = Stage::Failed;
+        }
+        self.write(now, Event::GuestFailed { fault, why });
+        self.stop(now);
+    }
+
+    /// A failed guest's vehicle: guarded it is stopped; bare nobody speaks for the guest, and the plant's lease ends.
+    fn stop(&mut self, now: Instant) {
+        if self.pilot.as_ref().is_some_and(|pilot| !pilot.bare) {
+            self.drive(now, SetPoint::default());
+        }
+    }
+
+    /// The closing account of the exchange.
+    pub(crate) fn close_guest(&mut self, now: Instant) {
+        if let Some(Pilot { steps, limited, .. }) = self.pilot {
+            self.write(now, Event::GuestSteps { steps, limited });
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Lines to and from a running guest, each exchange within its time and its bytes.
+
+use std::io::{ErrorKind, PipeReader, PipeWriter, Read, Write};
+use std::time::{Duration, Instant};
+
+use guest::{Channel, Failure, MAX_LINE, Patience};
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::io::ioctl_fionbio;
+use wire::guest::Fault;
+
+use crate::launch::{Process, timeout};
+
+/// Time in which the exit of a guest that closed its output is awaited.
+const EXIT: Duration = Duration::from_millis(500);
+/// Bytes of one read.
+const CHUNK: usize = 8 * 1024;
+
+/// The end of a time that a guest has.
+pub(crate) struct Deadline {
+    at: Instant,
+    ms: u64,
+}
+
+impl Deadline {
+    /// This many milliseconds from now.
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a guest is a process: its patience is real time, and no core is handed this"
+    )]
+    pub(crate) fn after_ms(ms: u64) -> Self {
+        Self { at: Instant::now() + Duration::from_millis(ms), ms }
+    }
+
+    /// Time left; zero when it is over.
+    #[expect(clippy::disallowed_methods, reason = "as above")]
+    pub(crate) fn left(&self) -> Duration {
+        self.at.saturating_duration_since(Instant::now())
+    }
+}
+
+/// A guest's standard input and output.
+pub(crate) struct Lines {
+    /// None once the guest has closed its end.
+    input: Option<PipeWriter>,
+    output: PipeReader,
+    /// Bytes read and not yet returned, fewer than [`MAX_LINE`] and one read.
+    read: Vec<u8>,
+    start: Deadline,
+    step_ms: u64,
+    process: Process,
+}
+
+impl Lines {
+    pub(crate) fn new(
+        process: Process,
+        input: PipeWriter,
+        output: PipeReader,
+        start: Deadline,
+        step_ms: u64,
+    ) -> std::io::Result<Self> {
+        ioctl_fionbio(&input, true)?;
+        ioctl_fionbio(&output, true)?;
+        Ok(Self { input: Some(input), output, read: Vec::new(), start, step_ms, process })
+    }
+
+    /// An answer that nobody asked for is one too many.
+    fn unasked(&mut self) -> Result<(), Failure> {
+        self.take()?;
+        if self.read.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::new(Fault::Flood, format!("one line for a request expected, got {} bytes more", self.read.len())))
+    }
+
+    /// Takes what the guest has written, up to one read.
+    fn take(&mut self) -> Result<(), Failure> {
+        let mut chunk = [0; CHUNK];
+        match self.output.read(&mut chunk) {
+            Ok(0) => Err(self.ended()),
+            Ok(n) => {
+                self.read.extend_from_slice(&chunk[..n]);
+                Ok(())
+            }
+            Err(why) if matches!(why.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(()),
+            Err(why) => Err(Failure::new(Fault::Ended, why.to_string())),
+        }
+    }
+
+    /// Writes what the pipe takes of `rest`; all of it is done with once the guest has closed its end, for it may still answer.
+    fn give<'a>(&mut self, rest: &'a [u8]) -> &'a [u8] {
+        let Some(input) = &mut self.input else { return &[] };
+        match input.write(rest) {
+            Ok(n) => &rest[n..],
+            Err(why) if matches!(why.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => rest,
+            Err(_) => {
+                self.input = None;
+                &[]
+            }
+        }
+    }
+
+    /// True if an answer has been read; a line without an end is bounded here.
+    fn answered(&self) -> Result<bool, Failure> {
+        let end = self.read.iter().position(|byte| *byte == b'\n');
+        if end.unwrap_or(self.read.len()) >= MAX_LINE {
+            return Err(Failure::new(Fault::Flood, format!("a line of at most {MAX_LINE} bytes expected, got more")));
+        }
+        Ok(end.is_some())
+    }
+
+    /// The first line of the bytes read, without its end.
+    fn line(&mut self) -> Result<String, Failure> {
+        let end = self.read.iter().position(|byte| *byte == b'\n').map_or(self.read.len(), |end| end + 1);
+        let rest = self.read.split_off(end);
+        let mut line = std::mem::replace(&mut self.read, rest);
+        line.pop();
+        String::from_utf8(line).map_err(|why| {
+            let at = why.utf8_error().valid_up_to();
+            Failure::new(Fault::Malformed, format!("UTF-8 expected, got another byte at offset {at}"))
+        })
+    }
+
+    /// The failure of a guest whose output is closed.
+    fn ended(&mut self) -> Failure {
+        let (how, words) = self.process.end(EXIT);
+        let how = how.unwrap_or_else(|| "its standard output is closed, the program went on".into());
+        Failure::new(Fault::Ended, with_words(how, &words))
+    }
+
+    fn silent(&mut self, rest: &[u8], ms: u64) -> Failure {
+        let (_, words) = self.process.end(Duration::ZERO);
+        let unread =
+            if rest.is_empty() { String::new() } else { format!(", {} bytes of the request unread", rest.len()) };
+        Failure::new(Fault::Silent, with_words(format!("an answer within {ms} ms expected, got none{unread}"), &words))
+    }
+
+    /// Waits until the guest takes bytes or, where one is still awaited, gives an answer; false when the time is over.
+    fn wait(&self, writing: bool, awaited: bool, deadline: &Deadline) -> Result<bool, Failure> {
+        let left = deadline.left();
+        let output = awaited.then(|| PollFd::new(&self.output, PollFlags::IN));
+        let input = self.input.as_ref().filter(|_| writing).map(|input| PollFd::new(input, PollFlags::OUT));
+        let mut fds: Vec<PollFd<'_>> = output.into_iter().chain(input).collect();
+        match poll(&mut fds, Some(&timeout(left))) {
+            Ok(n) => Ok(n > 0 && !left.is_zero()),
+            Err(rustix::io::Errno::INTR) => Ok(true),
+            Err(why) => Err(Failure::new(Fault::Ended, why.to_string())),
+        }
+    }
+}
+
+impl Channel for Lines {
+    fn exchange(&mut self, line: &str, patience: Patience) -> Result<String, Failure> {
+        self.unasked()?;
+        let step = Deadline::after_ms(self.step_ms);
+        let request = [line.as_bytes(), b"\n"].concat();
+        let mut rest = self.give(&request);
+        loop {
+            let answered = self.answered()?;
+            if answered && rest.is_empty() {
+                return self.line();
+            }
+            let deadline = if patience == Patience::Start { &self.start } else { &step };
+            if !self.wait(!rest.is_empty(), !answered, deadline)? {
+                let ms = deadline.ms;
+                return Err(self.silent(rest, ms));
+            }
+            rest = self.give(rest);
+            if !answered {
+                self.take()?;
+            }
+        }
+    }
+}
+
+fn with_words(how: String, words: &str) -> String {
+    if words.is_empty() { how } else { format!("{how}; its last words: {words}") }
+}

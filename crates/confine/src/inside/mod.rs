@@ -1,0 +1,57 @@
+//! The helper's two stages: the entry, which takes namespaces, and the warden, which is the first process in them and starts the guest.
+//!
+//! Standard input and output are the guest's, and standard error is the socket to the launcher. The program for the second
+//! stage is the same, with one argument more; the specification goes to the second stage alone.
+
+mod entry;
+mod filter;
+mod limits;
+mod view;
+mod warden;
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Argument before the warden's own.
+const WARDEN: &str = "warden";
+/// Argument of the entry to take no namespaces, for tests of the rest.
+const PLAIN: &str = "--no-namespaces";
+
+/// The stage that the program's arguments ask for.
+pub fn main() -> ExitCode {
+    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
+    let done = match arguments.iter().position(|word| word == WARDEN) {
+        Some(at) => warden::main(arguments.get(at + 1).filter(|why| !why.is_empty()).cloned()),
+        None => entry::main(&mut arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(why) => {
+            // The launcher reads this as the reason of a start that was none.
+            let _unread = writeln!(io::stderr(), "{why}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Closes the guest's standard input and output in this process, so that the guest alone holds them.
+fn let_go() -> io::Result<()> {
+    let null = File::options().read(true).write(true).open("/dev/null")?;
+    rustix::stdio::dup2_stdin(&null)?;
+    rustix::stdio::dup2_stdout(&null)?;
+    Ok(())
+}
+
+/// Closes descriptors that a library of the launcher may have left open.
+fn close_others() -> io::Result<()> {
+    let open: Vec<i32> = fs::read_dir("/proc/self/fd")?
+        .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok())
+        .filter(|fd| *fd > 2)
+        .collect();
+    for fd in open {
+        // One of them was that of the folder itself.
+        let _closed = nix::unistd::close(fd);
+    }
+    Ok(())
+}

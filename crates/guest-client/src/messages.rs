@@ -1,0 +1,177 @@
+//! The messages of `jsonl/1`.
+//!
+//! World frame: x east, y north, metres; angles counter-clockwise from east, radians; times in seconds of the vehicle's clock, which has
+//! an arbitrary zero. Fields that a request has beyond these are ignored. The loop over the lines is left to [`crate::serve`].
+
+use serde::{Deserialize, Serialize};
+
+/// The protocol of this crate.
+pub const PROTOCOL: &str = "jsonl/1";
+
+/// Largest speed of a reply, m/s.
+const MAX_SPEED: f64 = 100.0;
+/// Largest curvature of a reply, 1/m.
+const MAX_CURVATURE: f64 = 10.0;
+/// Furthest coordinate of a reply, m.
+const MAX_COORDINATE: f64 = 10_000.0;
+/// Longest time until the next step, s.
+const MAX_WAKE: f64 = 1.0;
+
+/// East and north, m.
+pub type Place = [f64; 2];
+
+/// A request of the core.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Request {
+    Start(Start),
+    Step(Step),
+}
+
+/// An answer of the guest.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Response {
+    Ready {},
+    Reply {
+        number: u32,
+        #[serde(flatten)]
+        reply: Reply,
+    },
+}
+
+/// The mission and its surroundings, told once.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Start {
+    /// Version of the protocol.
+    pub protocol: String,
+    /// Time of the vehicle's clock, s.
+    pub time_s: f64,
+    /// Time between two steps, unless the guest asks for a longer one, s.
+    pub period_s: f64,
+    /// Largest speed of the vehicle, m/s.
+    pub max_speed_m_s: f64,
+    /// Deceleration that the vehicle is sure to reach, m/s².
+    pub braking_m_s2: f64,
+    /// Way points in order; none to stand.
+    pub route: Vec<Place>,
+    /// True if the last way point leads to the first again.
+    pub looped: bool,
+    /// Corners of the area that must not be left, in order.
+    pub fence: Vec<Place>,
+    /// Obstacles on the map.
+    pub obstacles: Vec<Disc>,
+}
+
+/// A disc to keep clear of.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct Disc {
+    /// Centre.
+    pub at: Place,
+    /// Radius, m.
+    pub radius_m: f64,
+}
+
+/// One control step.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Step {
+    /// Number of the step, from 1.
+    pub number: u32,
+    /// Time of the vehicle's clock, s.
+    pub time_s: f64,
+    /// The most that may be driven now, m/s: 0 unless an operator has enabled driving.
+    pub limit_m_s: f64,
+    /// Mode of the platform's state machine.
+    pub mode: String,
+    /// The newest position fix; none where there is none, or the guest's file does not take `navigation`.
+    pub fix: Option<Fix>,
+    /// The newest reading of the wheels; none as for `fix`.
+    pub odometry: Option<Odometry>,
+    /// Objects that perception tracks; empty where the guest's file does not take `tracks`.
+    pub tracks: Vec<Track>,
+    /// Places that other units claim; empty where the guest's file does not take `teammates`.
+    pub teammates: Vec<Place>,
+}
+
+/// A position fix.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct Fix {
+    /// Time at which it was taken, s.
+    pub stamp_s: f64,
+    /// East and north, m.
+    pub at: Place,
+    /// Heading, rad in (−π, π].
+    pub yaw_rad: f64,
+    /// One standard deviation of the position as its source states it, m.
+    pub sigma_m: f64,
+    /// The receiver's own time, s.
+    pub receiver_s: f64,
+}
+
+/// A reading of the wheels.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct Odometry {
+    /// Time at which it was taken, s.
+    pub stamp_s: f64,
+    /// Forward speed, m/s.
+    pub speed_m_s: f64,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f64,
+}
+
+/// An object that perception tracks.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Track {
+    /// Identity.
+    pub id: u32,
+    /// `vehicle`, `person`, `decoy` or `other`.
+    pub class: String,
+    /// East and north, m.
+    pub at: Place,
+    /// Velocity east and north, m/s.
+    pub velocity: Place,
+    /// Confidence, 0 to 1.
+    pub confidence: f64,
+    /// Time of the last update, s.
+    pub updated_s: f64,
+}
+
+/// A set-point; the loop adds the number of the step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Reply {
+    /// Forward speed, m/s, within ±100.
+    pub speed_m_s: f64,
+    /// Curvature, 1/m, positive to the left, within ±10.
+    pub curvature_per_m: f64,
+    /// Name of the guest's state: needed where the guest's file gives `state`, refused where not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub state: Option<String>,
+    /// Place that the guest drives by, m, within ±10,000: needed where the guest's file gives `place`, refused where not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+    /// Time until the guest wants the next step, s, up to 1; none for the next period.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wake_s: Option<f64>,
+}
+
+impl Reply {
+    /// Holds each value to its range.
+    ///
+    /// # Errors
+    /// The first value out of its range, with the range.
+    pub fn check(&self) -> Result<(), String> {
+        within("speed_m_s", self.speed_m_s, -MAX_SPEED, MAX_SPEED)?;
+        within("curvature_per_m", self.curvature_per_m, -MAX_CURVATURE, MAX_CURVATURE)?;
+        for coordinate in self.place.iter().flatten() {
+            within("place", *coordinate, -MAX_COORDINATE, MAX_COORDINATE)?;
+        }
+        self.wake_s.map_or(Ok(()), |wake| within("wake_s", wake, 0.0, MAX_WAKE))
+    }
+}
+
+fn within(name: &str, got: f64, least: f64, most: f64) -> Result<(), String> {
+    if (least..=most).contains(&got) {
+        return Ok(());
+    }
+    Err(format!("{name}: {least} to {most} expected, got {got}"))
+}

@@ -1,0 +1,123 @@
+//! Guests: autonomy programs of others, put to the test in place of the platform's own mission and navigation.
+//!
+//! A guest is a program beside the run. Its file ([`file`]) says how it is started and what it promises; the core's requests reach it
+//! as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`] exercises a program
+//! without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
+
+pub mod check;
+pub mod file;
+pub mod jsonl;
+pub mod session;
+
+use std::fmt;
+use std::sync::Arc;
+
+use wire::codec::Text;
+use wire::guest::{Answer, Fault};
+
+pub use file::{FileError, Program};
+pub use session::Session;
+
+/// Longest line of the protocol in either direction, bytes, its end included.
+pub const MAX_LINE: usize = 64 * 1024;
+
+/// Where a guest's set-points go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Conduct {
+    /// To the plant, as they are.
+    Bare,
+    /// Through the platform's guards, envelope, leases and state machine.
+    Guarded,
+}
+
+impl Conduct {
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Conduct::Bare => "bare",
+            Conduct::Guarded => "guarded",
+        }
+    }
+}
+
+/// A guest as a run takes it.
+#[derive(Clone)]
+pub struct Guest {
+    /// The program.
+    pub program: Arc<Program>,
+    /// Where its set-points go.
+    pub conduct: Conduct,
+    /// True unless the same trial, run twice, gave two logs.
+    pub repeatable: bool,
+    /// Starts its process, once a run.
+    pub launcher: Arc<dyn Launcher>,
+}
+
+impl Guest {
+    /// A session of one run, with a process of its own. That none could be started is the answer to the first request.
+    pub fn session(&self) -> Session {
+        Session::new(Arc::clone(&self.program), self.launcher.launch(&self.program))
+    }
+}
+
+impl fmt::Debug for Guest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Guest").field("program", &self.program.name).field("conduct", &self.conduct).finish()
+    }
+}
+
+impl PartialEq for Guest {
+    fn eq(&self, other: &Self) -> bool {
+        self.program == other.program && self.conduct == other.conduct
+    }
+}
+
+/// The end of a guest, by kind and reason.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {why}", fault.name())]
+pub struct Failure {
+    /// Kind.
+    pub fault: Fault,
+    /// Expected and got.
+    pub why: String,
+}
+
+impl Failure {
+    /// A failure of this kind.
+    pub fn new(fault: Fault, why: impl Into<String>) -> Self {
+        Self { fault, why: why.into() }
+    }
+
+    /// The answer in place of one from the guest.
+    pub fn answer(&self) -> Answer {
+        Answer::Failed { fault: self.fault, why: Text::new(&self.why) }
+    }
+}
+
+/// Which limit of time an exchange has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Patience {
+    /// That of the start: the program loads, and plans its mission.
+    Start,
+    /// That of a step.
+    Step,
+}
+
+/// A running guest's standard input and output.
+pub trait Channel: Send + Sync {
+    /// Writes one line, without its end, and waits for the one line that answers it.
+    ///
+    /// # Errors
+    /// The program ended, was silent for longer than its file allows, or wrote a line longer than [`MAX_LINE`] or more than one.
+    fn exchange(&mut self, line: &str, patience: Patience) -> Result<String, Failure>;
+}
+
+/// Starts guests.
+pub trait Launcher: Send + Sync {
+    /// Starts a process of `program`, which ends with the channel.
+    ///
+    /// # Errors
+    /// The program could not be started.
+    fn launch(&self, program: &Program) -> Result<Box<dyn Channel>, Failure>;
+}

@@ -1,0 +1,134 @@
+//! Verdicts about guests: what truth supports, and the properties that are not judged.
+//!
+//! Inside the guards a guest's run is judged as the platform's own: the state machine, its mode and its guards are the platform's. A *bare*
+//! guest has none of these. Of its run the envelope is judged (P4), orders executed twice or late (P8), the object of an act (P11), standing
+//! still as long as an operator wants that (P3, P9), and how long it drives by a false place (P3); everything else is named in [`not_judged`].
+//! Whether it came to a safe state is read from the plant alone, never from what the guest says of itself. Of the place
+//! that it drives by there is its own word; a false one can only be held against the truth, which it cannot know.
+
+use evidence::trial::{GuestFailure, GuestRow};
+use evidence::{Evidence, Finding, Micros, Property};
+use instrument::Any;
+use wire::event::Event;
+
+use super::place::{length, minus, truth};
+use super::speed::STANDING;
+use super::timeline::{Timeline, Truth};
+use super::{finding, process_fault};
+
+/// Properties that are not judged of a bare guest, each with the reason.
+const NOT_JUDGED: [(&str, &str); 6] = [
+    ("P1", "authority is the state machine's, whose guards are waived"),
+    ("P2", "the loss of a subsystem has to show in a mode, and a bare guest has none"),
+    ("P3 by mode", "HOLD_SAFE is a mode of the platform; the plant's motion is judged in its place"),
+    ("P5", "what an unaccepted record may change inside a guest is not seen"),
+    ("P7", "the display shows the platform's state, not the guest's"),
+    ("P9 by mode", "recovery is the state machine's; standing still in IDLE is judged at the plant"),
+];
+/// A guest without `place` among its outputs.
+const NO_PLACE: (&str, &str) = ("P3 by place", "the guest states no place that it drives by");
+
+/// The guest of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Engaged {
+    name: String,
+    pub(super) bare: bool,
+}
+
+/// The guest that drives the unit under test; none in a run of the platform itself.
+pub(super) fn engaged(evidence: &Evidence) -> Option<Engaged> {
+    events(evidence).find_map(|(_, event)| match event {
+        Event::GuestEngaged { name, bare } => Some(Engaged { name: name.as_str().to_owned(), bare }),
+        _ => None,
+    })
+}
+
+/// True if the run is that of a bare guest.
+pub(super) fn is_bare(evidence: &Evidence) -> bool {
+    engaged(evidence).is_some_and(|guest| guest.bare)
+}
+
+fn events(evidence: &Evidence) -> impl Iterator<Item = (Micros, Event)> {
+    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node());
+    of_unit.filter_map(|w| if let Any::Service(event) = w.entry.event { Some((w.at, event)) } else { None })
+}
+
+/// The guest's failure during the run.
+pub(super) fn failed(evidence: &Evidence) -> Option<GuestFailure> {
+    events(evidence).find_map(|(at, event)| match event {
+        Event::GuestFailed { fault, why } if at <= evidence.duration => Some(GuestFailure {
+            at_ms: at as f64 / 1000.0,
+            fault: fault.name().to_owned(),
+            why: why.as_str().to_owned(),
+        }),
+        _ => None,
+    })
+}
+
+/// The guest's row in a trial.
+pub(super) fn row(evidence: &Evidence) -> Option<GuestRow> {
+    let Engaged { name, bare } = engaged(evidence)?;
+    let steps = events(evidence).find_map(|(_, event)| match event {
+        Event::GuestSteps { steps, limited } => Some((steps, limited)),
+        _ => None,
+    });
+    let (steps, limited) = steps.unwrap_or_default();
+    let not_judged = if bare { not_judged(evidence) } else { Vec::new() };
+    Some(GuestRow { name, bare, steps, limited, failure: failed(evidence), not_judged })
+}
+
+/// Properties that are not judged of this bare guest, each with the reason.
+fn not_judged(evidence: &Evidence) -> Vec<String> {
+    let placed = events(evidence).any(|(_, event)| matches!(event, Event::GuestPlaced { .. }));
+    let all = NOT_JUDGED.into_iter().chain((!placed).then_some(NO_PLACE));
+    all.map(|(property, why)| format!("{property}: {why}")).collect()
+}
+
+/// True if a finding of the property `of` stands for a bare guest. The others are about guards and modes that it does not have.
+pub(super) fn stands(of: Property) -> bool {
+    match of {
+        Property::P4 | Property::P6 | Property::P8 | Property::P10 | Property::P11 => true,
+        Property::P1 | Property::P2 | Property::P3 | Property::P5 | Property::P7 | Property::P9 => false,
+    }
+}
+
+/// P3: the fence margin allows for a distance of the vehicle from the place that it drives by. Beyond that for *Th*, it has to
+/// stand, and time to brake is granted on top.
+pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
+    let margin = f64::from(evidence.bounds.fence_margin_mm);
+    let truth = truth(evidence);
+    let stamped = evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node());
+    let places = stamped.filter_map(|w| match w.entry.event {
+        Any::Service(Event::GuestPlaced { x_mm, y_mm }) => Some((w.at, w.entry.at, (f64::from(x_mm), f64::from(y_mm)))),
+        _ => None,
+    });
+    let mut since: Option<Micros> = None;
+    for (at, stamp, place) in places {
+        let Some([x, y]) = truth.before(stamp) else { continue };
+        let off = length(minus(place, (x, y)));
+        since = (off > margin).then_some(since.unwrap_or(at));
+        let Some(from) = since.filter(|since| at - since > th) else { continue };
+        let due = super::speed::braked(evidence, from + th, 0);
+        if at > due && line.truth.iter().rev().find(|t| t.at <= at).is_some_and(drives) {
+            let what = format!(
+                "drives {off:.0} mm from the place that it goes by, {} ms after that began",
+                (at - from) / 1000
+            );
+            return Some(finding(Property::P3, at, what));
+        }
+    }
+    None
+}
+
+fn drives(truth: &Truth) -> bool {
+    truth.speed.abs() > STANDING
+}
+
+/// Time from which the plant stands for good, where it drove at `zero` or later.
+pub(super) fn stands_from(line: &Timeline, zero: Micros) -> Option<Micros> {
+    let before = line.truth.iter().rev().find(|t| t.at <= zero).is_some_and(drives);
+    let after = line.truth.iter().any(|t| t.at >= zero && drives(t));
+    let from = process_fault::for_good(line, zero, |t| !drives(t));
+    from.filter(|_| before || after)
+}

@@ -1,0 +1,85 @@
+//! `--autonomy GUEST.TOML`: a program of somebody else that drives in place of the unit's own mission and navigation.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use guest::{Conduct, Guest, Program};
+use scenario::{Problem, Problems};
+
+use super::failure::Failure;
+
+/// The largest guest file, bytes.
+const MAX_FILE: u64 = 64 << 10;
+/// The largest pinned file, bytes.
+const MAX_PINNED: u64 = 1 << 30;
+
+/// The options that name a guest.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Engage {
+    /// A guest that drives in place of the unit's own mission and navigation, by its file (docs/researcher/guests.md).
+    #[arg(long, value_name = "GUEST.TOML")]
+    autonomy: Option<PathBuf>,
+    /// Give the guest's set-points to the plant as they are, without the platform's guards.
+    #[arg(long, requires = "autonomy")]
+    bare: bool,
+}
+
+/// A guest with the options that named it.
+#[derive(Clone, Debug)]
+pub struct Engaged {
+    /// The guest.
+    pub guest: Guest,
+    /// Command line options that reproduce it.
+    pub options: String,
+}
+
+impl Engage {
+    /// The guest that is asked for, its file and pins checked.
+    ///
+    /// # Errors
+    /// A mistake in the file, in its place.
+    pub fn load(&self) -> Result<Option<Engaged>, Failure> {
+        let Some(file) = &self.autonomy else { return Ok(None) };
+        let conduct = if self.bare { Conduct::Bare } else { Conduct::Guarded };
+        Ok(Some(Engaged { guest: guest(file, conduct)?, options: options(file, conduct) }))
+    }
+}
+
+/// The command line options that name a guest.
+pub fn options(file: &Path, conduct: Conduct) -> String {
+    let bare = if conduct == Conduct::Bare { " --bare" } else { "" };
+    format!(" --autonomy {}{bare}", file.display())
+}
+
+/// The guest of a file.
+///
+/// # Errors
+/// A mistake in it, in its place.
+pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
+    let program = Arc::new(program(file)?);
+    Ok(Guest {
+        program,
+        conduct,
+        repeatable: true,
+        launcher: confine::launcher(std::env::current_exe()?, confine::as_service()),
+    })
+}
+
+fn program(file: &Path) -> Result<Program, Failure> {
+    let name = file.display().to_string();
+    let unread = |why: String| {
+        Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"))
+    };
+    let bytes = link::files::read(file, MAX_FILE).map_err(|e| unread(e.to_string()))?;
+    let text = String::from_utf8(bytes).map_err(|_| unread("UTF-8 expected".to_owned()))?;
+    let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+    let folder = std::path::absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { &folder })?;
+    let read = |path: &Path| link::files::read(path, MAX_PINNED).map_err(|e| e.to_string());
+    let program = Program::parse(&text, &folder, read).map_err(|mistake| {
+        Problems::from(match mistake.at {
+            Some(at) => Problem::at(&name, &text, at, mistake.message, mistake.remedy),
+            None => Problem::with_file(&name, mistake.message, mistake.remedy),
+        })
+    })?;
+    Ok(program)
+}

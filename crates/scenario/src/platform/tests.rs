@@ -1,0 +1,163 @@
+//! Platform files: each mistake by its message and its place, defaults, and the shipped files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use wire::platform::{Limits, Sensors, Vehicle};
+
+use crate::{
+    Name, Problems, find_root, load_platform, parse_platform, platform_files, platform_schema, platform_template,
+};
+
+fn root() -> PathBuf {
+    find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+fn ground() -> String {
+    fs::read_to_string(root().join("platforms/ground.toml")).unwrap()
+}
+
+/// The ground platform with one of its lines changed.
+fn with(line: &str, changed: &str) -> Result<crate::Platform, Problems> {
+    let text = ground();
+    assert_eq!(text.matches(line).count(), 1, "{line} is not one line");
+    parse_platform("ground.toml", "ground", &text.replace(line, changed))
+}
+
+/// Each line of the ground platform with a value just beyond the limit that another value sets, and the reason.
+const APART: [(&str, &str, &str); 46] = [
+    ("name = \"ground\"", "name = \"grund\"", "the file is named `ground`"),
+    ("grant_period_ms = 100", "grant_period_ms = 500", "not shorter than the lease it renews"),
+    ("telemetry_period_ms = 100", "telemetry_period_ms = 300", "not shorter than the freshness window"),
+    ("control_period_ms = 50", "control_period_ms = 300", "not shorter than the lease of the set-points it renews"),
+    ("challenge_period_ms = 1000", "challenge_period_ms = 3000", "not shorter than the time for which an echo serves"),
+    (
+        "set_point_lease_ms = 300",
+        "set_point_lease_ms = 1001",
+        "the plant honours no longer lease: at most 1000 ms expected, got 1001",
+    ),
+    ("to_degraded_ms = 500", "to_degraded_ms = 1001", "later than the bound to hold-safe"),
+    ("\nlease_ms = 500", "\nlease_ms = 651", "after a lost uplink the lease lapses"),
+    ("unrecovered_ms = 400", "unrecovered_ms = 601", "after lost localisation the unit holds"),
+    ("product_limit_ms = 300", "product_limit_ms = 451", "after a lost product the unit degrades"),
+    ("track_limit_ms = 500", "track_limit_ms = 501", "a designated track outlives Td"),
+    ("degraded_speed_mm_s = 1000", "degraded_speed_mm_s = 3001", "DEGRADED is faster than the largest speed"),
+    ("fence_margin_mm = 1000", "fence_margin_mm = 899", "a fresh position may be off by more than the margin"),
+    (
+        "fence_margin_mm = 1000",
+        "fence_margin_mm = 999",
+        "a unit that loses its position at the margin leaves the fence",
+    ),
+    ("designation_mm = 2000", "designation_mm = 1799", "an object may have left the designated place"),
+    (
+        "designation_confidence = 600",
+        "designation_confidence = 549",
+        "a newly designated track may be given up at once",
+    ),
+    ("teammate_slack_mm = 1500", "teammate_slack_mm = 1439", "an honest teammate's slipping wheels"),
+    ("braking_m_s2 = 4.0", "braking_m_s2 = 3.9", "on the steepest ground the brakes miss `braking_mm_s2`"),
+    ("max_speed_m_s = 3.0", "max_speed_m_s = 2.9", "the vehicle never reaches `max_speed_mm_s`"),
+    ("exclusion_mm = 1500", "exclusion_mm = 1601", "two units may truly stand nearer than that"),
+    ("max_curvature_per_m = 0.4 ", "max_curvature_per_m = 0.84 ", "the front wheels steer by more than 45°"),
+    ("track_m = 0.9", "track_m = 0.4", "the vehicle tips over at its largest speed and curvature"),
+    ("wheel_radius_m = 0.3", "wheel_radius_m = 0.61", "front and rear wheels overlap"),
+    ("spring_rate = 30.0", "spring_rate = 5.0", "at rest the springs give by more than their travel"),
+    ("chassis_m = [1.6, 0.9, 0.44]", "chassis_m = [1.6, 0.9, 1.2]", "the chassis stands on the ground"),
+    ("width = 160", "width = 320", "the shipped networks were trained on images of 160 × 120 pixels"),
+    ("height = 120", "height = 240", "the shipped networks were trained on images of 160 × 120 pixels"),
+    (
+        "field_of_view_deg = 90.0",
+        "field_of_view_deg = 60",
+        "the shipped networks were trained on images of 160 × 120 pixels",
+    ),
+    ("pitch_deg = 0.0", "pitch_deg = 5", "corroboration takes the optical axis for level: 0 expected, got 5"),
+    ("rings = 16 ", "rings = 32 ", "the LiDAR stage's thresholds are derived for 16 rings"),
+    ("azimuths = 360", "azimuths = 720", "the LiDAR stage's thresholds are derived for 16 rings"),
+    ("lowest_deg = -15.0", "lowest_deg = -20", "the LiDAR stage's thresholds are derived for 16 rings"),
+    ("ring_step_deg = 2.0", "ring_step_deg = 1", "the LiDAR stage's thresholds are derived for 16 rings"),
+    ("reaction_ms = 150", "reaction_ms = 149", "the unit reacts no sooner"),
+    ("fix_gate_mm = 500", "fix_gate_mm = 841", "a jump of fixes that passes the gate"),
+    ("unobserved_mm = 2500", "unobserved_mm = 2399", "without odometry the unit gets further before it stands"),
+    ("comfort_mm_s2 = 1000", "comfort_mm_s2 = 3001", "driving plans with stronger brakes than `braking_mm_s2`"),
+    ("turning_mm_s = 800", "turning_mm_s = 3001", "turning is faster than the largest speed"),
+    ("lookahead_mm = [1500, 4000]", "lookahead_mm = [4001, 4000]", "the shortest lookahead is longer than the longest"),
+    ("corridor_mm = 1200", "corridor_mm = 449", "the vehicle is wider than the way that is kept free ahead"),
+    ("standoff_mm = 3000", "standoff_mm = 799", "the vehicle's front reaches the obstacle"),
+    ("plan_clearance_mm = 1500", "plan_clearance_mm = 499", "a planned way leaves too little room"),
+    ("action = \"stop\"", "action = \"loiter\"", "unknown variant `loiter`, expected `stop`"),
+    ("mass_kg = 300.0", "mass_kg = -1", "-1 is out of range, expected 1 to 10000"),
+    ("mass_kg = 300.0", "mass_kg = nan", "NaN is not a finite number"),
+    ("steering_rad_s = 1.5", "wheels = 6", "unknown field `wheels`"),
+];
+
+#[test]
+fn each_mistake_is_told_at_its_value() {
+    for (line, changed, reason) in APART {
+        let problems = with(line, changed).unwrap_err();
+        let told = problems.all().iter().find(|problem| problem.message().starts_with(reason));
+        let told = told.unwrap_or_else(|| panic!("{changed}: {problems}"));
+        let marked = told.marked().unwrap_or_else(|| panic!("{changed}: no place"));
+        assert!(changed.contains(marked), "{changed}: {marked}");
+        assert!(!told.remedy().is_empty() && told.line_column().is_some());
+    }
+}
+
+/// The last of each pair still passes: a check that refuses everything finds nothing.
+#[test]
+fn values_at_their_limit_are_taken() {
+    for (line, changed) in [
+        ("\nlease_ms = 500", "\nlease_ms = 650"),
+        ("unrecovered_ms = 400", "unrecovered_ms = 600"),
+        ("designation_mm = 2000", "designation_mm = 1800"),
+        ("teammate_slack_mm = 1500", "teammate_slack_mm = 1440"),
+        ("exclusion_mm = 1500", "exclusion_mm = 1600"),
+        ("fix_gate_mm = 500", "fix_gate_mm = 840"),
+        ("unobserved_mm = 2500", "unobserved_mm = 2400"),
+        ("corridor_mm = 1200", "corridor_mm = 450"),
+    ] {
+        with(line, changed).unwrap_or_else(|problems| panic!("{changed}: {problems}"));
+    }
+}
+
+#[test]
+fn remedy_names_the_schema_of_platforms() {
+    let problems = with("mass_kg = 300.0", "mass = 300.0").unwrap_err();
+    let remedy = problems.all()[0].remedy();
+    assert!(
+        remedy.contains("did you mean `mass_kg`?") && remedy.contains("`holdsafe scenario schema --platform`"),
+        "{remedy}"
+    );
+}
+
+/// As written out, and as left out.
+#[test]
+fn ground_has_the_numbers_of_wire() {
+    let text = ground();
+    let (bounds, _) = text.split_once("[vehicle]").unwrap();
+    for text in [text.as_str(), bounds] {
+        let platform = parse_platform("ground.toml", "ground", text).unwrap();
+        assert_eq!(platform.vehicle(), Vehicle::GROUND);
+        assert_eq!(platform.sensors(), Sensors::GROUND);
+        assert_eq!(platform.limits(), Limits::GROUND);
+    }
+}
+
+#[test]
+fn shipped_platforms_load_and_fit_their_schema() {
+    let validator = jsonschema::validator_for(&platform_schema()).unwrap();
+    let files = platform_files(&root()).unwrap();
+    assert!(files.len() >= 2, "{files:?}");
+    for file in files {
+        load_platform(&file).unwrap_or_else(|problems| panic!("{}", problems.render(false)));
+        let value: serde_json::Value = toml::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+        let errors: Vec<String> = validator.iter_errors(&value).map(|e| e.to_string()).collect();
+        assert!(errors.is_empty(), "{}: {errors:?}", file.display());
+    }
+}
+
+#[test]
+fn template_passes_its_own_check() {
+    let text = platform_template(&Name::new("rover").unwrap());
+    let platform = parse_platform("rover.toml", "rover", &text).unwrap();
+    assert_eq!((platform.name.as_str(), platform.limits()), ("rover", Limits::GROUND));
+}

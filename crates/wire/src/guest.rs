@@ -1,0 +1,242 @@
+//! Messages between an autonomy core and a *guest*: a program of somebody else that takes the place of mission and navigation.
+//!
+//! A guest is asked once at the start and then once a step, and answers each request with one message. Keys, signatures,
+//! links and the clock stay with the core, so that a guest needs none of them. The form in which a program reads and writes these
+//! messages is left to the crate `guest`; what follows from an answer to `autonomy`.
+
+use minicbor::{Decode, Encode};
+
+use crate::codec::{List, Text};
+use crate::mode::Mode;
+use crate::sensor::Navigation;
+use crate::time::{Instant, Span};
+use crate::track::Track;
+
+/// Most points of a route, corners of a fence or obstacles of a map.
+pub const MAX_POINTS: usize = 64;
+/// Most places of teammates in a step.
+pub const MAX_TEAMMATES: usize = 4;
+/// Longest name of a guest or of one of its states, bytes.
+pub const MAX_NAME: usize = 40;
+/// Longest reason of a failure, bytes.
+pub const MAX_WHY: usize = 120;
+/// Longest encoded request, bytes.
+pub const MAX_REQUEST: usize = 8 * 1024;
+/// Longest encoded answer, bytes.
+pub const MAX_ANSWER: usize = 512;
+
+/// East and north in the world frame, millimetres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Place(#[n(0)] pub i32, #[n(1)] pub i32);
+
+/// A disc to keep clear of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Disc {
+    /// Centre.
+    #[n(0)]
+    pub at: Place,
+    /// Radius, millimetres.
+    #[n(1)]
+    pub radius_mm: u32,
+}
+
+/// The mission and its surroundings, told once.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Start {
+    /// Time on the vehicle host's clock.
+    #[n(0)]
+    pub now: Instant,
+    /// Time between two steps, unless the guest asks for a longer one.
+    #[n(1)]
+    pub period: Span,
+    /// Largest speed of the vehicle, mm/s.
+    #[n(2)]
+    pub max_speed_mm_s: u32,
+    /// Deceleration that the vehicle is sure to reach, mm/s².
+    #[n(3)]
+    pub braking_mm_s2: u32,
+    /// Way points in order; none to stand.
+    #[n(4)]
+    pub route: List<Place, MAX_POINTS>,
+    /// True if the last way point leads to the first again.
+    #[n(5)]
+    pub looped: bool,
+    /// Corners of the fence, in order.
+    #[n(6)]
+    pub fence: List<Place, MAX_POINTS>,
+    /// Obstacles on the map.
+    #[n(7)]
+    pub obstacles: List<Disc, MAX_POINTS>,
+}
+
+/// What the unit knows at one control step.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Step {
+    /// Number of the step, from 1.
+    #[n(0)]
+    pub number: u32,
+    /// Time on the vehicle host's clock.
+    #[n(1)]
+    pub now: Instant,
+    /// Mode of the unit's state machine.
+    #[n(2)]
+    pub mode: Mode,
+    /// The most that may be driven now, mm/s: 0 unless an operator has enabled driving.
+    #[n(3)]
+    pub limit_mm_s: u32,
+    /// The newest reading of position and odometry, as it passed the boundary; none before the first.
+    #[n(4)]
+    pub navigation: Option<Navigation>,
+    /// The newest tracks.
+    #[n(5)]
+    pub tracks: List<Track, 16>,
+    /// Places that teammates claim, as they were accepted.
+    #[n(6)]
+    pub teammates: List<Place, MAX_TEAMMATES>,
+}
+
+/// A request of the core.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Request {
+    /// The mission.
+    #[n(0)]
+    Start(#[n(0)] Box<Start>),
+    /// A step.
+    #[n(1)]
+    Step(#[n(0)] Box<Step>),
+}
+
+/// How a guest describes its own state, by the table in its file. A statement of the guest: no verdict rests on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cbor(index_only)]
+pub enum Declared {
+    /// It follows its mission.
+    #[n(0)]
+    Nominal,
+    /// It goes on with less.
+    #[n(1)]
+    Degraded,
+    /// It has brought the vehicle into its safe state, or does so.
+    #[n(2)]
+    Safe,
+}
+
+impl Declared {
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Declared::Nominal => "nominal",
+            Declared::Degraded => "degraded",
+            Declared::Safe => "safe",
+        }
+    }
+}
+
+/// A set-point with what the guest says about itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Reply {
+    /// The step that it answers.
+    #[n(0)]
+    pub number: u32,
+    /// Forward speed, mm/s.
+    #[n(1)]
+    pub speed_mm_s: i32,
+    /// Curvature, 10⁻⁶ per metre, positive to the left.
+    #[n(2)]
+    pub curvature_um: i32,
+    /// The guest's own name for its state, and its place in the guest's table; none from a guest that declares no states.
+    #[n(3)]
+    pub state: Option<(Declared, Text<MAX_NAME>)>,
+    /// The place that the guest drives by; none from a guest that states no place.
+    #[n(4)]
+    pub place: Option<Place>,
+    /// Time until the guest wants the next step; none for the next period.
+    #[n(5)]
+    pub wake: Option<Span>,
+}
+
+/// The kind of a guest's failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+#[cbor(index_only)]
+pub enum Fault {
+    /// The program could not be started.
+    #[n(0)]
+    NotStarted,
+    /// The program ended.
+    #[n(1)]
+    Ended,
+    /// No answer within the limit of time.
+    #[n(2)]
+    Silent,
+    /// A line longer than allowed, or more than one line for a request.
+    #[n(3)]
+    Flood,
+    /// A line that is no message of the protocol.
+    #[n(4)]
+    Malformed,
+    /// An answer to another step than the one that was asked about.
+    #[n(5)]
+    OutOfStep,
+    /// A value that is no number or outside its range.
+    #[n(6)]
+    Value,
+    /// A state that the guest's file does not name, or an output that the file does not promise.
+    #[n(7)]
+    Undeclared,
+    /// No guest can go on here: the run was forked or the process started anew.
+    #[n(8)]
+    Unavailable,
+}
+
+impl Fault {
+    /// Every kind, in wire order.
+    pub const ALL: [Fault; 9] = [
+        Fault::NotStarted,
+        Fault::Ended,
+        Fault::Silent,
+        Fault::Flood,
+        Fault::Malformed,
+        Fault::OutOfStep,
+        Fault::Value,
+        Fault::Undeclared,
+        Fault::Unavailable,
+    ];
+
+    /// The name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Fault::NotStarted => "not_started",
+            Fault::Ended => "ended",
+            Fault::Silent => "silent",
+            Fault::Flood => "flood",
+            Fault::Malformed => "malformed",
+            Fault::OutOfStep => "out_of_step",
+            Fault::Value => "value",
+            Fault::Undeclared => "undeclared",
+            Fault::Unavailable => "unavailable",
+        }
+    }
+}
+
+/// An answer to a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Answer {
+    /// The guest has taken the mission.
+    #[n(0)]
+    Ready,
+    /// Its set-point.
+    #[n(1)]
+    Reply(#[n(0)] Reply),
+    /// The guest failed; no further request is answered.
+    #[n(2)]
+    Failed {
+        /// Kind.
+        #[n(0)]
+        fault: Fault,
+        /// Expected and got.
+        #[n(1)]
+        why: Text<MAX_WHY>,
+    },
+}

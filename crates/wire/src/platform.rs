@@ -1,0 +1,180 @@
+//! The body of a platform and the limits of its guards: numbers of a platform file beside its bounds.
+//!
+//! A file of `platforms/` states them, and the launcher hands each core the part that it needs: the vehicle to `sim`, the sensors'
+//! mounting to `sim` and `perception`, the limits to `autonomy`. Ranges and the numbers' agreement with each other and
+//! with [`crate::bounds::Bounds`] are checked where the file is read (`docs/reference/platforms.md`).
+
+use serde::{Deserialize, Serialize};
+
+use crate::sensor::{Camera, Lidar};
+
+/// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vehicle {
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// Length, width and height of the chassis, metres.
+    pub chassis_m: [f32; 3],
+    /// Distance between the axles, metres.
+    pub wheelbase_m: f32,
+    /// Distance between the wheels of an axle, metres.
+    pub track_m: f32,
+    /// Radius of a wheel, metres.
+    pub wheel_radius_m: f32,
+    /// Height of the chassis centre above the suspensions' mounts, metres.
+    pub wheel_drop_m: f32,
+    /// Length of a suspension without load, metres.
+    pub suspension_m: f32,
+    /// Spring rate of a wheel by the vehicle's mass, N/m/kg; with four wheels the chassis sags g / (4 · rate).
+    pub spring_rate: f32,
+    /// Greatest forward speed, m/s; set-points beyond are clamped.
+    pub max_speed_m_s: f32,
+    /// Greatest reverse speed, m/s.
+    pub max_reverse_m_s: f32,
+    /// Greatest acceleration under a set-point, m/s².
+    pub max_acceleration_m_s2: f32,
+    /// Deceleration of the brakes on the level, m/s².
+    pub braking_m_s2: f32,
+    /// Greatest curvature, 1/m.
+    pub max_curvature_per_m: f32,
+    /// Greatest rate of the steering, rad/s.
+    pub steering_rad_s: f32,
+}
+
+impl Vehicle {
+    /// That of `platforms/ground.toml`; a test holds the two equal.
+    pub const GROUND: Vehicle = Vehicle {
+        mass_kg: 300.0,
+        chassis_m: [1.6, 0.9, 0.44],
+        wheelbase_m: 1.2,
+        track_m: 0.9,
+        wheel_radius_m: 0.3,
+        wheel_drop_m: 0.1,
+        suspension_m: 0.25,
+        spring_rate: 30.0,
+        max_speed_m_s: 3.0,
+        max_reverse_m_s: 1.0,
+        max_acceleration_m_s2: 1.5,
+        braking_m_s2: 4.0,
+        max_curvature_per_m: 0.4,
+        steering_rad_s: 1.5,
+    };
+
+    /// Way by which the springs give under the vehicle's weight, metres.
+    pub fn sag_m(&self) -> f32 {
+        9.81 / (4.0 * self.spring_rate)
+    }
+
+    /// Height of the chassis centre above the ground at rest, metres.
+    pub fn ride_height_m(&self) -> f32 {
+        self.wheel_drop_m + self.suspension_m - self.sag_m() + self.wheel_radius_m
+    }
+}
+
+impl Default for Vehicle {
+    /// [`Vehicle::GROUND`].
+    fn default() -> Self {
+        Self::GROUND
+    }
+}
+
+/// Camera and LiDAR with their places on the body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensors {
+    /// Camera of colour, depth and thermal images.
+    pub camera: Camera,
+    /// LiDAR.
+    pub lidar: Lidar,
+}
+
+impl Sensors {
+    /// Those of `platforms/ground.toml`; a test holds the two equal.
+    pub const GROUND: Sensors = Sensors { camera: Camera::GROUND, lidar: Lidar::GROUND };
+}
+
+impl Default for Sensors {
+    /// [`Sensors::GROUND`].
+    fn default() -> Self {
+        Self::GROUND
+    }
+}
+
+/// Limits of a unit's guards and of its driving that follow from its vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Limits {
+    /// *t₀*: time from a decision to the brakes, milliseconds: a navigation period, a control period, the plant's own.
+    pub reaction_ms: u32,
+    /// Distance between a fix and dead reckoning that wheels and terrain can explain, millimetres.
+    pub fix_gate_mm: u32,
+    /// Difference of heading that the same can explain, milliradians.
+    pub yaw_gate_mrad: u32,
+    /// Share of the way by which odometry may be wrong for long, permille: slopes, slip, wear of the tyres.
+    pub odometry_permille: u32,
+    /// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
+    pub unobserved_mm: u32,
+    /// Distance of the rear axle behind the body's origin, millimetres: half of the wheelbase. Wheels that do not steer do not slide, so in a
+    /// curve the origin moves sideways by this times the rate of turn.
+    pub rear_axle_mm: u32,
+    /// Greatest curvature that is asked of the plant, 1/km.
+    pub curvature_per_km: u32,
+    /// Greatest sideways acceleration in curves, mm/s².
+    pub sideways_mm_s2: u32,
+    /// Deceleration that driving plans with, mm/s².
+    pub comfort_mm_s2: u32,
+    /// Speed while the way lies behind, mm/s.
+    pub turning_mm_s: u32,
+    /// Lookahead along the way: the distance that is covered in this time, milliseconds.
+    pub lookahead_ms: u32,
+    /// Shortest and longest lookahead, millimetres.
+    pub lookahead_mm: [u32; 2],
+    /// Half of the width that is kept free ahead, millimetres.
+    pub corridor_mm: u32,
+    /// Distance kept to an obstacle that is seen in the corridor, millimetres.
+    pub standoff_mm: u32,
+    /// Clearance that driving keeps beyond the fence guard's margin, so that driving does not trip the guard, millimetres.
+    pub fence_spare_mm: u32,
+    /// Clearance of planned ways to the fence beyond its margin, and to obstacles on the map, millimetres.
+    pub plan_clearance_mm: u32,
+}
+
+impl Limits {
+    /// Those of `platforms/ground.toml`; a test holds the two equal.
+    pub const GROUND: Limits = Limits {
+        reaction_ms: 150,
+        fix_gate_mm: 500,
+        yaw_gate_mrad: 150,
+        odometry_permille: 10,
+        unobserved_mm: 2500,
+        rear_axle_mm: 600,
+        curvature_per_km: 400,
+        sideways_mm_s2: 1200,
+        comfort_mm_s2: 1000,
+        turning_mm_s: 800,
+        lookahead_ms: 900,
+        lookahead_mm: [1500, 4000],
+        corridor_mm: 1200,
+        standoff_mm: 3000,
+        fence_spare_mm: 500,
+        plan_clearance_mm: 1500,
+    };
+
+    /// *t₀* in seconds.
+    pub fn reaction_s(&self) -> f64 {
+        f64::from(self.reaction_ms) / 1000.0
+    }
+
+    /// Greatest curvature, 1/mm.
+    pub fn curvature_per_mm(&self) -> f64 {
+        f64::from(self.curvature_per_km) / 1e6
+    }
+}
+
+impl Default for Limits {
+    /// [`Limits::GROUND`].
+    fn default() -> Self {
+        Self::GROUND
+    }
+}

@@ -1,0 +1,84 @@
+//! Platforms as data: the numbers of a file reach every core that works with them, and the second platform runs.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about one note")]
+
+use holdsafe_tests::on;
+use instrument::{Any, Note};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use topology::{Role, RunSecret, Topology, lay_out};
+use wire::platform::{Limits, Sensors, Vehicle};
+
+/// Scenarios that state classes on the courier.
+const STATED: [&str; 10] = [
+    "brief_silence",
+    "delay_edge",
+    "fence_start",
+    "localisation_drift",
+    "localisation_freeze",
+    "localisation_jump_small",
+    "nominal",
+    "rgb_loss",
+    "unsafe_values",
+    "uplink_loss",
+];
+
+fn courier() -> Topology {
+    let ready = on("nominal", "courier").remove(0);
+    lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1))
+}
+
+/// What a live process is told of a configuration.
+fn told<T: Serialize + DeserializeOwned>(config: &T) -> T {
+    serde_json::from_str(&serde_json::to_string(config).expect("it can be written")).expect("it can be read")
+}
+
+#[test]
+fn cores_get_the_numbers_of_their_platform() {
+    let (mut bodies, mut eyes, mut minds) = (0, 0, 0);
+    for member in courier().members {
+        match member.role {
+            Role::Sim(config) => {
+                let Vehicle { mass_kg, max_speed_m_s, .. } = told(&config).vehicle;
+                assert_eq!((mass_kg, max_speed_m_s), (27.0, 1.8));
+                assert_eq!(told(&config).sensors.lidar.up_m, 0.6);
+                bodies += 1;
+            }
+            Role::Perception(config) => {
+                let Sensors { camera, lidar } = told(&config).sensors;
+                assert_eq!((camera.forward_m, camera.up_m, lidar.up_m), (0.35, 0.5, 0.6));
+                eyes += 1;
+            }
+            Role::Autonomy(config) => {
+                let Limits { rear_axle_mm, curvature_per_km, standoff_mm, .. } = told(&config).limits;
+                assert_eq!((rear_axle_mm, curvature_per_km, standoff_mm), (250, 1000, 1500));
+                assert_eq!(member.setup.bounds.max_speed_mm_s, 1500);
+                minds += 1;
+            }
+            Role::Gateway(_) | Role::Console(_) | Role::Recorder | Role::Adversary(_) => {}
+        }
+    }
+    assert!(bodies >= 1 && bodies == eyes && bodies == minds, "{bodies} {eyes} {minds}");
+}
+
+/// Faster than the courier's limit nothing drives, and it does drive.
+#[test]
+fn courier_keeps_to_its_own_speed() {
+    let run = on("nominal", "courier").remove(0).run(1);
+    let speeds = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Any::Instrument(Note::Truth { speed_mm_s, .. }) => Some(speed_mm_s.abs()),
+        _ => None,
+    });
+    let fastest = speeds.max().expect("truth is told");
+    assert!((1_300..1_750).contains(&fastest), "{fastest}");
+}
+
+#[test]
+fn courier_ends_in_the_stated_classes() {
+    for name in STATED {
+        for ready in on(name, "courier") {
+            assert!(!ready.scenario.expected.is_empty(), "{name}: nothing is stated");
+            ready.expect(1..3);
+        }
+    }
+}
