@@ -1,7 +1,5 @@
 //! One topic's numbers by the entries of a map, converted to metres, radians, seconds and microseconds.
 
-#![expect(clippy::wildcard_enum_match_arm, reason = "only a unit of its own needs another clock")]
-
 use crate::log::{Log, LogError, Path, Row};
 use crate::map::{Field, Stamp, StampUnit};
 

@@ -14,7 +14,7 @@ use toml::Spanned;
 
 /// The largest map that is read, bytes.
 pub const MAX_MAP: u64 = 64 * 1024;
-/// Where the keys are described.
+/// Page that describes the keys.
 const REFERENCE: &str = "docs/researcher/assess.md lists the keys";
 
 /// A map.

@@ -1,42 +1,20 @@
 //! Lines to and from a running guest, each exchange within its time and its bytes.
 
 use std::io::{ErrorKind, PipeReader, PipeWriter, Read, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use guest::{Channel, Failure, MAX_LINE, Patience};
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::io::ioctl_fionbio;
 use wire::guest::Fault;
 
-use crate::launch::{Process, timeout};
+use crate::deadline::{Deadline, timeout};
+use crate::process::Process;
 
 /// Time in which the exit of a guest that closed its output is awaited.
 const EXIT: Duration = Duration::from_millis(500);
 /// Bytes of one read.
 const CHUNK: usize = 8 * 1024;
-
-/// The end of a time that a guest has.
-pub(crate) struct Deadline {
-    at: Instant,
-    ms: u64,
-}
-
-impl Deadline {
-    /// This many milliseconds from now.
-    #[expect(
-        clippy::disallowed_methods,
-        reason = "a guest is a process: its patience is real time, and no core is handed this"
-    )]
-    pub(crate) fn after_ms(ms: u64) -> Self {
-        Self { at: Instant::now() + Duration::from_millis(ms), ms }
-    }
-
-    /// Time left; zero when it is over.
-    #[expect(clippy::disallowed_methods, reason = "as above")]
-    pub(crate) fn left(&self) -> Duration {
-        self.at.saturating_duration_since(Instant::now())
-    }
-}
 
 /// A guest's standard input and output.
 pub(crate) struct Lines {
@@ -161,7 +139,7 @@ impl Channel for Lines {
             }
             let deadline = if patience == Patience::Start { &self.start } else { &step };
             if !self.wait(!rest.is_empty(), !answered, deadline)? {
-                let ms = deadline.ms;
+                let ms = deadline.ms();
                 return Err(self.silent(rest, ms));
             }
             rest = self.give(rest);

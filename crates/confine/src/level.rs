@@ -1,14 +1,10 @@
-//! The level of confinement that a machine gives, found by trying.
+//! The level of confinement that a machine gives.
 
 use std::fmt;
-use std::path::PathBuf;
 
-use guest::Failure;
 use serde::{Deserialize, Serialize};
 
-use crate::launch::Helper;
-
-/// How far guests are confined on a machine.
+/// Confinement of guests on a machine, part by part.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Level {
     /// Users, processes, mounts and names of its own: a guest sees no other process, writes to no file of the machine, and leaves no process.
@@ -22,14 +18,6 @@ pub struct Level {
 }
 
 impl Level {
-    /// The level that guests of a launcher with this helper reach on this machine; see [`crate::launcher`].
-    ///
-    /// # Errors
-    /// The helper could not be started.
-    pub fn of(helper: PathBuf, leading: Vec<String>) -> Result<Level, Failure> {
-        Helper { program: helper, leading }.level()
-    }
-
     /// True if no part was refused.
     pub fn full(&self) -> bool {
         self.namespaces && self.network && self.seccomp && self.why.is_empty()

@@ -25,7 +25,7 @@ const ZERO: Instant = Instant(3_600_000_000);
 /// End of the straight route, east, mm.
 const GOAL_MM: i32 = 20_000;
 
-/// What an exercise found.
+/// Findings of an exercise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Checked {
     /// Name of the guest.

@@ -20,7 +20,7 @@ const MAX_WORD: usize = 4096;
 /// The protocol of this version.
 pub const PROTOCOL: &str = "jsonl/1";
 
-/// What a guest may be given beside the mission.
+/// Inputs that a guest may be given beside the mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Input {
@@ -32,7 +32,7 @@ pub enum Input {
     Teammates,
 }
 
-/// What a guest promises to give.
+/// Outputs that a guest may promise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Output {
@@ -137,7 +137,7 @@ pub struct FileError {
     pub at: Option<Range<usize>>,
     /// Expected and got.
     pub message: String,
-    /// What to do.
+    /// Remedy.
     pub remedy: &'static str,
 }
 

@@ -50,14 +50,14 @@ pub struct Guest {
     pub conduct: Conduct,
     /// True unless the same trial, run twice, gave two logs.
     pub repeatable: bool,
-    /// Starts its process, once a run.
+    /// Starts its process, once for each start of the unit.
     pub launcher: Arc<dyn Launcher>,
 }
 
 impl Guest {
-    /// A session of one run, with a process of its own. That none could be started is the answer to the first request.
+    /// A session of one run.
     pub fn session(&self) -> Session {
-        Session::new(Arc::clone(&self.program), self.launcher.launch(&self.program))
+        Session::new(Arc::clone(&self.program), Arc::clone(&self.launcher))
     }
 }
 

@@ -1,6 +1,6 @@
 //! One guest in one run: its answers held against the protocol and against its own file, up to the first failure.
 //!
-//! A failure is final: the process is ended, and every later request is answered with it. What a failure means for the vehicle is left
+//! A failure is final: the process is ended, and every later request is answered with it, until a unit that starts anew starts it anew. What a failure means for the vehicle is left
 //! to the core, and what it means for a verdict to the oracle.
 
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use wire::time::Span;
 
 use crate::file::{Output, Program};
 use crate::jsonl::{self, Response};
-use crate::{Channel, Failure, Patience};
+use crate::{Channel, Failure, Launcher, Patience};
 
 /// Largest speed that is a set-point, m/s.
 const MAX_SPEED: f64 = 100.0;
@@ -27,17 +27,15 @@ const QUOTED: usize = 60;
 /// A guest in a run.
 pub struct Session {
     program: Arc<Program>,
-    channel: Option<Box<dyn Channel>>,
-    failed: Option<Failure>,
+    launcher: Arc<dyn Launcher>,
+    /// The running program, or the failure that ended it; neither before the first start.
+    state: Result<Option<Box<dyn Channel>>, Failure>,
 }
 
 impl Session {
-    /// A session with a program that has just been started, or could not be.
-    pub fn new(program: Arc<Program>, launched: Result<Box<dyn Channel>, Failure>) -> Self {
-        match launched {
-            Ok(channel) => Self { program, channel: Some(channel), failed: None },
-            Err(failure) => Self { program, channel: None, failed: Some(failure) },
-        }
+    /// A session in which nothing has been started yet.
+    pub fn new(program: Arc<Program>, launcher: Arc<dyn Launcher>) -> Self {
+        Self { program, launcher, state: Ok(None) }
     }
 
     /// The answer to an encoded request, encoded.
@@ -51,22 +49,29 @@ impl Session {
         codec::encode(&answer)
     }
 
-    /// The answer to a request.
+    /// The answer to a request. Each start is that of a process of its own, as a unit that is started again has one.
     ///
     /// # Errors
-    /// The guest's failure, the first one for good.
+    /// The guest's failure: the first one, until the next start.
     pub fn ask(&mut self, request: &Request) -> Result<Answer, Failure> {
-        if let Some(failure) = &self.failed {
-            return Err(failure.clone());
+        if matches!(request, Request::Start(_)) {
+            // The one before has ended when the next begins.
+            self.state = Ok(None);
+            self.state = self.launcher.launch(&self.program).map(Some);
         }
-        self.exchange(request).inspect_err(|failure| {
-            self.failed = Some(failure.clone());
-            self.channel = None;
-        })
+        let answer = self.exchange(request);
+        if let Err(failure) = &answer {
+            self.state = Err(failure.clone());
+        }
+        answer
     }
 
     fn exchange(&mut self, request: &Request) -> Result<Answer, Failure> {
-        let channel = self.channel.as_mut().ok_or_else(|| Failure::new(Fault::Unavailable, "the process is gone"))?;
+        let channel = match &mut self.state {
+            Ok(Some(channel)) => channel,
+            Ok(None) => return Err(Failure::new(Fault::Unavailable, "no guest has been started")),
+            Err(failure) => return Err(failure.clone()),
+        };
         let line = serde_json::to_string(&jsonl::request(request, &self.program))
             .map_err(|why| Failure::new(Fault::Malformed, why.to_string()))?;
         let patience = if matches!(request, Request::Start(_)) { Patience::Start } else { Patience::Step };
@@ -166,12 +171,23 @@ mod tests {
         }
     }
 
+    impl Launcher for Says {
+        fn launch(&self, _: &Program) -> Result<Box<dyn Channel>, Failure> {
+            Ok(Box::new(Says(self.0.clone())))
+        }
+    }
+
+    /// A session with a program that has been started, and then says these lines.
     fn session(mut lines: Vec<&'static str>) -> Session {
         let text = "name = \"t\"\ncommand = [\"t\"]\nprotocol = \"jsonl/1\"\ngives = [\"drive\", \"state\", \"place\"]\n\
                     [states]\nGO = \"nominal\"\n";
         let program = Program::parse(text, Path::new("/"), |_| Err("none".into())).unwrap();
+        lines.push(READY);
+        lines.rotate_right(1);
         lines.reverse();
-        Session::new(Arc::new(program), Ok(Box::new(Says(lines))))
+        let mut session = Session::new(Arc::new(program), Arc::new(Says(lines)));
+        assert_eq!(session.ask(&start()), Ok(Answer::Ready));
+        session
     }
 
     fn start() -> Request {
@@ -199,13 +215,13 @@ mod tests {
         }))
     }
 
+    const READY: &str = r#"{"ready":{}}"#;
     const REPLY: &str =
         r#"{"reply":{"number":1,"speed_m_s":1.5,"curvature_per_m":-0.1,"state":"GO","place":[1,2],"wake_s":0.2}}"#;
 
     #[test]
     fn a_reply_reaches_the_core_in_its_units() {
-        let mut session = session(vec![r#"{"ready":{}}"#, REPLY]);
-        assert_eq!(session.ask(&start()), Ok(Answer::Ready));
+        let mut session = session(vec![REPLY]);
         let Ok(Answer::Reply(reply)) = session.ask(&step(1)) else { panic!("a reply") };
         assert_eq!((reply.speed_mm_s, reply.curvature_um, reply.place), (1500, -100_000, Some(Place(1000, 2000))));
         assert_eq!((reply.wake, reply.state), (Some(Span::ms(200)), Some((Declared::Nominal, Text::new("GO")))));
@@ -243,10 +259,19 @@ mod tests {
     }
 
     #[test]
-    fn the_first_failure_is_final() {
-        let mut session = session(vec!["{}", r#"{"ready":{}}"#]);
-        let first = session.ask(&start());
+    fn the_first_failure_is_final_until_a_start() {
+        let mut session = session(vec!["{}", REPLY]);
+        let first = session.ask(&step(1));
         assert!(first.is_err());
-        assert_eq!(session.ask(&start()), first, "a later good answer is not heard");
+        assert_eq!(session.ask(&step(1)), first, "a later good answer is not heard");
+        assert_eq!(session.ask(&start()), Ok(Answer::Ready), "a unit that starts anew has a process of its own");
+    }
+
+    #[test]
+    fn nothing_is_asked_of_a_guest_before_its_start() {
+        let text = "name = \"t\"\ncommand = [\"t\"]\nprotocol = \"jsonl/1\"\ngives = [\"drive\"]\n";
+        let program = Program::parse(text, Path::new("/"), |_| Err("none".into())).unwrap();
+        let failure = Session::new(Arc::new(program), Arc::new(Says(Vec::new()))).ask(&step(1)).unwrap_err();
+        assert_eq!(failure.fault, Fault::Unavailable);
     }
 }

@@ -27,6 +27,6 @@ pub(super) fn attend(carried: Value) -> Result<Attendant, Box<dyn Error>> {
     let Carried { program, folder } = serde_json::from_value(carried)?;
     let program = Arc::new(Program { folder, ..program });
     let launcher = confine::launcher(std::env::current_exe()?, confine::as_service());
-    let mut session = Session::new(Arc::clone(&program), launcher.launch(&program));
+    let mut session = Session::new(program, launcher);
     Ok(Box::new(move |request| session.answer(request)))
 }

@@ -84,14 +84,6 @@ fn not_judged(evidence: &Evidence) -> Vec<String> {
     all.map(|(property, why)| format!("{property}: {why}")).collect()
 }
 
-/// True if a finding of the property `of` stands for a bare guest. The others are about guards and modes that it does not have.
-pub(super) fn stands(of: Property) -> bool {
-    match of {
-        Property::P4 | Property::P6 | Property::P8 | Property::P10 | Property::P11 => true,
-        Property::P1 | Property::P2 | Property::P3 | Property::P5 | Property::P7 | Property::P9 => false,
-    }
-}
-
 /// P3: the fence margin allows for a distance of the vehicle from the place that it drives by. Beyond that for *Th*, it has to
 /// stand, and time to brake is granted on top.
 pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {

@@ -90,7 +90,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let timeline = Timeline::of(evidence);
     let receipt = receipt::find(evidence);
     let (mut findings, responses) = if guest::is_bare(evidence) {
-        (of_bare_guest(evidence, &timeline, &receipt), Vec::new())
+        (of_bare_guest(evidence, &timeline), Vec::new())
     } else {
         of_platform(evidence, &timeline, &receipt)
     };
@@ -110,12 +110,9 @@ fn of_platform(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> (Vec<
     (findings, responses)
 }
 
-fn of_bare_guest(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let mut findings = properties::check(evidence, line, receipt);
-    findings.retain(|finding| guest::stands(finding.property));
+fn of_bare_guest(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let mut findings = properties::of_bare_guest(evidence, line);
     findings.extend(conservation::check(evidence));
-    // Of the speeds those stand in which the guest was to stand still, too.
-    findings.extend(speed::check(evidence, line).into_iter().filter(|finding| !guest::stands(finding.property)));
     findings.extend(guest::astray(evidence, line));
     findings
 }

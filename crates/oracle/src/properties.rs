@@ -33,10 +33,26 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
     found.extend(recovery(evidence, line));
-    found.extend(evidence.log_flaws.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
-    found.extend(evidence.differences.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
-    found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
+    found.extend(log(evidence));
     found
+}
+
+/// Checks the properties of a bare guest's run that truth supports: they need none of the guards and modes that it does not have.
+pub(super) fn of_bare_guest(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let objects = acts(evidence, line).into_iter().chain(authority(evidence, line));
+    let mut found: Vec<Finding> = objects.filter(|finding| finding.property == Property::P11).collect();
+    found.extend(speed::check(evidence, line));
+    found.extend(geofence(line));
+    found.extend(commands(evidence, line));
+    found.extend(log(evidence));
+    found
+}
+
+/// P10: the log, and the cores that wrote it.
+fn log(evidence: &Evidence) -> impl Iterator<Item = Finding> {
+    let flaws = evidence.log_flaws.iter().map(ToString::to_string);
+    let others = evidence.differences.iter().chain(&evidence.broken_log).cloned();
+    flaws.chain(others).map(|what| finding(Property::P10, evidence.duration, what))
 }
 
 /// P1 and P11, from the plant's own record of the act.

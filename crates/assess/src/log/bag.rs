@@ -3,8 +3,6 @@
 //! Framing and decompression are the crate `mcap`'s, within a bound on one record and on all that a file's chunks expand to. Its
 //! offset is that of the last whole record outside of chunks that was handed to it.
 
-#![expect(clippy::wildcard_enum_match_arm, reason = "of the records of a file three kinds are read")]
-
 use std::collections::BTreeMap;
 
 use mcap::records::Record;

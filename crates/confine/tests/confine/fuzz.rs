@@ -51,7 +51,7 @@ fn sessions(first: u32, count: u32) -> Option<BTreeMap<&'static str, u32>> {
     let mut ends = BTreeMap::new();
     for seed in first..first + count {
         let case = Case::python(&GUEST.replace("SEED", &seed.to_string()), "step_ms = 300")?.with_start_ms(3000);
-        let mut session = Session::new(Arc::new(case.program.clone()), case.launch());
+        let mut session = Session::new(Arc::new(case.program.clone()), Arc::clone(&case.launcher));
         let requests = std::iter::once(start()).chain((1..=STEPS).map(step));
         let end = requests.map(|request| session.ask(&request)).find_map(Result::err);
         drop(session);

@@ -37,7 +37,7 @@ fn a_guest_that_never_reads_is_silent() {
 #[test]
 fn a_value_that_is_no_number_is_refused() {
     let Some(case) = Case::python("take(); give('NaN'); take()\n", "") else { return };
-    let mut session = Session::new(Arc::new(case.program.clone()), case.launch());
+    let mut session = Session::new(Arc::new(case.program.clone()), Arc::clone(&case.launcher));
     let failure = session.ask(&start()).unwrap_err();
     assert_failed(&failure, Fault::Malformed, "NaN");
     assert!(case.left().is_empty(), "a session ends its process with the first failure");

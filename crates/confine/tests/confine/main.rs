@@ -1,7 +1,5 @@
 //! Guests that mean harm or are broken, each as a process: every one ends with its named fault, and leaves no process behind.
 
-#![expect(clippy::unwrap_used, reason = "a test may end here")]
-
 mod fuzz;
 mod hostile;
 mod killed;

@@ -4,7 +4,7 @@ use std::fs;
 use std::net::TcpListener;
 use std::path::Path;
 
-use confine::Level;
+use confine::level;
 use guest::Patience;
 
 use crate::{Case, helper};
@@ -17,7 +17,7 @@ fn said(case: &Case) -> String {
 
 /// True if this machine lets namespaces be taken; tests of them say so and end otherwise.
 fn namespaces() -> bool {
-    let level = Level::of(helper(), Vec::new()).expect("a level");
+    let level = level(helper(), Vec::new()).expect("a level");
     if !level.namespaces {
         println!("skipped: {level}");
     }
@@ -26,11 +26,11 @@ fn namespaces() -> bool {
 
 #[test]
 fn the_level_has_reasons_unless_full() {
-    let level = Level::of(helper(), Vec::new()).unwrap();
-    println!("{level}");
-    assert!(level.seccomp && level.network, "{level}");
-    assert_eq!(level.to_string() == "full", level.why.is_empty(), "{level}");
-    let plain = Level::of(helper(), vec!["--no-namespaces".into()]).unwrap();
+    let found = level(helper(), Vec::new()).unwrap();
+    println!("{found}");
+    assert!(found.seccomp && found.network, "{found}");
+    assert_eq!(found.to_string() == "full", found.why.is_empty(), "{found}");
+    let plain = level(helper(), vec!["--no-namespaces".into()]).unwrap();
     assert!(!plain.namespaces && plain.network && plain.to_string().starts_with("partial: no namespaces (not wanted)"));
 }
 

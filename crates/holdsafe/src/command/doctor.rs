@@ -39,8 +39,17 @@ struct Told {
 }
 
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
-    let needs =
-        vec![files(context), shared_memory(), leftovers(), loopback(), open_files(), scratch(), cores(), window()];
+    let needs = vec![
+        files(context),
+        shared_memory(),
+        leftovers(),
+        loopback(),
+        open_files(),
+        scratch(),
+        cores(),
+        window(),
+        guests(),
+    ];
     let ready = needs.iter().all(|need| need.met);
     let scheduling = scheduling::measure();
     if !context.json {
@@ -99,6 +108,15 @@ fn leftovers() -> Need {
 fn window() -> Need {
     let found = console::process::open::probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
     Need { need: "window (run --console)", met: true, found, remedy: "" }
+}
+
+/// Guests run on any machine, and on some less confined: the level is reported and is no fault.
+fn guests() -> Need {
+    let level = std::env::current_exe()
+        .map_err(|why| why.to_string())
+        .and_then(|program| confine::level(program, confine::as_service()).map_err(|why| why.to_string()));
+    let found = level.map_or_else(|why| why, |level| level.to_string());
+    Need { need: "confinement of guests", met: true, found, remedy: "" }
 }
 
 fn loopback() -> Need {

@@ -55,7 +55,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (catalogue, scenarios) = context.catalogue()?;
     let wanted = wanted(&catalogue, args)?;
     let named = |s: &Scenario| wanted.iter().any(|row| s.threats.iter().any(|id| id.as_str() == row.id.as_str()));
-    let parts = parts(context, args, scenarios.into_iter().filter(named).collect())?;
+    let mut parts = parts(context, args, scenarios.into_iter().filter(named).collect())?;
+    probe::probe(parts.iter_mut().flat_map(|part| &mut part.planned), context.seed)?;
     if parts.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, "none of these rows has a scenario"));
     }
@@ -98,8 +99,7 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
             continue;
         }
         let wanted = Wanted { guest: guest.clone(), ..Wanted::default() };
-        let mut planned = plan::of_scenario(context, &scenario, &wanted)?;
-        probe::probe(&mut planned, context.seed)?;
+        let planned = plan::of_scenario(context, &scenario, &wanted)?;
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
         parts.push(Part { scenario: scenario.clone(), mode, n: args.trials, planned });
         if args.live > 0 && mode == Mode::Twin {

@@ -112,7 +112,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         plans.push((scenario, planned));
     }
     if !args.live {
-        plans.iter_mut().try_for_each(|(_, planned)| probe::probe(planned, context.seed))?;
+        probe::probe(plans.iter_mut().flat_map(|(_, planned)| planned), context.seed)?;
     }
     if args.console {
         one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;

@@ -16,7 +16,7 @@ pub struct GuestChecked {
     pub schema_version: u32,
     /// How far the guest was confined: `full`, or `partial` with every refusal.
     pub confinement: String,
-    /// What was found.
+    /// Findings.
     #[serde(flatten)]
     pub checked: guest::check::Checked,
 }

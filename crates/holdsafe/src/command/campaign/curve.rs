@@ -13,7 +13,7 @@ use runner::bring::Bring;
 use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
-use runner::{Context, batch, out, plan};
+use runner::{Context, batch, out, plan, probe};
 use scenario::Curve;
 
 #[derive(Debug, clap::Args)]
@@ -62,7 +62,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::Usage, message));
     };
     let ready = |line: Planned| points(context, args, &wanted, curve, line);
-    let lines = planned.into_iter().map(ready).collect::<Result<Vec<_>, _>>()?;
+    let mut lines = planned.into_iter().map(ready).collect::<Result<Vec<_>, _>>()?;
+    let points = lines.iter_mut().flat_map(|line| &mut line.points);
+    probe::probe(points.map(|(_, planned)| planned), context.seed)?;
     let all: Vec<Planned> = lines.iter().flat_map(|line| &line.points).map(|(_, planned)| planned.clone()).collect();
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "curve")).transpose()?;
     if let Some(dir) = &out {

@@ -55,9 +55,7 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
             planned.extend(crossed(context, &wanted, &cell, &grids, planned.len())?);
         }
     }
-    let mut probed: Vec<Planned> = planned.iter().map(|(planned, _)| planned.clone()).collect();
-    probe::probe(&mut probed, context.seed)?;
-    planned.iter_mut().zip(probed).for_each(|((planned, _), probed)| planned.setup = probed.setup);
+    probe::probe(planned.iter_mut().map(|(planned, _)| planned), context.seed)?;
     let terms = Terms {
         plan_version: PLAN_VERSION,
         program: context.program.to_owned(),

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use confine::Level;
 use guest::Conduct;
 use guest::check::Checked;
 use results::report::GuestChecked;
@@ -12,7 +11,7 @@ use runner::{Context, engage, out};
 pub(super) fn run(context: &Context, file: &Path) -> Result<Exit, Failure> {
     let guest = engage::guest(file, Conduct::Bare)?;
     let checked = guest::check::check(&guest);
-    let level = Level::of(std::env::current_exe()?, confine::as_service()).map_err(Failure::internal)?;
+    let level = confine::level(std::env::current_exe()?, confine::as_service()).map_err(Failure::internal)?;
     let fine = checked.fine();
     if context.json {
         out::print_json("guest-check", &GuestChecked::new(checked, level.to_string()))?;

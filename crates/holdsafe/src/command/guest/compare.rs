@@ -52,8 +52,8 @@ struct Part {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mode = if args.live { Mode::Live } else { Mode::Twin };
     let mut parts = parts(context, args)?;
-    for part in &mut parts {
-        probe::probe(&mut part.planned, context.seed)?;
+    if !args.live {
+        parts.iter_mut().try_for_each(|part| probe::probe(&mut part.planned, context.seed))?;
     }
     let default = context.root()?.join("runs").join("guests");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "guests")?;
