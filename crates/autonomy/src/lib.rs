@@ -146,8 +146,10 @@ impl Autonomy {
         let map: Arc<[Keepout]> = config.obstacles.iter().map(|disc| keepout(disc, &config.limits)).collect();
         let grid = plan(&fence, &map, &bounds, &config.limits);
         let identity = Arc::new(Identity::new(&setup, &config)?);
-        let guest =
-            config.guest.as_ref().map(|guest| (guest.name.clone(), guest.bare, pilot::start(&setup, &config, now)));
+        let guest = config
+            .guest
+            .as_ref()
+            .map(|guest| (guest.name.clone(), guest.bare, pilot::goal(&config), pilot::start(&setup, &config, now)));
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
         // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.
@@ -176,7 +178,7 @@ impl Autonomy {
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
             revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
-            pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, now)),
+            pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
             reports: Sequence(0),
@@ -192,8 +194,8 @@ impl Autonomy {
             identity,
         };
         core.write(now, Event::Started);
-        if let Some((name, bare, mission)) = guest {
-            core.write(now, Event::GuestEngaged { name: Text::new(&name), bare });
+        if let Some((name, bare, goal, mission)) = guest {
+            core.write(now, Event::GuestEngaged { name: Text::new(&name), bare, goal });
             core.out.push_back(mission);
         }
         core.health = core.assess(now);

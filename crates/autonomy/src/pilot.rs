@@ -26,14 +26,17 @@ const PLACED_PERIOD: Span = Span::ms(190);
 #[derive(Clone, Debug)]
 pub(crate) struct Pilot {
     bare: bool,
+    period: Span,
     start_limit: Span,
     step_limit: Span,
     stage: Stage,
     /// Number of the newest step.
     number: u32,
     reply: Option<Reply>,
-    /// Time of the next step.
+    /// Time of the next step, unless the limit changes before.
     next: Instant,
+    /// Limit that the newest step told, mm/s.
+    told: f64,
     /// The newest reading that passed the boundary.
     reading: Option<Navigation>,
     stated: Option<(Declared, Text<MAX_NAME>)>,
@@ -45,24 +48,27 @@ pub(crate) struct Pilot {
 /// Kind and reason of a guest's failure.
 type Failure = (Fault, Text<MAX_WHY>);
 
+/// Progress of an exchange. A wait is counted in control periods: time in which the core itself did not run is not the guest's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    Starting { since: Instant },
-    Asked { since: Instant },
+    Starting { periods: u32 },
+    Asked { periods: u32 },
     Idle,
     Failed,
 }
 
 impl Pilot {
-    pub(crate) fn new(config: &GuestConfig, now: Instant) -> Self {
+    pub(crate) fn new(config: &GuestConfig, period: Span, now: Instant) -> Self {
         Self {
             bare: config.bare,
+            period,
             start_limit: config.start_limit,
             step_limit: config.step_limit,
-            stage: Stage::Starting { since: now },
+            stage: Stage::Starting { periods: 0 },
             number: 0,
             reply: None,
             next: now,
+            told: 0.0,
             reading: None,
             stated: None,
             placed: None,
@@ -76,14 +82,15 @@ impl Pilot {
         self.reading = Some(*reading);
     }
 
-    /// The failure of a guest that has not answered in time.
-    fn overdue(&self, now: Instant) -> Option<String> {
-        let (since, limit) = match self.stage {
-            Stage::Starting { since } => (since, self.start_limit),
-            Stage::Asked { since } => (since, self.step_limit),
+    /// Counts a control period. The failure of a guest that has not answered in time.
+    fn overdue(&mut self) -> Option<String> {
+        let (periods, limit) = match &mut self.stage {
+            Stage::Starting { periods } => (periods, self.start_limit),
+            Stage::Asked { periods } => (periods, self.step_limit),
             Stage::Idle | Stage::Failed => return None,
         };
-        let waited = now.since(since);
+        *periods = periods.saturating_add(1);
+        let waited = Span(u64::from(*periods) * self.period.0);
         (waited > limit)
             .then(|| format!("an answer within {} ms expected, none after {}", limit.0 / 1000, waited.0 / 1000))
     }
@@ -125,37 +132,46 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
     })))
 }
 
+/// End of the route, where that does not begin anew.
+pub(crate) fn goal(config: &AutonomyConfig) -> Option<Place> {
+    config.route.last().filter(|_| !config.looped).map(|(x, y)| Place(*x, *y))
+}
+
 fn ask(request: Request) -> Output {
     Output::Guest { bytes: codec::encode(&request) }
 }
 
 impl Autonomy {
-    /// A control period with a guest: asks it, or goes on with its last set-point until it wants to be asked.
+    /// A control period with a guest: asks it, or goes on with its last set-point until it wants to be asked or has another limit.
     pub(crate) fn pilot(&mut self, now: Instant) {
-        let Some(pilot) = &self.pilot else { return };
-        if let Some(why) = pilot.overdue(now) {
+        let limit = self.guest_limit();
+        let Some(pilot) = &mut self.pilot else { return };
+        if let Some(why) = pilot.overdue() {
             return self.guest_failed(now, Fault::Silent, Text::new(&why));
         }
+        let (stage, waits) = (pilot.stage, now < pilot.next && pilot.told == limit);
         if let Some(motion) = self.localisation.motion() {
             self.mission.pass(motion.at);
         }
-        match pilot.stage {
+        match stage {
             Stage::Failed => self.stop(now),
             // The last set-point goes on as long as its lease.
             Stage::Starting { .. } | Stage::Asked { .. } => {}
-            Stage::Idle if now < pilot.next => self.drive_as_asked(now),
-            Stage::Idle => self.ask_guest(now),
+            Stage::Idle if waits => {
+                self.drive_as_asked(now);
+            }
+            Stage::Idle => self.ask_guest(now, limit),
         }
     }
 
-    fn ask_guest(&mut self, now: Instant) {
-        let limit = self.guest_limit();
+    fn ask_guest(&mut self, now: Instant, limit: f64) {
         let teammates = self.teammates.places(now).map(|(x, y)| Place(x as i32, y as i32)).collect();
         let tracks: List<_, 16> = self.picture.tracks().iter().copied().collect();
         let mode = self.mode();
         let Some(pilot) = &mut self.pilot else { return };
         pilot.number += 1;
-        pilot.stage = Stage::Asked { since: now };
+        pilot.stage = Stage::Asked { periods: 0 };
+        pilot.told = limit;
         let step = Step {
             number: pilot.number,
             now,
@@ -192,7 +208,10 @@ impl Autonomy {
                 // On the grid of control periods: the one nearest to the time that the guest asks for.
                 pilot.next = now + Span(reply.wake.unwrap_or(period).0.saturating_sub(period.0 / 2));
                 self.tell_guest(now, &reply);
-                self.drive_as_asked(now);
+                let limited = self.drive_as_asked(now);
+                if let Some(pilot) = &mut self.pilot {
+                    pilot.limited += u32::from(limited);
+                }
             }
             Ok(None) => {}
             Err(failure) => self.guest_failed(now, failure.0, failure.1),
@@ -219,16 +238,16 @@ impl Autonomy {
         }
     }
 
-    fn drive_as_asked(&mut self, now: Instant) {
+    /// Gives the newest set-point to the plant. True if the guards limited its motion.
+    fn drive_as_asked(&mut self, now: Instant) -> bool {
         let Some((reply, bare)) = self.pilot.as_ref().and_then(|pilot| Some((pilot.reply?, pilot.bare))) else {
-            return;
+            return false;
         };
         let asked = SetPoint { speed: f64::from(reply.speed_mm_s), curvature: f64::from(reply.curvature_um) / 1e9 };
         let given = if bare { asked } else { self.within_guards(asked, now) };
-        if let Some(pilot) = self.pilot.as_mut().filter(|_| given != asked) {
-            pilot.limited = pilot.limited.saturating_add(1);
-        }
         self.drive(now, given);
+        // The curvature of a vehicle that stands is no motion.
+        given.speed != asked.speed || (given.speed != 0.0 && given.curvature != asked.curvature)
     }
 
     /// The set-point as far as guards, mode, fence and seen obstacles let it be followed.

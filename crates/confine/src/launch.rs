@@ -21,6 +21,7 @@ use crate::spec::Spec;
 pub(crate) struct Helper {
     pub(crate) program: PathBuf,
     pub(crate) leading: Vec<String>,
+    pub(crate) hidden: Option<PathBuf>,
 }
 
 impl Launcher for Helper {
@@ -31,6 +32,7 @@ impl Launcher for Helper {
         let spec = Spec {
             command: program.command.clone(),
             folder: program.folder.clone(),
+            hidden: self.hidden.clone(),
             environment: program.environment.clone(),
             limits: program.limits.clone(),
         };
@@ -46,7 +48,7 @@ impl Helper {
     pub(crate) fn level(&self) -> Result<Level, Failure> {
         let limits = Limits::default();
         let deadline = Deadline::after_ms(limits.start_ms);
-        let spec = Spec { command: Vec::new(), folder: "/".into(), environment: BTreeMap::new(), limits };
+        let spec = Spec { command: Vec::new(), folder: "/".into(), hidden: None, environment: BTreeMap::new(), limits };
         self.start(&spec, &deadline).map(|(_, _, _, level)| level)
     }
 

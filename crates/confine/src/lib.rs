@@ -6,8 +6,8 @@
 //! When the warden ends, the kernel ends every process of its namespace, and it ends with its socket to the launcher: no process
 //! of a guest survives its channel, or a launcher that is killed. [`level()`] says how much of this a machine gives.
 //!
-//! Not hidden from a guest: files that its user may read, outside of `/proc`, `/dev`, `/run` and temporary folders. It can tell them to
-//! the launcher alone.
+//! Not hidden from a guest: files that its user may read, outside of `/proc`, `/dev`, `/run`, temporary folders and the folder that its
+//! launcher hides. It can tell them to the launcher, and to whoever reads a named pipe that its user may write.
 
 mod channel;
 mod deadline;
@@ -17,7 +17,7 @@ mod level;
 mod process;
 mod spec;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use guest::{Failure, Launcher};
@@ -30,9 +30,25 @@ pub fn as_service() -> Vec<String> {
 }
 
 /// Starts guests by means of the program `helper`, which calls [`inside::main`] when its arguments are those of `leading`: for holdsafe,
-/// [`as_service`].
-pub fn launcher(helper: PathBuf, leading: Vec<String>) -> Arc<dyn Launcher> {
-    Arc::new(launch::Helper { program: helper, leading })
+/// [`as_service`]. A guest sees the folder `hidden` empty.
+pub fn launcher(helper: PathBuf, leading: Vec<String>, hidden: Option<PathBuf>) -> Arc<dyn Launcher> {
+    Arc::new(launch::Helper { program: helper, leading, hidden })
+}
+
+/// The arguments with which guests are confined best on this machine, and the level that they reach, found by trying: without namespaces
+/// where their parts are refused one by one, as by AppArmor's rules for users other than root.
+///
+/// # Errors
+/// The helper starts with neither.
+pub fn best(helper: &Path, leading: &[String]) -> Result<(Vec<String>, Level), Failure> {
+    let refused = match level(helper.to_owned(), leading.to_vec()) {
+        Ok(level) => return Ok((leading.to_vec(), level)),
+        Err(refused) => refused,
+    };
+    let plain = [leading, &[inside::PLAIN.to_owned()]].concat();
+    let mut level = level(helper.to_owned(), plain.clone())?;
+    level.why.insert(0, refused.why);
+    Ok((plain, level))
 }
 
 /// The level that guests of a launcher with this helper reach on this machine, found by trying; see [`launcher`].
@@ -40,5 +56,5 @@ pub fn launcher(helper: PathBuf, leading: Vec<String>) -> Arc<dyn Launcher> {
 /// # Errors
 /// The helper could not be started.
 pub fn level(helper: PathBuf, leading: Vec<String>) -> Result<Level, Failure> {
-    launch::Helper { program: helper, leading }.level()
+    launch::Helper { program: helper, leading, hidden: None }.level()
 }

@@ -70,7 +70,7 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// Returns when every process of the guest is gone: the entry ends after the warden, and the warden after all others.
+    /// Returns when every process of the guest is gone, or after a time of grace: the entry ends after the warden, and the warden after all others.
     fn drop(&mut self) {
         let _gone = self.control.shutdown(std::net::Shutdown::Both);
         let ended = Pid::from_raw(self.child.id() as i32)

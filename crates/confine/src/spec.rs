@@ -19,6 +19,8 @@ pub(crate) struct Spec {
     pub(crate) command: Vec<String>,
     /// Working directory, absolute.
     pub(crate) folder: PathBuf,
+    /// Folder that is shown empty.
+    pub(crate) hidden: Option<PathBuf>,
     /// The whole environment.
     pub(crate) environment: BTreeMap<String, String>,
     /// Limits.

@@ -17,7 +17,7 @@ pub enum Property {
     P2,
     /// Loss of trust reaches HOLD_SAFE in time.
     P3,
-    /// Never driving outside the geofence.
+    /// Never driving outside the geofence, into an object, or faster than the margins are made for.
     P4,
     /// No content of an unaccepted record influences state.
     P5,

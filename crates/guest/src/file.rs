@@ -123,7 +123,8 @@ pub struct Program {
     pub states: BTreeMap<String, Declared>,
     /// The whole environment of the process.
     pub environment: BTreeMap<String, String>,
-    /// SHA-256 of the file and of every pinned file, hexadecimal, by path from its folder; the file itself has the empty path.
+    /// SHA-256 of the file, of every pinned file by its path from the folder, and of every file that the command names by its path, hexadecimal;
+    /// the file itself has the empty path.
     pub digests: BTreeMap<String, String>,
     /// Limits of the process.
     pub limits: Limits,
@@ -156,9 +157,16 @@ impl Program {
             message: error.message().trim().to_owned(),
             remedy: "`holdsafe guest schema` prints the fields of a guest file",
         })?;
-        let mut digests = pinned(&written.pins, folder, read)?;
+        let mut digests = pinned(&written.pins, folder, &read)?;
         digests.insert(String::new(), digest(text.as_bytes()));
-        written.check(folder, digests)
+        let mut program = written.check(folder, digests)?;
+        // The program and files among its arguments, so that results of another version are not taken for this one's.
+        for path in program.command.iter().filter(|word| word.contains('/')) {
+            if let Ok(bytes) = read(Path::new(path)) {
+                program.digests.insert(path.clone(), digest(&bytes));
+            }
+        }
+        Ok(program)
     }
 
     /// True if the guest takes this input.

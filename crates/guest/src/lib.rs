@@ -1,6 +1,6 @@
 //! Guests: autonomy programs of others, put to the test in place of the platform's own mission and navigation.
 //!
-//! A guest is a program beside the run. Its file ([`file`]) says how it is started and what it promises; the core's requests reach it
+//! A guest is a program beside the run. Its file ([`mod@file`]) says how it is started and what it promises; the core's requests reach it
 //! as lines of JSON ([`jsonl`]), and its answers are held against both ([`session`]). [`check`] exercises a program
 //! without a run. Nothing here starts a process or knows a clock: a [`Launcher`] does, for which see the crate `confine`.
 
@@ -50,6 +50,8 @@ pub struct Guest {
     pub conduct: Conduct,
     /// True unless the same trial, run twice, gave two logs.
     pub repeatable: bool,
+    /// What confinement this machine refuses, where its processes are not kept apart from the machine's.
+    pub unconfined: Option<String>,
     /// Starts its process, once for each start of the unit.
     pub launcher: Arc<dyn Launcher>,
 }

@@ -133,6 +133,12 @@ pub enum Note {
     /// The sim: the message with this [`wire::event::wire_hash`] would read otherwise without the faults of this kind at this sensor. Told of the first
     /// message that a fault changes and then once in [`ALTERED_EVERY`].
     #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
+    /// The unit's chassis has begun to touch an object.
+    #[n(98)] Collided {
+        #[n(0)] unit: UnitId, #[n(1)] object: ObjectId,
+        /// Speed towards it just before.
+        #[n(2)] speed_mm_s: i32,
+    },
     /// An insider sends the report with this identity: it tells which of a session's records are its actions.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
@@ -143,7 +149,7 @@ pub enum Note {
 
 /// True if an entry's content with this number is a note; no event of a service has one of these numbers.
 pub(crate) const fn is_note(number: u32) -> bool {
-    matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92)
+    matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98)
 }
 
 /// So often a message is told of that a fault has changed, while it does.

@@ -180,7 +180,7 @@ impl Specs<'_> {
         let node = member.node();
         let mut spec = self.plain(node, member.host, member.setup.seed);
         spec.bus = self.bus(member);
-        spec.config = config(self.topology, member, self.window.then(|| site(self.topology)));
+        spec.config = config(self.topology, member, &self.places.run_dir, self.window.then(|| site(self.topology)));
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
             let directory = self.places.recording();
@@ -272,7 +272,7 @@ impl Specs<'_> {
 }
 
 /// Configuration of a participant's process.
-fn config(topology: &Topology, member: &Member, window: Option<Site>) -> Value {
+fn config(topology: &Topology, member: &Member, run: &Path, window: Option<Site>) -> Value {
     let setup = &member.setup;
     match &member.role {
         Role::Sim(config) => {
@@ -280,7 +280,8 @@ fn config(topology: &Topology, member: &Member, window: Option<Site>) -> Value {
         }
         Role::Perception(config) => json!({ "setup": setup, "config": config }),
         Role::Autonomy(config) => {
-            let guest = topology.guest.as_ref().filter(|_| config.guest.is_some()).map(super::guest::carried);
+            let guest = topology.guest.as_ref().filter(|_| config.guest.is_some());
+            let guest = guest.map(|guest| super::guest::carried(guest, run));
             json!({ "setup": setup, "config": config, "guest": guest })
         }
         Role::Gateway(config) => json!({ "setup": setup, "config": config }),

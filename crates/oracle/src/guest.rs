@@ -3,13 +3,16 @@
 //! Inside the guards a guest's run is judged as the platform's own: the state machine, its mode and its guards are the platform's. A *bare*
 //! guest has none of these. Of its run the envelope is judged (P4), orders executed twice or late (P8), the object of an act (P11), standing
 //! still as long as an operator wants that (P3, P9), and how long it drives by a false place (P3); everything else is named in [`not_judged`].
-//! Whether it came to a safe state is read from the plant alone, never from what the guest says of itself. Of the place
+//! Whether it came to a safe state is read from the plant, never from what the guest says of itself; an arrival at the goal, true or
+//! stated, and an operator's HOLD are no such state. Of the place
 //! that it drives by there is its own word; a false one can only be held against the truth, which it cannot know.
 
 use evidence::trial::{GuestFailure, GuestRow};
 use evidence::{Evidence, Finding, Micros, Property};
-use instrument::Any;
+use instrument::{Any, Note};
 use wire::event::Event;
+use wire::guest::{Fault, Place};
+use wire::mode::Mode;
 
 use super::place::{length, minus, truth};
 use super::speed::STANDING;
@@ -33,12 +36,13 @@ const NO_PLACE: (&str, &str) = ("P3 by place", "the guest states no place that i
 pub(super) struct Engaged {
     name: String,
     pub(super) bare: bool,
+    goal: Option<Place>,
 }
 
 /// The guest that drives the unit under test; none in a run of the platform itself.
 pub(super) fn engaged(evidence: &Evidence) -> Option<Engaged> {
     events(evidence).find_map(|(_, event)| match event {
-        Event::GuestEngaged { name, bare } => Some(Engaged { name: name.as_str().to_owned(), bare }),
+        Event::GuestEngaged { name, bare, goal } => Some(Engaged { name: name.as_str().to_owned(), bare, goal }),
         _ => None,
     })
 }
@@ -67,7 +71,7 @@ pub(super) fn failed(evidence: &Evidence) -> Option<GuestFailure> {
 
 /// The guest's row in a trial.
 pub(super) fn row(evidence: &Evidence) -> Option<GuestRow> {
-    let Engaged { name, bare } = engaged(evidence)?;
+    let Engaged { name, bare, .. } = engaged(evidence)?;
     let steps = events(evidence).find_map(|(_, event)| match event {
         Event::GuestSteps { steps, limited } => Some((steps, limited)),
         _ => None,
@@ -84,8 +88,8 @@ fn not_judged(evidence: &Evidence) -> Vec<String> {
     all.map(|(property, why)| format!("{property}: {why}")).collect()
 }
 
-/// P3: the fence margin allows for a distance of the vehicle from the place that it drives by. Beyond that for *Th*, it has to
-/// stand, and time to brake is granted on top.
+/// P3: the fence margin allows for a distance of the vehicle from the place that it drives by. When it has driven beyond that for
+/// *Th*, it has to stand, and time to brake is granted on top.
 pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let margin = f64::from(evidence.bounds.fence_margin_mm);
@@ -99,10 +103,11 @@ pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
     for (at, stamp, place) in places {
         let Some([x, y]) = truth.before(stamp) else { continue };
         let off = length(minus(place, (x, y)));
-        since = (off > margin).then_some(since.unwrap_or(at));
+        let moves = line.truth.iter().rev().find(|t| t.at <= at).is_some_and(drives);
+        since = (off > margin && moves).then_some(since.unwrap_or(at));
         let Some(from) = since.filter(|since| at - since > th) else { continue };
         let due = super::speed::braked(evidence, from + th, 0);
-        if at > due && line.truth.iter().rev().find(|t| t.at <= at).is_some_and(drives) {
+        if at > due {
             let what = format!(
                 "drives {off:.0} mm from the place that it goes by, {} ms after that began",
                 (at - from) / 1000
@@ -117,10 +122,36 @@ fn drives(truth: &Truth) -> bool {
     truth.speed.abs() > STANDING
 }
 
-/// Time from which the plant stands for good, where it drove at `zero` or later.
-pub(super) fn stands_from(line: &Timeline, zero: Micros) -> Option<Micros> {
+/// Distance from the end of the route within which a guest counts as having arrived there, mm.
+const ARRIVED_MM: f64 = 2000.0;
+
+/// Time from which the plant stands for good by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
+/// and not at the end of the route by the truth or by the guest's own word.
+pub(super) fn stands_from(evidence: &Evidence, line: &Timeline, zero: Micros) -> Option<Micros> {
     let before = line.truth.iter().rev().find(|t| t.at <= zero).is_some_and(drives);
     let after = line.truth.iter().any(|t| t.at >= zero && drives(t));
     let from = process_fault::for_good(line, zero, |t| !drives(t));
-    from.filter(|_| before || after)
+    let from = from.filter(|from| (before || after) && matches!(line.mode_at(*from), Mode::Ready | Mode::PrepareToAct));
+    from.filter(|from| !arrived(evidence, *from))
+}
+
+fn arrived(evidence: &Evidence, at: Micros) -> bool {
+    let Some(Place(x, y)) = engaged(evidence).and_then(|guest| guest.goal) else { return false };
+    let goal = (f64::from(x), f64::from(y));
+    let near = |x: i32, y: i32| length(minus((f64::from(x), f64::from(y)), goal)) <= ARRIVED_MM;
+    let before = evidence.entries.iter().filter(|w| w.at <= at).rev();
+    let truth = before.clone().find_map(|w| match w.entry.event {
+        Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => Some((x_mm, y_mm)),
+        _ => None,
+    });
+    let stated = before.filter(|w| w.entry.node == evidence.under.node()).find_map(|w| match w.entry.event {
+        Any::Service(Event::GuestPlaced { x_mm, y_mm }) => Some((x_mm, y_mm)),
+        _ => None,
+    });
+    [truth, stated].into_iter().flatten().any(|(x, y)| near(x, y))
+}
+
+/// True if a host that overslept may be what kept the guest from starting or answering.
+pub(super) fn is_of_the_host(failure: &GuestFailure) -> bool {
+    [Fault::Silent, Fault::NotStarted].map(Fault::name).contains(&failure.fault.as_str())
 }

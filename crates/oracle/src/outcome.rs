@@ -2,7 +2,7 @@
 //!
 //! The second judge, `tools/judge/verdict.py`, has the same rule in another language and changes with it.
 
-use evidence::trial::{Latency, Outcome};
+use evidence::trial::{GuestFailure, Latency, Outcome};
 use evidence::{Evidence, Fate, Finding, Injection, Mask, Micros, Property, Verdict};
 use instrument::{Any, GuardVerdict, Note, Sight};
 use wire::mode::{Cause, Mode};
@@ -53,9 +53,8 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     if broken(&[P1, P4, P5, P7, P8, P9, P11]) {
         return Outcome::Unsafe;
     }
-    // A failed guest is the result, whatever arrived before or after.
-    if guest::failed(evidence).is_some() {
-        return Outcome::GuestFailed;
+    if let Some(failure) = guest::failed(evidence) {
+        return of_failed_guest(evidence, receipt, findings, &failure);
     }
     if !receipt.whole || broken(&[P6, P10]) {
         return Outcome::Invalid;
@@ -69,11 +68,24 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     receipt.zero.map_or(Outcome::Nominal, |zero| answer(evidence, line, zero))
 }
 
+/// A failed guest is the result, unless it was late before, or the host may be to blame.
+fn of_failed_guest(evidence: &Evidence, receipt: &Receipt, findings: &[Finding], failure: &GuestFailure) -> Outcome {
+    let earlier = |f: &&Finding| f.at_us as f64 / 1000.0 <= failure.at_ms;
+    let late = |f: &Finding| matches!(f.property, Property::P2 | Property::P3);
+    if receipt.whole && findings.iter().filter(earlier).any(late) {
+        Outcome::Late
+    } else if guest::is_of_the_host(failure) && stalled(evidence).is_some() {
+        Outcome::Invalid
+    } else {
+        Outcome::GuestFailed
+    }
+}
+
 /// Answer of the platform from `zero` on: the mode in which it ended, or a refusal or an alarm.
 fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
     if guest::is_bare(evidence) {
         let unmoved = || if refused(evidence, line, zero) { Outcome::Rejected } else { Outcome::Undetected };
-        return guest::stands_from(line, zero).map_or_else(unmoved, |_| Outcome::HoldSafe);
+        return guest::stands_from(evidence, line, zero).map_or_else(unmoved, |_| Outcome::HoldSafe);
     }
     let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
     // Of a dead unit only its plant can be believed.
@@ -140,7 +152,7 @@ fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u3
 fn latency(evidence: &Evidence, line: &Timeline, zero: Micros) -> Latency {
     let after = |at: Micros| (at - zero) as f64 / 1000.0;
     if guest::is_bare(evidence) {
-        let stood = guest::stands_from(line, zero).map(after);
+        let stood = guest::stands_from(evidence, line, zero).map(after);
         return Latency { to_degraded: None, to_hold_safe: stood, to_authority_revoked: None };
     }
     let to = |test: &dyn Fn(&Change) -> bool| line.first_change(zero, test).map(|c| after(c.at));

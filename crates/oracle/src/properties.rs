@@ -27,6 +27,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(effect::check(evidence, line));
     found.extend(guards::check(evidence, line, receipt));
     found.extend(geofence(line));
+    found.extend(collision(line));
     found.extend(content::check(evidence, line));
     found.extend(display::check(evidence, line));
     found.extend(planes::commands_shown(evidence, line));
@@ -43,6 +44,7 @@ pub(super) fn of_bare_guest(evidence: &Evidence, line: &Timeline) -> Vec<Finding
     let mut found: Vec<Finding> = objects.filter(|finding| finding.property == Property::P11).collect();
     found.extend(speed::check(evidence, line));
     found.extend(geofence(line));
+    found.extend(collision(line));
     found.extend(commands(evidence, line));
     found.extend(log(evidence));
     found
@@ -166,6 +168,12 @@ fn geofence(line: &Timeline) -> Vec<Finding> {
         .map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence)))
         .into_iter()
         .collect()
+}
+
+/// P4: drives into nothing. The unit's own speed towards the object counts: one that walks into it is no collision of the unit's.
+fn collision(line: &Timeline) -> Option<Finding> {
+    let (at, object, speed) = line.collisions.iter().find(|(_, _, speed)| speed.abs() > STANDING)?;
+    Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))
 }
 
 /// P8: at most once, never late.

@@ -5,7 +5,7 @@ use evidence::{Evidence, Micros, Under};
 use instrument::{Any, Entry, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
-use wire::id::{CommandId, NodeId, RecordId, TrackId};
+use wire::id::{CommandId, NodeId, ObjectId, RecordId, TrackId};
 use wire::mode::{Cause, Guards, Mode};
 
 /// A change of mode of the unit under test.
@@ -69,6 +69,8 @@ pub struct Timeline {
     pub poses: Vec<Stood>,
     /// Truth of unit A.
     pub truth: Vec<Truth>,
+    /// Objects that unit A came to touch: (when, object, speed towards it before, mm/s).
+    pub collisions: Vec<(Micros, ObjectId, i32)>,
     /// Authority minted: (when, serial, over which track).
     pub minted: Vec<(Micros, u32, TrackId)>,
     /// Authority that ended unused: (when, serial).
@@ -107,6 +109,9 @@ impl Timeline {
                 if unit == under.unit =>
             {
                 self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
+            }
+            Any::Instrument(Note::Collided { unit, object, speed_mm_s }) if unit == under.unit => {
+                self.collisions.push((at, object, speed_mm_s));
             }
             Any::Service(Event::Judged { failing, placed, tracks }) if of_unit => {
                 self.judged.push((at, Judged { failing, placed, tracks }));

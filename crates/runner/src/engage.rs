@@ -1,5 +1,6 @@
 //! `--autonomy GUEST.TOML`: a program of somebody else that drives in place of the unit's own mission and navigation.
 
+use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -22,6 +23,19 @@ pub struct Engage {
     /// Give the guest's set-points to the plant as they are, without the platform's guards.
     #[arg(long, requires = "autonomy")]
     bare: bool,
+}
+
+/// The option on a verb that takes no guest: it is refused with the reason.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct NoGuest {
+    #[arg(long = "autonomy", hide = true, value_name = "GUEST.TOML", value_parser = refused)]
+    _autonomy: Option<Infallible>,
+}
+
+fn refused(_: &str) -> Result<Infallible, &'static str> {
+    Err(
+        "this verb forks and repeats runs, which the process of a guest cannot follow; run, campaign, matrix and guest compare take one",
+    )
 }
 
 /// A guest with the options that named it.
@@ -57,11 +71,14 @@ pub fn options(file: &Path, conduct: Conduct) -> String {
 /// A mistake in it, in its place.
 pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
     let program = Arc::new(program(file)?);
+    let helper = std::env::current_exe()?;
+    let (arguments, level) = confine::best(&helper, &confine::as_service()).map_err(Failure::internal)?;
     Ok(Guest {
         program,
         conduct,
         repeatable: true,
-        launcher: confine::launcher(std::env::current_exe()?, confine::as_service()),
+        unconfined: (!level.namespaces).then(|| level.to_string()),
+        launcher: confine::launcher(helper, arguments, None),
     })
 }
 
@@ -74,6 +91,9 @@ fn program(file: &Path) -> Result<Program, Failure> {
     let text = String::from_utf8(bytes).map_err(|_| unread("UTF-8 expected".to_owned()))?;
     let folder = file.parent().map_or_else(PathBuf::new, Path::to_path_buf);
     let folder = std::path::absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { &folder })?;
+    if folder.to_str().is_none() {
+        return Err(unread("a folder whose name is UTF-8 expected".to_owned()).into());
+    }
     let read = |path: &Path| link::files::read(path, MAX_PINNED).map_err(|e| e.to_string());
     let program = Program::parse(&text, &folder, read).map_err(|mistake| {
         Problems::from(match mistake.at {

@@ -107,7 +107,8 @@ impl Setup {
                 Conduct::Guarded => "inside the platform's guards",
             };
             let repeatable = if guest.repeatable { "" } else { "; NOT DETERMINISTIC: the same trial gave two logs" };
-            format!("GUEST: `{}` drives, {conduct}{repeatable}", guest.program.name)
+            let confined = guest.unconfined.as_ref().map(|why| format!("; NOT CONFINED: {why}")).unwrap_or_default();
+            format!("GUEST: `{}` drives, {conduct}{repeatable}{confined}", guest.program.name)
         });
         let marks: Vec<String> = [guest, self.ablation(), self.unmeasured()].into_iter().flatten().collect();
         (!marks.is_empty()).then(|| marks.join("; "))

@@ -265,7 +265,9 @@ impl Sim {
         while !self.stopped && self.steps < last {
             self.steps += 1;
             let at = self.time_of(self.steps);
+            let velocity = self.plant.state(&self.world).velocity;
             let lapsed = self.plant.step(at, &mut self.world).is_some();
+            self.witness.collisions(at, &self.plant.touches(&self.world), velocity, &mut self.out);
             if lapsed {
                 self.witness.lease(at, &self.world, &self.plant, &mut self.out);
             }

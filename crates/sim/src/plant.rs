@@ -6,8 +6,11 @@
 //!
 //! Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
 
+use std::collections::BTreeMap;
+
 use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;
+use wire::id::ObjectId;
 use wire::platform::Vehicle;
 use wire::time::{Instant, Span};
 
@@ -79,6 +82,7 @@ impl State {
 pub struct Plant {
     limits: Vehicle,
     vehicle: DynamicRayCastVehicleController,
+    shell: ColliderHandle,
     set_point: Option<SetPoint>,
     /// Speed that the controller tracks: the set-point, approached at the greatest acceleration.
     reference: f32,
@@ -92,10 +96,11 @@ impl Plant {
         let chassis = world.physics.bodies.insert(chassis_body(world, start, vehicle));
         let [length, width, height] = vehicle.chassis_m.map(|edge| edge / 2.0);
         let shell = ColliderBuilder::cuboid(length, width, height).mass(vehicle.mass_kg * fidelity.load).friction(0.4);
-        world.physics.insert_collider(shell, Some(chassis));
+        let shell = world.physics.insert_collider(shell, Some(chassis));
         Plant {
             limits: *vehicle,
             vehicle: wheels(chassis, vehicle, fidelity.grip),
+            shell,
             set_point: None,
             reference: 0.0,
             integral: 0.0,
@@ -141,6 +146,11 @@ impl Plant {
         self.vehicle.update_vehicle(DT, queries);
         world.step();
         lapsed
+    }
+
+    /// The objects that the chassis touches, with the direction from it to each, unit vectors of the world frame.
+    pub fn touches(&self, world: &World) -> BTreeMap<ObjectId, Vector> {
+        world.touching(self.shell)
     }
 
     /// Place and motion of the vehicle.

@@ -2,14 +2,15 @@
 //!
 //! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
 //! margin; once for standing objects, ten times a second for moving ones: where they are; once, which bear a print. At
-//! once: a lease that began or lapsed, an act as received with the true object nearest to the designated place, and the
+//! once: a lease that began or lapsed, objects that the chassis has come to touch, an act as received with the true object nearest to the designated place, and the
 //! start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without it. While
 //! a fault displaces localisation, also by how much.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use instrument::{ALTERED_EVERY, FaultKind, Note, Sensor, StepName};
 use minicbor::Encode;
+use rapier3d::prelude::Vector;
 use wire::audit::Journal;
 use wire::core::Output;
 use wire::drive::Act;
@@ -36,6 +37,7 @@ pub(crate) struct Witness {
     journal: Option<Journal>,
     unit: UnitId,
     leased: bool,
+    touches: BTreeSet<ObjectId>,
     faults_active: [bool; MAX_FAULTS],
     /// True if the step that this fault is the first of is told to have begun and not to have ended.
     steps_open: [bool; MAX_FAULTS],
@@ -46,14 +48,23 @@ pub(crate) struct Witness {
 impl Witness {
     pub(crate) fn new(journal: Option<Journal>, unit: UnitId) -> Self {
         let (faults_active, steps_open) = ([false; MAX_FAULTS], [false; MAX_FAULTS]);
-        Witness { journal, unit, leased: false, faults_active, steps_open, told: [None; MAX_FAULTS] }
+        Witness {
+            journal,
+            unit,
+            leased: false,
+            touches: BTreeSet::new(),
+            faults_active,
+            steps_open,
+            told: [None; MAX_FAULTS],
+        }
     }
 
     /// The same witness in a forked world.
     pub(crate) fn fork(&self) -> Witness {
         let journal = self.journal.as_ref().map(Journal::fork);
         let Witness { unit, leased, faults_active, steps_open, told, .. } = *self;
-        Witness { journal, unit, leased, faults_active, steps_open, told }
+        let touches = self.touches.clone();
+        Witness { journal, unit, leased, touches, faults_active, steps_open, told }
     }
 
     /// Appends an event.
@@ -99,6 +110,25 @@ impl Witness {
     pub(crate) fn lease(&mut self, now: Instant, world: &World, plant: &Plant, out: &mut VecDeque<Output>) {
         if self.journal.is_some() && plant.set_point().is_some() != self.leased {
             self.unit(now, world, plant, out);
+        }
+    }
+
+    /// Collisions at once: objects that the chassis touches since this step, with its speed towards each before it.
+    pub(crate) fn collisions(
+        &mut self,
+        now: Instant,
+        touches: &BTreeMap<ObjectId, Vector>,
+        velocity: Vector,
+        out: &mut VecDeque<Output>,
+    ) {
+        for (&object, towards) in touches.iter().filter(|(object, _)| !self.touches.contains(object)) {
+            let note = Note::Collided { unit: self.unit, object, speed_mm_s: mm(velocity.dot(*towards)) };
+            if let Some(journal) = &mut self.journal {
+                journal.write(now, note, out);
+            }
+        }
+        if !self.touches.iter().eq(touches.keys()) {
+            self.touches = touches.keys().copied().collect();
         }
     }
 

@@ -5,6 +5,7 @@
 //! Everything a sensor sees comes from [`View::cast`], so all sensors agree on the places of objects. Leaves driving to
 //! `plant` and appearance to `sensor`.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use rapier3d::parry::utils::Array2;
@@ -134,6 +135,21 @@ impl World {
         let all = self.placed.iter().enumerate().map(|(i, p)| (i, distance(p)));
         let (index, metres) = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
         Some((ObjectId(index as u16), self.scene.objects[index].class, metres))
+    }
+
+    /// The objects that a collider touches, with the direction from it to each.
+    pub(crate) fn touching(&self, collider: ColliderHandle) -> BTreeMap<ObjectId, Vector> {
+        let pairs = self.physics.narrow_phase.contact_pairs_with(collider).filter(|p| p.has_any_active_contact());
+        pairs
+            .filter_map(|pair| {
+                let first = pair.collider1 == collider;
+                let other = if first { pair.collider2 } else { pair.collider1 };
+                let tag = self.physics.colliders[other].user_data;
+                // Rapier's normal leads from the first collider to the second.
+                let normal = pair.manifolds().first()?.data.normal;
+                (tag != GROUND_TAG).then_some((ObjectId(tag as u16), if first { normal } else { -normal }))
+            })
+            .collect()
     }
 
     /// Opens the world for ray casts that do not see `own`, the body that carries the sensor.

@@ -66,6 +66,22 @@ fn vehicle_follows_set_points_and_stops_after_lease() {
 }
 
 #[test]
+fn collision_is_told_once_with_the_speed_before_it() {
+    let mut config = SimConfig::new(7, false);
+    config.scene.objects.truncate(1);
+    config.scene.objects[0].path = vec![[-4.0, -5.0]];
+    let log = Rig::new(config).run(6_000, Some((2000, 0)));
+    let told: Vec<(ObjectId, i32)> = events(&log)
+        .into_iter()
+        .filter_map(|(_, e)| match e {
+            Any::Instrument(Note::Collided { object, speed_mm_s, .. }) => Some((object, speed_mm_s)),
+            _ => None,
+        })
+        .collect();
+    assert!(matches!(told[..], [(ObjectId(0), 1_500..)]), "{told:?}");
+}
+
+#[test]
 fn a_set_point_under_another_key_moves_nothing() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), ChannelKey([9; 32]));

@@ -123,7 +123,8 @@ fn level(event: &Any) -> Option<log::Level> {
             | Event::Signed { .. }
             | Event::Count { .. },
         ) => return None,
-        Any::Service(Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. }) => log::Level::Error,
+        Any::Service(Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. })
+        | Any::Instrument(Note::Collided { .. }) => log::Level::Error,
         Any::Service(
             Event::Refused { .. }
             | Event::Inconsistent { .. }

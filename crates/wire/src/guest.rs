@@ -26,7 +26,7 @@ pub const MAX_REQUEST: usize = 8 * 1024;
 pub const MAX_ANSWER: usize = 512;
 
 /// East and north in the world frame, millimetres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
 pub struct Place(#[n(0)] pub i32, #[n(1)] pub i32);
 
 /// A disc to keep clear of.
@@ -185,7 +185,7 @@ pub enum Fault {
     /// A state that the guest's file does not name, or an output that the file does not promise.
     #[n(7)]
     Undeclared,
-    /// No guest can go on here: the run was forked or the process started anew.
+    /// No guest can go on here: the run was forked.
     #[n(8)]
     Unavailable,
 }

@@ -4,7 +4,7 @@ use evidence::{Planned, Property};
 use instrument::{Any, FaultKind, Note, Sensor, Suspension};
 use wire::command::CommandKind;
 use wire::event::{Event, Interface};
-use wire::id::{FrameId, NodeId};
+use wire::id::{FrameId, NodeId, ObjectId, UnitId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::settings::Settings;
 
@@ -192,6 +192,16 @@ fn p4_fence_and_driving_limits() {
     assert_eq!(driven(-1, 50), []);
     assert_eq!(driven(-1, 51), [Property::P4]);
     assert_eq!(driven(-1, -51), [Property::P4]);
+}
+
+#[test]
+fn p4_collision_counts_for_the_one_that_drives() {
+    let hit = |unit, speed_mm_s: i32| {
+        let note = Note::Collided { unit, object: ObjectId(3), speed_mm_s };
+        Log::whole().add(5000, NodeId::SIM, note).breaks()
+    };
+    assert_eq!([hit(UnitId::A, 50), hit(UnitId::B, 900)], [vec![], vec![]]);
+    assert_eq!([hit(UnitId::A, 51), hit(UnitId::A, -51)], [vec![Property::P4], vec![Property::P4]]);
 }
 
 #[test]

@@ -15,8 +15,8 @@ use std::process::ExitCode;
 
 /// Argument before the warden's own.
 const WARDEN: &str = "warden";
-/// Argument of the entry to take no namespaces, for tests of the rest.
-const PLAIN: &str = "--no-namespaces";
+/// Argument of the entry to take no namespaces.
+pub(crate) const PLAIN: &str = "--no-namespaces";
 
 /// The stage that the program's arguments ask for.
 pub fn main() -> ExitCode {

@@ -27,11 +27,11 @@ const PIDS: &str = "301";
 /// Most mounts that a reason names.
 const NAMED: usize = 3;
 
-/// Replaces the view of this process and those that it starts. Gives the parts that the kernel refused.
+/// Replaces the view of this process and those that it starts; `hidden` is shown empty. Gives the parts that the kernel refused.
 ///
 /// # Errors
 /// The first part without which the view would be the launcher's.
-pub(super) fn replace(folder: &Path) -> Result<Vec<String>, String> {
+pub(super) fn replace(folder: &Path, hidden: Option<&Path>) -> Result<Vec<String>, String> {
     let step = |part: &'static str| move |why: io::Error| format!("{part}: {why}");
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC)
         .map_err(|why| step("mounts")(why.into()))?;
@@ -43,6 +43,10 @@ pub(super) fn replace(folder: &Path) -> Result<Vec<String>, String> {
     }
     if is_folder("/run") {
         memory("/run", "size=64k,mode=755").map_err(step("/run"))?;
+    }
+    // One that a temporary folder covers is gone already.
+    if let Some(hidden) = hidden.and_then(Path::to_str).filter(|hidden| is_folder(hidden)) {
+        memory(hidden, "size=64k,mode=755").map_err(step("hidden folder"))?;
     }
     kept.again().map_err(step("folder in a temporary one"))?;
     if is_folder("/run") {
@@ -138,7 +142,9 @@ fn devices() -> io::Result<()> {
         let place = format!("/dev/{name}");
         // Made without being opened: a file that is being closed would still count as written to.
         mknodat(CWD, place.as_str(), FileType::RegularFile, Mode::RUSR, 0)?;
-        mount_bind(held(device), place)?;
+        mount_bind(held(device), place.as_str())?;
+        // The machine's own file: a guest of root could change its mode and times.
+        mount_remount(place.as_str(), MountFlags::BIND | MountFlags::RDONLY | MountFlags::NOSUID, "")?;
     }
     for (name, to) in [("fd", ""), ("stdin", "/0"), ("stdout", "/1"), ("stderr", "/2")] {
         symlink(format!("/proc/self/fd{to}"), format!("/dev/{name}"))?;

@@ -62,7 +62,7 @@ fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, String> {
     let mut level = Level { namespaces: refused.is_none(), ..Level::default() };
     match refused {
         None => {
-            level.why.extend(view::replace(&spec.folder)?);
+            level.why.extend(view::replace(&spec.folder, spec.hidden.as_deref())?);
             limits::give_up_rights().map_err(|why| format!("rights: {why}"))?;
         }
         Some(why) => {

@@ -159,13 +159,13 @@ fn a_program_that_cannot_start_says_why() {
 #[test]
 fn a_missing_helper_is_named() {
     let mut case = Case::shell("", "");
-    case.launcher = confine::launcher("/no/such/helper".into(), Vec::new());
+    case.launcher = confine::launcher("/no/such/helper".into(), Vec::new(), None);
     assert_failed(&case.failure(0), Fault::NotStarted, "/no/such/helper: No such file");
 }
 
 #[test]
 fn a_helper_that_is_another_program_is_named() {
     let mut case = Case::shell("", "");
-    case.launcher = confine::launcher("/bin/cat".into(), vec!["/no/such/file".into()]);
+    case.launcher = confine::launcher("/bin/cat".into(), vec!["/no/such/file".into()], None);
     assert_failed(&case.failure(0), Fault::NotStarted, "");
 }

@@ -59,12 +59,12 @@ impl Case {
              [environment]\nONLY = \"this\"\n[limits]\nstart_ms = 30000\n{limits}\n"
         );
         let program = Program::parse(&file, folder.path(), |_| Err("none".into())).expect("a guest file");
-        Self { program, launcher: confine::launcher(helper(), vec![mark.clone()]), mark, folder }
+        Self { program, launcher: confine::launcher(helper(), vec![mark.clone()], None), mark, folder }
     }
 
     /// The same guest without namespaces.
     fn plain(mut self) -> Self {
-        self.launcher = confine::launcher(helper(), vec![self.mark.clone(), "--no-namespaces".into()]);
+        self.launcher = confine::launcher(helper(), vec![self.mark.clone(), "--no-namespaces".into()], None);
         self
     }
 

@@ -110,7 +110,7 @@ const SOCKETS: &str = "take()\ndef can(f):\n  \
     def loop():\n  \
     a = socket.create_server(('127.0.0.1', 0)); socket.create_connection(a.getsockname(), 5)\n\
     give(', '.join([can(lambda: socket.create_connection(('127.0.0.1', PORT), 5)), can(loop), can(lambda: socket.socket(socket.AF_INET6)),\n  \
-    can(lambda: socket.socket(socket.AF_NETLINK)), can(lambda: socket.socket(socket.AF_INET, socket.SOCK_RAW, 1)), can(socket.socketpair)]))\n";
+    can(lambda: socket.socket(socket.AF_NETLINK)), can(lambda: socket.socket(socket.AF_UNIX)), can(lambda: socket.socket(socket.AF_INET, socket.SOCK_RAW, 1)), can(socket.socketpair)]))\n";
 
 #[test]
 fn no_network_is_reached() {
@@ -123,9 +123,25 @@ fn no_network_is_reached() {
     let denied = "Operation not permitted";
     assert_eq!(
         said(&case),
-        format!("Connection refused, yes, {denied}, {denied}, {denied}, yes"),
+        format!("Connection refused, yes, {denied}, {denied}, {denied}, {denied}, yes"),
         "loopback alone, of its own"
     );
+}
+
+/// A folder that the launcher hides, here beside the guest's own.
+#[test]
+fn a_hidden_folder_is_empty() {
+    if !namespaces() {
+        return;
+    }
+    let root = std::env::current_dir().unwrap();
+    let hidden = tempfile::Builder::new().prefix("hidden-").tempdir_in(&root).unwrap();
+    fs::write(hidden.path().join("truth"), "x").unwrap();
+    let text = format!("take(); give(str(os.listdir({:?})))\n", hidden.path());
+    let Some(mut case) = Case::python(&text, "") else { return };
+    assert_eq!(said(&case), "['truth']");
+    case.launcher = confine::launcher(helper(), vec![case.mark.clone()], Some(hidden.path().to_owned()));
+    assert_eq!(said(&case), "[]");
 }
 
 #[test]
@@ -134,7 +150,7 @@ fn no_network_is_reached_without_namespaces() {
     let text = SOCKETS.replace("PORT", &listener.local_addr().unwrap().port().to_string());
     let Some(case) = Case::python(&text, "") else { return };
     let denied = "Operation not permitted";
-    assert_eq!(said(&case.plain()), format!("{denied}, {denied}, {denied}, {denied}, {denied}, yes"));
+    assert_eq!(said(&case.plain()), format!("{denied}, {denied}, {denied}, {denied}, {denied}, {denied}, yes"));
 }
 
 #[test]

@@ -15,6 +15,7 @@ use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Ablation, AttackRow, CheckRow, Compared, Overlap, Quiet, Summary, ablation_table};
 use runner::batch::Batch;
+use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
 use runner::plan::{Planned, Wanted};
@@ -34,6 +35,8 @@ pub(super) struct Args {
     /// Attacks, by name or by file; without any, every shipped scenario.
     #[arg(value_name = "SCENARIO")]
     scenarios: Vec<String>,
+    #[command(flatten)]
+    _no_guest: NoGuest,
     /// Pairs of trials of each attack and check where anything differs.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     trials: u64,

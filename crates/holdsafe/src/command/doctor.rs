@@ -114,9 +114,14 @@ fn window() -> Need {
 fn guests() -> Need {
     let level = std::env::current_exe()
         .map_err(|why| why.to_string())
-        .and_then(|program| confine::level(program, confine::as_service()).map_err(|why| why.to_string()));
-    let found = level.map_or_else(|why| why, |level| level.to_string());
-    Need { need: "confinement of guests", met: true, found, remedy: "" }
+        .and_then(|program| confine::best(&program, &confine::as_service()).map_err(|why| why.to_string()));
+    let (met, found) = level.map_or_else(|why| (false, why), |(_, level)| (true, level.to_string()));
+    Need {
+        need: "confinement of guests",
+        met,
+        found,
+        remedy: "no guest can be started: `holdsafe guest check` needs /proc and pipes",
+    }
 }
 
 fn loopback() -> Need {

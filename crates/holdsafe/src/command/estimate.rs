@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use parallel::progress::Progress;
 use results::campaign::draw;
 use results::report::{Asked, RareObject, rare_table};
+use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
 use runner::{Context, out, plan};
@@ -18,6 +19,8 @@ pub(super) struct Args {
     /// A scenario of the twin, by name or by file.
     #[arg(value_name = "SCENARIO")]
     scenario: String,
+    #[command(flatten)]
+    _no_guest: NoGuest,
     /// Event.
     #[arg(long, value_enum)]
     event: Event,

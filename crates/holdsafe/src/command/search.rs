@@ -10,6 +10,7 @@ use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
+use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::search_config::{Asked, MOST_SEQUENCES, stopped_or_unfit, unfit};
@@ -62,6 +63,8 @@ pub(super) struct Args {
     /// Run each finding live so many times, away from its edge.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     confirm: u64,
+    #[command(flatten)]
+    _no_guest: NoGuest,
     /// Keep the findings here [default: runs/search-N].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -195,3 +195,35 @@ fn check_names_what_a_guest_gets_wrong() {
     assert_eq!(output.status.code(), Some(3), "{screen}");
     assert!(screen.contains("failed in step 1: malformed: unknown field `curvature`"), "{screen}");
 }
+
+/// The shell commands under a heading of a document.
+fn tutorial(document: &str, heading: &str) -> String {
+    let text = fs::read_to_string(root().join(document)).unwrap();
+    let (_, rest) = text.split_once(&format!("\n## {heading}\n")).unwrap();
+    let section = rest.split("\n## ").next().unwrap();
+    section.split("```sh\n").skip(1).map(|block| block.split("```").next().unwrap()).collect()
+}
+
+/// Word for word, in a folder that has the project's own ones.
+#[test]
+fn tutorial_leads_from_an_empty_folder_to_verdicts() {
+    let dir = tempfile::tempdir().unwrap();
+    for folder in ["scenarios", "platforms", "policies", "python"] {
+        let copied = Command::new("cp").arg("-r").arg(root().join(folder)).arg(dir.path()).status().unwrap();
+        assert!(copied.success(), "{folder}");
+    }
+    let script = format!(
+        "set -e\nholdsafe() {{ '{}' \"$@\"; }}\ntrap 'echo \"last: $BASH_COMMAND\" >&2' ERR\n{}",
+        env!("CARGO_BIN_EXE_holdsafe"),
+        tutorial("docs/researcher/guests.md", "From an empty folder to a verdict"),
+    );
+    let output = Command::new("bash").args(["-c", &script]).current_dir(dir.path()).output().unwrap();
+    let (shown, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    if !output.status.success() && (said.contains("last: python3 -m venv") || said.contains("/pip install")) {
+        eprintln!("skipped: python3 or its packages cannot be installed: {said}");
+        return;
+    }
+    assert!(output.status.success(), "{shown}{said}");
+    let classes: Vec<&str> = shown.lines().filter(|line| line.contains("20 of 20")).collect();
+    panic!("{shown} {classes:?}");
+}

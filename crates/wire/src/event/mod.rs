@@ -12,7 +12,7 @@ use sha2::{Digest, Sha256};
 use crate::codec::Text;
 use crate::command::CommandKind;
 use crate::feed::CommandStage;
-use crate::guest::{Declared, Fault, MAX_NAME, MAX_WHY};
+use crate::guest::{Declared, Fault, MAX_NAME, MAX_WHY, Place};
 use crate::id::{CommandId, FrameId, NodeId, PeerId, RecordId, TrackId, UnitId, WorldId};
 use crate::mode::{Because, Cause, Guards, Mode};
 use crate::person::{Act, Order, Unable};
@@ -168,6 +168,8 @@ pub enum Event {
         #[n(0)] name: Text<MAX_NAME>,
         /// True if its set-points go to the plant as they are.
         #[n(1)] bare: bool,
+        /// End of its route, where that does not begin anew.
+        #[n(2)] goal: Option<Place>,
     },
     /// Autonomy: the guest's own word on its state, when that changed.
     #[n(94)] GuestStated { #[n(0)] declared: Declared, #[n(1)] state: Text<MAX_NAME> },
@@ -175,7 +177,7 @@ pub enum Event {
     #[n(95)] GuestPlaced { #[n(0)] x_mm: i32, #[n(1)] y_mm: i32 },
     /// Autonomy: the guest failed, and drives no longer.
     #[n(96)] GuestFailed { #[n(0)] fault: Fault, #[n(1)] why: Text<MAX_WHY> },
-    /// Autonomy: steps that the guest answered, and those of which the set-point was limited, at the end of the run.
+    /// Autonomy: steps that the guest answered, and those of which the motion was limited, at the end of the run.
     #[n(97)] GuestSteps { #[n(0)] steps: u32, #[n(1)] limited: u32 },
 }
 

@@ -594,7 +594,11 @@ fn decisions() -> Vec<(&'static str, Event)> {
         ),
         ("acknowledged", Event::Acknowledged { command: COMMAND, refused: None }),
         ("inconsistent", Event::Inconsistent { unit: UnitId::C, finding: Inconsistency::TimeBase, record: RECORD }),
-        ("guest-engaged", Event::GuestEngaged { name: Text::new("follower"), bare: true }),
+        ("guest-engaged", Event::GuestEngaged { name: Text::new("follower"), bare: true, goal: None }),
+        (
+            "guest-engaged-with-a-goal",
+            Event::GuestEngaged { name: Text::new("follower"), bare: false, goal: Some(Place(12_000, -3_000)) },
+        ),
         ("guest-stated", Event::GuestStated { declared: Declared::Safe, state: Text::new("STOPPED") }),
         ("guest-placed", Event::GuestPlaced { x_mm: -1500, y_mm: 20_000 }),
         ("guest-failed", Event::GuestFailed { fault: Fault::Silent, why: Text::new("no answer") }),
@@ -706,6 +710,7 @@ fn witnesses() -> Vec<(&'static str, Any)> {
             Any::Service(Event::Followed { track: TrackId(3), class: Class::Person, x_mm: 8_000, y_mm: -3_000 }),
         ),
         ("printed", Any::Instrument(Note::Printed { object: ObjectId(2) })),
+        ("collided", Any::Instrument(Note::Collided { unit: UnitId::A, object: ObjectId(2), speed_mm_s: -400 })),
         (
             "altered",
             Any::Instrument(Note::Altered {

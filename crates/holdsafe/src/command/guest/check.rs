@@ -7,11 +7,13 @@ use guest::check::Checked;
 use results::report::GuestChecked;
 use runner::failure::{Exit, Failure};
 use runner::{Context, engage, out};
+use wire::codec::Text;
+use wire::guest::MAX_WHY;
 
 pub(super) fn run(context: &Context, file: &Path) -> Result<Exit, Failure> {
     let guest = engage::guest(file, Conduct::Bare)?;
     let checked = guest::check::check(&guest);
-    let level = confine::level(std::env::current_exe()?, confine::as_service()).map_err(Failure::internal)?;
+    let (_, level) = confine::best(&std::env::current_exe()?, &confine::as_service()).map_err(Failure::internal)?;
     let fine = checked.fine();
     if context.json {
         out::print_json("guest-check", &GuestChecked::new(checked, level.to_string()))?;
@@ -27,7 +29,7 @@ fn tell(checked: &Checked) {
     out::say(format_args!("{guest}: {steps} of {asked} steps answered, {driven_m:.1} m driven of 20 m"));
     if let Some(found) = &checked.failure {
         let at = if found.step == 0 { "at the start".to_owned() } else { format!("in step {}", found.step) };
-        out::say(format_args!("failed {at}: {}: {}", found.fault, found.why));
+        out::say(format_args!("failed {at}: {}: {}", found.fault, Text::<MAX_WHY>::new(&found.why).as_str()));
     }
     for remark in &checked.remarks {
         out::say(format_args!("remark: {remark}"));

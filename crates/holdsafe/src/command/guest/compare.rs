@@ -103,11 +103,15 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let named = !args.scenarios.is_empty();
     let shared = |interface: Interface| !matches!(interface, Interface::ConsoleFeed | Interface::Host);
     scenarios.retain(|scenario| !scenario.is_of_stacks() && (named || shared(scenario.interface)));
-    let mut parts = Vec::new();
+    let mut parts: Vec<Part> = Vec::new();
     for file in &args.guests {
         for conduct in [Conduct::Bare, Conduct::Guarded] {
             let guest = engage::guest(file, conduct)?;
             let (name, options) = (guest.program.name.clone(), engage::options(file, conduct));
+            if parts.iter().any(|part| part.guest == name && part.conduct == conduct) {
+                let why = format!("two guests have the name {name}; give one another name in its file");
+                return Err(Failure::new(Exit::Usage, why));
+            }
             let wanted = Wanted { rendered: args.live, guest: Some(Engaged { guest, options }), ..Wanted::default() };
             let mut planned = Vec::new();
             for scenario in &scenarios {
