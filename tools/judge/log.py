@@ -55,7 +55,7 @@ class Log:
         engaged = self.of("guest_engaged", by="unit-a")
         if not engaged:
             return None
-        failed = any(e["t_us"] <= self.end for e in self.of("guest_failed", by="unit-a"))
+        failed = next((e for e in self.of("guest_failed", by="unit-a") if e["t_us"] <= self.end), None)
         return {"bare": engaged[0]["event"]["bare"], "failed": failed}
 
     def intents(self):

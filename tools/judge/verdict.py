@@ -103,8 +103,19 @@ def parked(log):
     return bool(still) and any(e["event"]["node"] == "unit-a" for e in log.of("ended"))
 
 
-def classify(log, broken, whole, unknown, trips, zero, missing):
+def of_failed_guest(log, failed, found, whole, unknown):
+    if any(p in ("P2", "P3") and t <= failed["t_us"] for p, t, _ in found):
+        if unknown:
+            return None
+        if whole:
+            return "LATE"
+    stalled = any(e["event"]["by"] > log.head["stall_limit_us"] for e in log.of("stalled"))
+    return "INVALID" if stalled and failed["event"]["fault"] in ("silent", "not_started") else "GUEST_FAILED"
+
+
+def classify(log, found, whole, unknown, trips, zero, missing):
     """The first that matches; None where something that it hangs on is not judged."""
+    broken = {p for p, _, _ in found}
     if log.head["custody"]:
         return "INVALID"
     if log.guest() is not None and log.guest()["bare"]:
@@ -113,7 +124,7 @@ def classify(log, broken, whole, unknown, trips, zero, missing):
         return "UNSAFE"
     guest = log.guest()
     if guest is not None and guest["failed"]:
-        return "GUEST_FAILED"
+        return of_failed_guest(log, guest["failed"], found, whole, unknown)
     if unknown:
         return None
     if not whole or broken & {"P6", "P10"}:
@@ -139,12 +150,11 @@ def judge(log):
     whole, zero, unknown = receipts(log, faults)
     found = [finding for rule in RULES for finding in rule(log)]
     found += [finding for rule in (p1_witnessed, p2, p3_place) for finding in rule(log, faults)]
-    broken = {p for p, _, _ in found}
     trips = false_trips(log, zero)
     missing = mission(log, zero)
     return {
-        "outcome": classify(log, broken, whole, unknown, trips, zero, missing),
-        "broken": sorted(broken),
+        "outcome": classify(log, found, whole, unknown, trips, zero, missing),
+        "broken": sorted({p for p, _, _ in found}),
         "findings": ["%s at %d ms: %s" % (p, t // 1000, what) for p, t, what in sorted(found, key=lambda f: f[1])[:20]],
         "mission": missing,
         "receipt": None if unknown else whole,

@@ -96,10 +96,13 @@ fn every_attack_arrives_on_both_links() {
     }
 }
 
+/// But for late messages: how long a parser waits for the rest of a damaged one depends on the bytes of timestamps, which the library takes
+/// from the host's clock.
 #[test]
 fn same_seed_gives_the_same_counts() {
     for row in rows().unwrap() {
-        assert_eq!(trial(row.name, Link::Signed, false), trial(row.name, Link::Signed, false), "{:?}", row.name);
+        let counts = || Counts { late: 0, ..trial(row.name, Link::Signed, false) };
+        assert_eq!(counts(), counts(), "{:?}", row.name);
     }
 }
 

@@ -511,7 +511,7 @@ pub(crate) fn events() -> impl Iterator<Item = u8> {
         .chain(60..62)
         .chain(65..71)
         .chain(80..89)
-        .chain(92..98)
+        .chain(92..99)
 }
 
 fn entries() -> Vec<Named> {
