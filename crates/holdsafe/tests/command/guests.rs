@@ -228,5 +228,5 @@ fn tutorial_leads_from_an_empty_folder_to_verdicts() {
     let classes: Vec<&str> = shown.lines().filter_map(|line| line.strip_prefix("│ all  ┆ 20 ┆ ")).collect();
     let classes: Vec<&str> = classes.iter().filter_map(|row| row.split(" 20 ").next()).collect();
     assert_eq!(exits, ["0", "0", "3", "0", "0", "0", "3"], "{shown}{said}");
-    assert_eq!(classes, ["LATE", "HOLD_SAFE", "HOLD_SAFE", "LATE"], "{shown}{said}");
+    assert_eq!(classes, ["LATE", "HOLD_SAFE", "HOLD_SAFE", "UNSAFE"], "{shown}{said}");
 }
