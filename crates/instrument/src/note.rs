@@ -133,7 +133,7 @@ pub enum Note {
     /// The sim: the message with this [`wire::event::wire_hash`] would read otherwise without the faults of this kind at this sensor. Told of the first
     /// message that a fault changes and then once in [`ALTERED_EVERY`].
     #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
-    /// The unit's chassis has begun to touch an object.
+    /// The unit's chassis has begun to touch an object since the last truth.
     #[n(98)] Collided {
         #[n(0)] unit: UnitId, #[n(1)] object: ObjectId,
         /// Speed towards it just before.

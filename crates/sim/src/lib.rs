@@ -267,7 +267,7 @@ impl Sim {
             let at = self.time_of(self.steps);
             let velocity = self.plant.state(&self.world).velocity;
             let lapsed = self.plant.step(at, &mut self.world).is_some();
-            self.witness.collisions(at, &self.plant.touches(&self.world), velocity, &mut self.out);
+            self.witness.touch(&self.plant.touches(&self.world), velocity);
             if lapsed {
                 self.witness.lease(at, &self.world, &self.plant, &mut self.out);
             }

@@ -1,8 +1,8 @@
 //! Ground truth for the oracle, on the instrument plane only; no service reads it.
 //!
-//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
+//! Ten times a second: objects that the chassis has come to touch; the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
 //! margin; once for standing objects, ten times a second for moving ones: where they are; once, which bear a print. At
-//! once: a lease that began or lapsed, objects that the chassis has come to touch, an act as received with the true object nearest to the designated place, and the
+//! once: a lease that began or lapsed, an act as received with the true object nearest to the designated place, and the
 //! start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without it. While
 //! a fault displaces localisation, also by how much.
 
@@ -38,6 +38,8 @@ pub(crate) struct Witness {
     unit: UnitId,
     leased: bool,
     touches: BTreeSet<ObjectId>,
+    /// Collisions that are not yet told, with the speed towards each object, mm/s.
+    collided: BTreeMap<ObjectId, i32>,
     faults_active: [bool; MAX_FAULTS],
     /// True if the step that this fault is the first of is told to have begun and not to have ended.
     steps_open: [bool; MAX_FAULTS],
@@ -53,6 +55,7 @@ impl Witness {
             unit,
             leased: false,
             touches: BTreeSet::new(),
+            collided: BTreeMap::new(),
             faults_active,
             steps_open,
             told: [None; MAX_FAULTS],
@@ -63,8 +66,8 @@ impl Witness {
     pub(crate) fn fork(&self) -> Witness {
         let journal = self.journal.as_ref().map(Journal::fork);
         let Witness { unit, leased, faults_active, steps_open, told, .. } = *self;
-        let touches = self.touches.clone();
-        Witness { journal, unit, leased, touches, faults_active, steps_open, told }
+        let (touches, collided) = (self.touches.clone(), self.collided.clone());
+        Witness { journal, unit, leased, touches, collided, faults_active, steps_open, told }
     }
 
     /// Appends an event.
@@ -94,6 +97,9 @@ impl Witness {
             return;
         }
         self.unit(now, world, plant, out);
+        for (object, speed_mm_s) in std::mem::take(&mut self.collided) {
+            self.write(now, Note::Collided { unit: self.unit, object, speed_mm_s }, out);
+        }
         for (index, (object, place)) in world.scene().objects.iter().zip(world.placements()).enumerate() {
             if all_objects || object.moves() {
                 let (x_mm, y_mm) = (mm(place.centre.x), mm(place.centre.y));
@@ -113,19 +119,12 @@ impl Witness {
         }
     }
 
-    /// Collisions at once: objects that the chassis touches since this step, with its speed towards each before it.
-    pub(crate) fn collisions(
-        &mut self,
-        now: Instant,
-        touches: &BTreeMap<ObjectId, Vector>,
-        velocity: Vector,
-        out: &mut VecDeque<Output>,
-    ) {
+    /// Keeps collisions for the next entry of truth: objects that the chassis touches since this step, each with the greatest speed
+    /// towards it just before.
+    pub(crate) fn touch(&mut self, touches: &BTreeMap<ObjectId, Vector>, velocity: Vector) {
         for (&object, towards) in touches.iter().filter(|(object, _)| !self.touches.contains(object)) {
-            let note = Note::Collided { unit: self.unit, object, speed_mm_s: mm(velocity.dot(*towards)) };
-            if let Some(journal) = &mut self.journal {
-                journal.write(now, note, out);
-            }
+            let speed = mm(velocity.dot(*towards));
+            self.collided.entry(object).and_modify(|most| *most = speed.max(*most)).or_insert(speed);
         }
         if !self.touches.iter().eq(touches.keys()) {
             self.touches = touches.keys().copied().collect();

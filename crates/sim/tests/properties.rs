@@ -415,7 +415,7 @@ impl Rig {
 
     /// Runs on, asking for (mm/s, 10⁻⁶/m) every 50 ms under leases of 300 ms.
     fn run(&mut self, ms: u64, ask: Option<(i32, i32)>) -> Vec<Output> {
-        let mut log = Vec::new();
+        let mut log = self.drain();
         for _ in 0..ms / 50 {
             let until = self.now + Span::ms(50);
             loop {
@@ -436,8 +436,13 @@ impl Rig {
         log
     }
 
+    /// Entries of the journal bear the time at which they are handed over: the oracle takes another one for a delay.
     fn drain(&mut self) -> Vec<Output> {
-        std::iter::from_fn(|| self.sim.output()).collect()
+        let out: Vec<Output> = std::iter::from_fn(|| self.sim.output()).collect();
+        if self.wake_every_ms.is_none() {
+            assert!(events(&out).iter().all(|(at, _)| *at == self.now), "at {:?}: {:?}", self.now, events(&out));
+        }
+        out
     }
 }
 
