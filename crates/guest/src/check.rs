@@ -42,7 +42,7 @@ pub struct Checked {
     pub driven_m: f64,
     /// Largest speed asked for while the limit was zero, m/s.
     pub before_enabled_m_s: f64,
-    /// Speed asked for in the last step, when there have been no fixes for two seconds, m/s.
+    /// Speed asked for in the last step, when there have been no fixes for two seconds, m/s; 0 if the guest failed before.
     pub blind_m_s: f64,
     /// Remarks: behaviour that is allowed and worth a look.
     pub remarks: Vec<String>,
@@ -84,7 +84,7 @@ pub fn check(guest: &Guest) -> Checked {
         differs_at: differs.map(|n| n as u32 + 1),
         driven_m: first.x_mm / 1000.0,
         before_enabled_m_s: early.map(|reply| speed(reply).abs()).fold(0.0, f64::max),
-        blind_m_s: first.replies.last().map_or(0.0, speed),
+        blind_m_s: first.replies.get(STEPS as usize - 1).map_or(0.0, speed),
         remarks: Vec::new(),
     };
     checked.remarks = remarks(&checked);

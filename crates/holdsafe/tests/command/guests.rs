@@ -194,6 +194,7 @@ fn check_names_what_a_guest_gets_wrong() {
     let screen = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(3), "{screen}");
     assert!(screen.contains("failed in step 1: malformed: unknown field `curvature`"), "{screen}");
+    assert!(!screen.contains("without a fix"), "it did not come so far: {screen}");
 }
 
 /// The shell commands under a heading of a document.
