@@ -122,7 +122,7 @@ fn drives(truth: &Truth) -> bool {
     truth.speed.abs() > STANDING
 }
 
-/// Distance from the end of the route within which a guest counts as having arrived there, mm.
+/// Distance from the end of the route within which a guest may take itself to have arrived, mm. On top goes the way that it brakes.
 const ARRIVED_MM: f64 = 2000.0;
 
 /// Time from which the plant stands for good by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
@@ -138,7 +138,9 @@ pub(super) fn stands_from(evidence: &Evidence, line: &Timeline, zero: Micros) ->
 fn arrived(evidence: &Evidence, at: Micros) -> bool {
     let Some(Place(x, y)) = engaged(evidence).and_then(|guest| guest.goal) else { return false };
     let goal = (f64::from(x), f64::from(y));
-    let near = |x: i32, y: i32| length(minus((f64::from(x), f64::from(y)), goal)) <= ARRIVED_MM;
+    let brakes =
+        f64::from(evidence.bounds.max_speed_mm_s).powi(2) / (2.0 * f64::from(evidence.bounds.braking_mm_s2.max(1)));
+    let near = |x: i32, y: i32| length(minus((f64::from(x), f64::from(y)), goal)) <= ARRIVED_MM + brakes;
     let before = evidence.entries.iter().filter(|w| w.at <= at).rev();
     let truth = before.clone().find_map(|w| match w.entry.event {
         Any::Instrument(Note::Truth { unit, x_mm, y_mm, .. }) if unit == evidence.under.unit => Some((x_mm, y_mm)),
