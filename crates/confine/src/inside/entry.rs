@@ -9,7 +9,7 @@ use rustix::net::{AddressFamily, RecvFlags, SendFlags, SocketFlags, SocketType, 
 use rustix::process::{getgid, getuid};
 use rustix::thread::{CapabilitySet, capabilities, configure_capability_in_ambient_set, set_capabilities};
 
-use super::{PLAIN, WARDEN, close_others, let_go};
+use super::{PLAIN, WARDEN, close_others, let_go, null};
 
 /// Rights in the new namespaces that the warden needs until it gives them up: to mount, and to give up.
 const RIGHTS: [CapabilitySet; 2] = [CapabilitySet::SYS_ADMIN, CapabilitySet::SETPCAP];
@@ -18,10 +18,11 @@ pub(super) fn main(arguments: &mut Vec<String>) -> Result<(), String> {
     close_others().map_err(|why| format!("open descriptors cannot be listed: {why}"))?;
     let refused = if arguments.iter().any(|word| word == PLAIN) { Some("not wanted".into()) } else { enter()? };
     arguments.extend([WARDEN.to_owned(), refused.unwrap_or_default()]);
+    let null = null().map_err(|why| format!("/dev/null: {why}"))?;
     // By this path, the program is the running one even where its file has been replaced.
     let warden = Command::new("/proc/self/exe").args(arguments.iter()).spawn();
     let mut warden = warden.map_err(|why| format!("the warden cannot be started: {why}"))?;
-    let_go().map_err(|why| why.to_string())?;
+    let_go(&null).map_err(|why| why.to_string())?;
     warden.wait().map_err(|why| why.to_string())?;
     Ok(())
 }

@@ -35,11 +35,16 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// The null device. An entry opens it before the warden starts: while that one replaces `/dev`, it is missing, or keeps the new
+/// folder from becoming read-only.
+fn null() -> io::Result<File> {
+    File::options().read(true).write(true).open("/dev/null")
+}
+
 /// Closes the guest's standard input and output in this process, so that the guest alone holds them.
-fn let_go() -> io::Result<()> {
-    let null = File::options().read(true).write(true).open("/dev/null")?;
-    rustix::stdio::dup2_stdin(&null)?;
-    rustix::stdio::dup2_stdout(&null)?;
+fn let_go(null: &File) -> io::Result<()> {
+    rustix::stdio::dup2_stdin(null)?;
+    rustix::stdio::dup2_stdout(null)?;
     Ok(())
 }
 

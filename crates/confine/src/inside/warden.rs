@@ -18,7 +18,7 @@ use rustix::process::{
     DumpableBehavior, getgid, set_child_subreaper, set_dumpable_behavior, set_parent_process_death_signal, setsid,
 };
 
-use super::{filter, let_go, limits, view};
+use super::{filter, let_go, limits, null, view};
 use crate::level::Level;
 use crate::spec::{self, Report, Spec};
 
@@ -98,7 +98,7 @@ fn start(spec: &Spec) -> Result<Option<Child>, String> {
         }
         format!("{name}: {why}")
     })?;
-    let_go().map_err(|why| why.to_string())?;
+    null().and_then(|null| let_go(&null)).map_err(|why| why.to_string())?;
     Ok(Some(child))
 }
 
