@@ -135,6 +135,10 @@ fn a_hidden_folder_is_empty() {
         return;
     }
     let root = std::env::current_dir().unwrap();
+    if ["/tmp", "/var/tmp", "/run", "/dev"].iter().any(|covered| root.starts_with(covered)) {
+        println!("skipped: {} is covered in any case", root.display());
+        return;
+    }
     let hidden = tempfile::Builder::new().prefix("hidden-").tempdir_in(&root).unwrap();
     fs::write(hidden.path().join("truth"), "x").unwrap();
     let text = format!("take(); give(str(os.listdir({:?})))\n", hidden.path());
