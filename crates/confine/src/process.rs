@@ -32,14 +32,16 @@ impl Process {
         let mut line = serde_json::to_string(spec).map_err(not_started)?;
         line.push('\n');
         self.control.set_write_timeout(Some(deadline.left())).map_err(not_started)?;
-        self.control
-            .write_all(line.as_bytes())
-            .map_err(|why| not_started(format!("the helper takes no specification: {why}")))?;
+        // A helper that failed before it read says so all the same.
+        let written = self.control.write_all(line.as_bytes());
         match self.report(deadline.left()) {
             Some(Report::Started(level)) => Ok(level),
             Some(Report::NotStarted(why)) => Err(not_started(why)),
             Some(Report::Ended { how, .. }) => Err(not_started(how.unwrap_or_default())),
-            None => Err(not_started("the helper gives no report of the start")),
+            None => Err(not_started(match written {
+                Err(why) => format!("the helper takes no specification: {why}"),
+                Ok(()) => "the helper gives no report of the start".to_owned(),
+            })),
         }
     }
 

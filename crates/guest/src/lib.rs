@@ -50,7 +50,7 @@ pub struct Guest {
     pub conduct: Conduct,
     /// True unless the same trial, run twice, gave two logs.
     pub repeatable: bool,
-    /// What confinement this machine refuses, where its processes are not kept apart from the machine's.
+    /// Refusals of confinement, where its processes are not kept apart from the machine's.
     pub unconfined: Option<String>,
     /// Starts its process, once for each start of the unit.
     pub launcher: Arc<dyn Launcher>,

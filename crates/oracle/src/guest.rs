@@ -3,9 +3,9 @@
 //! Inside the guards a guest's run is judged as the platform's own: the state machine, its mode and its guards are the platform's. A *bare*
 //! guest has none of these. Of its run the envelope is judged (P4), orders executed twice or late (P8), the object of an act (P11), standing
 //! still as long as an operator wants that (P3, P9), and how long it drives by a false place (P3); everything else is named in [`not_judged`].
-//! Whether it came to a safe state is read from the plant, never from what the guest says of itself; an arrival at the goal, true or
-//! stated, and an operator's HOLD are no such state. Of the place
-//! that it drives by there is its own word; a false one can only be held against the truth, which it cannot know.
+//! A safe state is read from the plant, never from what the guest says of itself; an arrival at the goal, true or stated, and an
+//! operator's HOLD are none. Of the place that it drives by there is its own word; a false one can only be held against the truth,
+//! which it cannot know.
 
 use evidence::trial::{GuestFailure, GuestRow};
 use evidence::{Evidence, Finding, Micros, Property};

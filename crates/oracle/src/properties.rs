@@ -170,7 +170,8 @@ fn geofence(line: &Timeline) -> Vec<Finding> {
         .collect()
 }
 
-/// P4: drives into nothing. The unit's own speed towards the object counts: one that walks into it is no collision of the unit's.
+/// P4: drives into nothing. The unit's own speed along the contact counts, in either sense: an object that runs into a standing unit or
+/// into its side is no collision of the unit's, one that catches up with a driving unit is.
 fn collision(line: &Timeline) -> Option<Finding> {
     let (at, object, speed) = line.collisions.iter().find(|(_, _, speed)| speed.abs() > STANDING)?;
     Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))

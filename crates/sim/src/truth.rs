@@ -1,10 +1,10 @@
 //! Ground truth for the oracle, on the instrument plane only; no service reads it.
 //!
-//! Ten times a second: objects that the chassis has come to touch; the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
-//! margin; once for standing objects, ten times a second for moving ones: where they are; once, which bear a print. At
-//! once: a lease that began or lapsed, an act as received with the true object nearest to the designated place, and the
-//! start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without it. While
-//! a fault displaces localisation, also by how much.
+//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence margin, and objects
+//! that the chassis has come to touch since; once for standing objects, ten times a second for moving ones: where they are; once,
+//! which bear a print. At once: a lease that began or lapsed, an act as received with the true object nearest to the designated place,
+//! and the start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without
+//! it. While a fault displaces localisation, also by how much.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 

@@ -6,6 +6,7 @@ mod authority;
 mod deaths;
 mod display;
 mod guards;
+mod guests;
 mod limits;
 mod limits_trust;
 mod log;

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::net::TcpListener;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use confine::level;
@@ -126,6 +127,24 @@ fn no_network_is_reached() {
         format!("Connection refused, yes, {denied}, {denied}, {denied}, {denied}, yes"),
         "loopback alone, of its own"
     );
+}
+
+/// By a helper that fails with namespaces, as where the kernel grants them and refuses their parts.
+#[test]
+fn refused_parts_of_namespaces_lead_to_a_start_without() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("helper");
+    let text = format!(
+        "#!/bin/sh\ncase \"$*\" in *--no-namespaces*) exec '{}' \"$@\" ;; esac\necho 'uid_map: refused' >&2\nexit 1\n",
+        helper().display()
+    );
+    fs::write(&script, text).unwrap();
+    fs::set_permissions(&script, fs::Permissions::from_mode(0o700)).unwrap();
+    let (arguments, level) = confine::best(&script, &["mark".to_owned()]).unwrap();
+    assert_eq!(arguments, ["mark", "--no-namespaces"]);
+    assert!(!level.namespaces && level.to_string().contains("uid_map: refused"), "{level}");
+    let (arguments, level) = confine::best(&helper(), &[]).unwrap();
+    assert_eq!(level.namespaces, arguments.is_empty(), "{level}");
 }
 
 /// A folder that the launcher hides, here beside the guest's own.

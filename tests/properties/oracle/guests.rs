@@ -1,0 +1,98 @@
+//! Guests: a bare one is given credit for a stop of its own alone, is late only while it drives, and a failure hides nothing from before.
+
+use evidence::Evidence;
+use evidence::trial::Outcome;
+use instrument::Note;
+use oracle::judge;
+use wire::codec::Text;
+use wire::event::Event;
+use wire::guest::{Fault, Place};
+use wire::id::NodeId;
+use wire::time::Span;
+
+use super::log::way;
+use super::{Log, Property};
+
+/// A run of a bare guest that drives on after a fault at 4 s, with this end of its route.
+fn bare(goal: Option<Place>) -> Log {
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 9000);
+    log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare: true, goal });
+    log
+}
+
+/// The guest goes by places that are `off_mm` north of the true ones.
+fn placed(log: &mut Log, from: u64, to: u64, off_mm: i32) -> &mut Log {
+    for ms in (from..to).step_by(200) {
+        log.add(ms, NodeId::UNIT_A, Event::GuestPlaced { x_mm: way(ms).x_mm, y_mm: off_mm });
+    }
+    log
+}
+
+fn failed(log: &mut Log, ms: u64, fault: Fault) -> &mut Log {
+    log.add(ms, NodeId::UNIT_A, Event::GuestFailed { fault, why: Text::new("t") })
+}
+
+#[test]
+fn a_stop_of_its_own_is_safe() {
+    assert_eq!(bare(None).judge().outcome, Outcome::Undetected);
+    assert_eq!(bare(None).plant_stops(6000).judge().outcome, Outcome::HoldSafe);
+    assert_eq!(bare(Some(Place(30_000, 0))).plant_stops(6000).judge().outcome, Outcome::HoldSafe);
+}
+
+/// By the truth, or by the place that it states.
+#[test]
+fn arrival_at_the_goal_is_no_safe_state() {
+    assert_eq!(bare(Some(Place(7000, 0))).plant_stops(6000).judge().outcome, Outcome::Undetected);
+    let mut misled = bare(Some(Place(7000, 30_000)));
+    placed(&mut misled, 6800, 7000, 30_000);
+    assert_eq!(misled.plant_stops(6000).judge().outcome, Outcome::Undetected);
+}
+
+#[test]
+fn an_operators_hold_is_no_credit_to_the_guest() {
+    assert_ne!(bare(None).held(6000).judge().outcome, Outcome::HoldSafe);
+}
+
+/// It stands until 7 s and has a time from then on.
+#[test]
+fn a_false_place_counts_while_the_guest_drives() {
+    let mut driving = bare(None);
+    assert_eq!(placed(&mut driving, 4000, 9000, 2000).breaks(), [Property::P3]);
+    let mut within = bare(None);
+    assert_eq!(placed(&mut within, 4000, 9000, 900).breaks(), []);
+    let stood = |until: u64| {
+        let mut log = Log::whole();
+        log.thermal_fault(4000, 9000);
+        log.without(3000, until, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
+        for ms in (3100..until).step_by(100) {
+            log.truth(ms, 0, 5000);
+        }
+        log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare: true, goal: None });
+        placed(&mut log, 4000, until + 1800, 2000).breaks()
+    };
+    assert_eq!(stood(7000), []);
+}
+
+#[test]
+fn a_failure_does_not_hide_that_the_guest_was_late() {
+    let ended = |ms: u64| {
+        let mut log = bare(None);
+        placed(&mut log, 4000, 9000, 2000);
+        failed(&mut log, ms, Fault::Ended).judge().outcome
+    };
+    assert_eq!([ended(5000), ended(9500)], [Outcome::GuestFailed, Outcome::Late]);
+}
+
+#[test]
+fn silence_on_a_host_that_overslept_is_no_failure_of_the_guest() {
+    let outcome = |fault: Fault, stall_limit: u64| {
+        let mut log = bare(None);
+        log.add(5000, NodeId::CAMPAIGN, Note::Stalled { by: Span::ms(300) });
+        let evidence = failed(&mut log, 5300, fault).evidence(Vec::new());
+        judge(&Evidence { stall_limit, ..evidence }).outcome
+    };
+    assert_eq!(outcome(Fault::Silent, 100_000), Outcome::Invalid);
+    assert_eq!(outcome(Fault::Silent, 400_000), Outcome::GuestFailed);
+    assert_eq!(outcome(Fault::Malformed, 100_000), Outcome::GuestFailed);
+}
