@@ -33,7 +33,7 @@ def fence(log, t):
     samples = [tr for at, tr in log.truth() if t - RECENT <= at <= t]
     if not samples:
         return "without any truth of the plant"
-    speed = abs(samples[-1]["speed_mm_s"])
+    speed = samples[-1]["moves"]
     stop = speed * log.reaction_ms // 1000 + speed * speed // (2 * log.bounds["braking_mm_s2"])
     return "too near to the fence" if samples[-1]["fence_mm"] < stop else None
 

@@ -1,16 +1,22 @@
 """A run's log, and what is asked of it often. Nothing is judged here."""
 
+import math
 from bisect import bisect_right
 
 SLACK = 50_000  # what a log entry may lag behind what it tells, and a command take on its way
 CLOCKS = 1_000  # what two clocks and two logs may differ by
 STANDING = 50  # mm/s below which a plant stands
+APART = 80_000  # between two places that a speed is taken from, at least
 
 NOMINAL_MODES = ("READY", "PREPARE_TO_ACT")
 RESTING_MODES = ("HOLD_SAFE", "IDLE")
 
 IMAGING = ("rgb", "depth", "thermal", "lidar")  # sensors of frames
 OLD = ("freeze", "skew")  # faults under which one of these shows old content under fresh stamps
+
+
+def distance(a, b):
+    return math.hypot(a["x_mm"] - b["x_mm"], a["y_mm"] - b["y_mm"])
 
 
 class Log:
@@ -21,6 +27,7 @@ class Log:
         self.bounds, self.camera, self.end = head["bounds"], head["camera"], head["duration_us"]
         self.reaction_ms = 100 + self.bounds["control_period_ms"]  # t0 of docs/reference/bounds.md
         self.by_kind = {}
+        self.samples = None
         for e in events:
             self.by_kind.setdefault(e["event"]["is"], []).append(e)
         self.modes = [(0, "IDLE", "IDLE", "start")]
@@ -77,7 +84,19 @@ class Log:
         return found
 
     def truth(self):
-        return [(e["t_us"], e["event"]) for e in self.of("truth") if e["event"]["unit"] == "unit-a"]
+        """Samples of the plant, each with its speed in any direction as `moves`, mm/s."""
+        if self.samples is None:
+            self.samples = [(e["t_us"], dict(e["event"])) for e in self.of("truth") if e["event"]["unit"] == "unit-a"]
+            for i, (_, tr) in enumerate(self.samples):
+                tr["moves"] = max(abs(tr["speed_mm_s"]), self.over_ground(i))
+        return self.samples
+
+    def over_ground(self, i):
+        """The lower of the speeds since a place before and to one after, so that a stop is no motion."""
+        t, here = self.samples[i]
+        near = (s for s in reversed(self.samples[:i]) if t - s[0] >= APART), (s for s in self.samples[i + 1 :] if s[0] - t >= APART)
+        others = [found for found in (next(side, None) for side in near) if found]
+        return min((int(distance(here, tr) / (abs(at - t) / 1e6)) for at, tr in others), default=0)
 
     def turned(self, kind, node, on, since=0):
         """When something of a node was switched on, or off again."""

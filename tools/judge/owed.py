@@ -108,7 +108,7 @@ def stands(log, zero, runs):
     due = zero + b["to_hold_safe_ms"] * 1000 + braking + SAMPLE
     # In a world that stands still nothing brakes.
     due += sum(end - start for start, end in log.stopped("sim") if zero <= start <= due)
-    if any(due < at < runs and abs(tr["speed_mm_s"]) > STANDING for at, tr in log.truth()):
+    if any(due < at < runs and tr["moves"] > STANDING for at, tr in log.truth()):
         yield "P3", due, "the plant has not come to rest"
 
 

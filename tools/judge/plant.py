@@ -40,7 +40,7 @@ def speeds(log):
         braked = slowed(log, due, limit)
         for at, tr in log.truth():
             fast = at >= due and abs(tr["set_speed_mm_s"]) > limit
-            fast = fast or at >= braked and abs(tr["speed_mm_s"]) > limit + (0 if stands else OVERSPEED)
+            fast = fast or at >= braked and tr["moves"] > limit + (0 if stands else OVERSPEED)
             if fast and at < until:
                 yield broken.get(mode, "P4"), at, "too fast for %s" % mode
                 break
@@ -83,7 +83,7 @@ def p8_hold(log, t, executed):
     due = lapsed(log, t)
     still = slowed(log, due, STANDING)
     for at, tr in log.truth():
-        goes = at >= due and abs(tr["set_speed_mm_s"]) > STANDING or at >= still and abs(tr["speed_mm_s"]) > STANDING
+        goes = at >= due and abs(tr["set_speed_mm_s"]) > STANDING or at >= still and tr["moves"] > STANDING
         if goes and at < min(on, default=float("inf")):
             yield "P8", at, "held by word, and the plant goes"
             return

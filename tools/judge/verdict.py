@@ -99,7 +99,7 @@ def latency(log, zero):
 def parked(log):
     """Of a dead unit only its plant can be believed: it stands, and nothing drives it."""
     truth = log.truth()
-    still = truth and not truth[-1][1]["leased"] and abs(truth[-1][1]["speed_mm_s"]) <= STANDING
+    still = truth and not truth[-1][1]["leased"] and truth[-1][1]["moves"] <= STANDING
     return bool(still) and any(e["event"]["node"] == "unit-a" for e in log.of("ended"))
 
 

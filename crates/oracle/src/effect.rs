@@ -15,7 +15,8 @@ use wire::id::CommandId;
 use wire::mode::{Because, Cause, Mode};
 
 use super::SLACK;
-use super::speed::{STANDING, braked, followed};
+use super::motion::STANDING;
+use super::speed::{braked, followed};
 use super::timeline::Timeline;
 use super::{finding, life};
 
@@ -53,7 +54,7 @@ fn hold(evidence: &Evidence, line: &Timeline, at: Micros, id: CommandId) -> Opti
         .truth
         .iter()
         .filter(|t| t.at < until)
-        .find(|t| t.at >= due && t.set_speed.abs() > STANDING || t.at >= slow && t.speed.abs() > STANDING)?;
+        .find(|t| t.at >= due && t.set_speed.abs() > STANDING || t.at >= slow && t.speed > STANDING)?;
     let what = format!("{id}, a hold, is executed and the plant goes {} mm/s", drives.speed.max(drives.set_speed));
     Some(finding(Property::P8, drives.at, what))
 }

@@ -15,7 +15,7 @@
 //! | `conservation` | the sums of the accounts (P6) |
 //! | `properties` | P1 to P11 |
 //! | `guards` | P1: the facts that others than the unit know of its guards |
-//! | `speed`, `effect` | the speed of every mode; the effects of executions |
+//! | `motion`, `speed`, `effect` | the true motion of the plant; the speed of every mode; the effects of executions |
 //! | `link` | P3 on the telemetry link |
 //! | `content`, `display` | P5; P7 |
 //! | `place` | the place at which the unit takes itself to be |
@@ -46,6 +46,7 @@ mod life;
 mod link;
 mod masked;
 mod mission;
+mod motion;
 mod orders;
 mod outcome;
 pub mod peers;

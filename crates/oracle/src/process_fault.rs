@@ -16,14 +16,13 @@ use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
 use super::SLACK;
+use super::motion::STANDING;
 use super::timeline::{Timeline, Truth};
 use super::{finding, life};
 
 use evidence::process_fault::{From, PlantResponse, ProcessFault, Response};
 pub use owed::{OWED, Owed, owed};
 
-/// Speed below which the plant counts as standing, mm/s.
-const STANDING: i32 = 50;
 /// From the end of a stop to the first entry that is written after it, beyond the period of judging.
 const RESUME_SLACK: Micros = 50_000;
 /// Between two samples of the plant's truth.
@@ -133,7 +132,7 @@ pub(super) fn stopped_without_its_unit(evidence: &Evidence, line: &Timeline) -> 
 
 /// True if the last sample of the plant shows it standing without a lease.
 fn stands(line: &Timeline) -> bool {
-    line.truth.last().is_some_and(|t| !t.leased && t.speed.abs() <= STANDING)
+    line.truth.last().is_some_and(|t| !t.leased && t.speed <= STANDING)
 }
 
 /// The first sample from `from` on after which `test` holds for good.
@@ -161,7 +160,7 @@ impl Death<'_> {
     }
 
     fn standing(&self) -> Option<Micros> {
-        for_good(self.line, self.zero?, |t| t.speed.abs() <= STANDING)
+        for_good(self.line, self.zero?, |t| t.speed <= STANDING)
     }
 
     fn response(&self) -> Response {
@@ -360,7 +359,7 @@ impl Death<'_> {
         let braking = u64::from(b.max_speed_mm_s) * 1_000_000 / u64::from(b.braking_mm_s2).max(1);
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
         let due = due + self.world_stood_still(zero, due);
-        let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed.abs() > STANDING)?;
+        let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed > STANDING)?;
         let what = format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
         Some(finding(Property::P3, moving.at, what))
     }

@@ -11,7 +11,8 @@ use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::arrived::{Befallen, Receipt};
-use super::speed::{self, STANDING};
+use super::motion::STANDING;
+use super::speed;
 use super::timeline::{Change, Timeline};
 use super::{SLACK, content, display, effect, finding, guards, link, planes, process_fault};
 
@@ -161,13 +162,10 @@ fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
     .collect()
 }
 
-/// P4, from the true pose.
-fn geofence(line: &Timeline) -> Vec<Finding> {
-    let outside = line.truth.iter().find(|t| t.fence < 0 && t.speed.abs() > STANDING);
-    outside
-        .map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence)))
-        .into_iter()
-        .collect()
+/// P4, from the true pose: outside is outside, whether the unit moves there or not.
+fn geofence(line: &Timeline) -> Option<Finding> {
+    let outside = line.truth.iter().find(|t| t.fence < 0)?;
+    Some(finding(Property::P4, outside.at, format!("{} mm outside the fence", -outside.fence)))
 }
 
 /// P4: drives into nothing. The unit's own speed along the contact counts, in either sense: an object that runs into a standing unit or

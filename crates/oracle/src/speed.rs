@@ -12,11 +12,10 @@ use wire::command::CommandKind;
 use wire::mode::{Cause, Mode};
 
 use super::SLACK;
+use super::motion::STANDING;
 use super::timeline::{Timeline, Truth};
 use super::{finding, process_fault};
 
-/// Speed below which the plant counts as standing, mm/s.
-pub(super) const STANDING: i32 = 50;
 /// By how much a plant that drives may be faster than its set-point, mm/s: on the steepest ground that a scene may have,
 /// downhill adds 1 m/s² (`docs/reference/bounds.md`), and the plant corrects 4 m/s² for each m/s.
 const OVERSPEED: i32 = 250;
@@ -69,7 +68,7 @@ fn too_fast(evidence: &Evidence, line: &Timeline, stay: &Stay) -> Vec<Finding> {
         let what = format!("{name}, and the plant still follows {} mm/s, at most {limit} expected", t.set_speed);
         finding(property, t.at, what)
     });
-    let driven = first(braked(evidence, due, limit), &|t| t.speed.abs() > limit + over).map(|t| {
+    let driven = first(braked(evidence, due, limit), &|t| t.speed > limit + over).map(|t| {
         let what = format!("{name}, and the plant drives {} mm/s, at most {limit} expected", t.speed);
         finding(property, t.at, what)
     });

@@ -8,6 +8,8 @@ use wire::event::Event;
 use wire::id::{CommandId, NodeId, ObjectId, RecordId, TrackId};
 use wire::mode::{Cause, Guards, Mode};
 
+use super::motion;
+
 /// A change of mode of the unit under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
@@ -26,7 +28,9 @@ pub struct Change {
 pub struct Truth {
     /// Time of the sample.
     pub at: Micros,
-    /// True forward speed, mm/s.
+    /// True place, east and north, mm.
+    pub place: (i32, i32),
+    /// True speed in any direction, mm/s.
     pub speed: i32,
     /// Set-point that the plant follows, mm/s.
     pub set_speed: i32,
@@ -90,6 +94,7 @@ impl Timeline {
     pub fn of(evidence: &Evidence) -> Timeline {
         let mut line = Timeline::default();
         evidence.entries.iter().for_each(|w| line.take(w.at, &w.entry, evidence.under));
+        motion::over_ground(&mut line.truth);
         line
     }
 
@@ -105,10 +110,11 @@ impl Timeline {
                 let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
                 self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
             }
-            Any::Instrument(Note::Truth { unit, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. })
-                if unit == under.unit =>
-            {
-                self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
+            Any::Instrument(Note::Truth {
+                unit, x_mm, y_mm, speed_mm_s, set_speed_mm_s, leased, fence_mm: fence, ..
+            }) if unit == under.unit => {
+                let (place, speed) = ((x_mm, y_mm), speed_mm_s.saturating_abs());
+                self.truth.push(Truth { at, place, speed, set_speed: set_speed_mm_s, leased, fence });
             }
             Any::Instrument(Note::Collided { unit, object, speed_mm_s }) if unit == under.unit => {
                 self.collisions.push((at, object, speed_mm_s));

@@ -8,7 +8,7 @@ use wire::id::{NodeId, TrackId};
 use wire::mode::{Guard, Guards, Mode};
 use wire::time::Span;
 
-use super::log::{Log, command, way};
+use super::log::{Log, command};
 
 #[test]
 fn p7_record_accepted_after_long_delay() {
@@ -78,10 +78,11 @@ fn p7_authority_shown_over_the_wrong_track() {
 #[test]
 fn p7_wrong_place_shown_fresh() {
     let shown = |north_mm: i32, of_ms: u64| {
-        let mut log = Log::whole();
+        let mut log = Log::under_way();
+        let there = log.way(of_ms);
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
             if let Any::Service(Event::Displayed { place: Some(place), .. }) = &mut w.entry.event {
-                *place = way(of_ms);
+                *place = there;
                 place.y_mm += north_mm;
             }
         }

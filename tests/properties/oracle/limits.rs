@@ -15,7 +15,7 @@ use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::refusal::Reason;
 use wire::sensor::Class;
 
-use super::log::{BOUNDS, Log, command, way};
+use super::log::{BOUNDS, Log, command};
 use super::orders::obeyed;
 
 /// Permitted lateness of an order, a confirmation and an entry in the log, milliseconds.
@@ -71,7 +71,7 @@ fn p5_stop_under_expired_or_revoked_key() {
 #[test]
 fn p5_pose_bound_under_distrusted_fixes() {
     let moved = |aside_mm: i32| {
-        let mut log = Log::whole();
+        let mut log = Log::under_way();
         for w in log.entries.iter_mut().filter(|w| (5_100_000..=5_300_000).contains(&w.at)) {
             if let Any::Service(Event::Located { pose_y_mm, distrusted, .. }) = &mut w.entry.event {
                 *distrusted = true;
@@ -139,10 +139,11 @@ fn p7_age_and_duration_of_fresh_displays() {
 #[test]
 fn p7_displayed_place_tolerance() {
     let shown = |north_mm: i32| {
-        let mut log = Log::whole();
+        let mut log = Log::under_way();
+        let there = log.way(4900);
         for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
             if let Any::Service(Event::Displayed { place: Some(place), .. }) = &mut w.entry.event {
-                *place = way(4900);
+                *place = there;
                 place.y_mm = north_mm;
             }
         }

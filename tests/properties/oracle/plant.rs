@@ -109,6 +109,25 @@ fn p3_holding_unit_stops_with_its_lease() {
     assert_eq!(held(still, 0, 51), [Property::P3]);
 }
 
+/// A plant tells its speed along its own axis. Sideways it shows in its places alone.
+#[test]
+fn p3_holding_unit_that_is_carried_sideways() {
+    let slid = |mm_s: i32| {
+        let mut log = Log::whole();
+        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(5000);
+        for w in log.entries.iter_mut().filter(|w| w.at >= 7_000_000) {
+            if let Any::Instrument(Note::Truth { y_mm, .. }) = &mut w.entry.event {
+                *y_mm = (w.at - 7_000_000) as i32 / 1000 * mm_s / 1000;
+            }
+        }
+        log.breaks()
+    };
+    assert_eq!(slid(0), []);
+    // With the 40 mm/s east that every place creeps.
+    assert_eq!(slid(20), []);
+    assert!(slid(60).contains(&Property::P3), "{:?}", slid(60));
+}
+
 #[test]
 fn p8_hold_acknowledged_but_not_executed() {
     let due = 5000 + FOLLOWS_MS;

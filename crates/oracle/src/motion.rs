@@ -1,0 +1,36 @@
+//! True motion of the plant: its speed in any direction, and whether it stands.
+//!
+//! A plant tells its speed along its own axis; one that slides sideways or is carried off shows it in its true places alone.
+
+use evidence::Micros;
+
+use super::timeline::Truth;
+
+/// Speed below which the plant counts as standing, mm/s.
+pub(super) const STANDING: i32 = 50;
+/// Least time between two samples that a speed is taken from: over less of it the millimetre to which a place is known counts.
+const APART: Micros = 80_000;
+
+/// Raises the speed of each sample to that over ground, where this is higher: the lower of the speeds since a sample before it
+/// and to one after it, so that a plant that has just come to rest is not taken to move still.
+pub(super) fn over_ground(truth: &mut [Truth]) {
+    let speeds: Vec<i32> = (0..truth.len()).map(|k| along_places(truth, k)).collect();
+    for (sample, speed) in truth.iter_mut().zip(speeds) {
+        sample.speed = sample.speed.max(speed);
+    }
+}
+
+fn along_places(truth: &[Truth], k: usize) -> i32 {
+    let sample = &truth[k];
+    let before = truth[..k].iter().rev().find(|t| sample.at.saturating_sub(t.at) >= APART);
+    let after = truth[k + 1..].iter().find(|t| t.at.saturating_sub(sample.at) >= APART);
+    let speeds = [before, after].into_iter().flatten().map(|other| speed_between(sample, other));
+    speeds.min().unwrap_or(0)
+}
+
+/// Speed of the straight way between two samples, mm/s.
+fn speed_between(a: &Truth, b: &Truth) -> i32 {
+    let (dx, dy) = (f64::from(a.place.0) - f64::from(b.place.0), f64::from(a.place.1) - f64::from(b.place.1));
+    let seconds = a.at.abs_diff(b.at) as f64 / 1e6;
+    (dx.hypot(dy) / seconds) as i32
+}
