@@ -7,7 +7,7 @@ use instrument::{Any, Note};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use topology::{Role, RunSecret, Topology, lay_out};
-use wire::platform::{Limits, Sensors, Vehicle};
+use wire::platform::{Body, Limits, Sensors, Vehicle};
 
 /// Scenarios that state classes on the courier.
 const STATED: [&str; 10] = [
@@ -39,7 +39,8 @@ fn cores_get_the_numbers_of_their_platform() {
     for member in courier().members {
         match member.role {
             Role::Sim(config) => {
-                let Vehicle { mass_kg, max_speed_m_s, .. } = told(&config).vehicle;
+                let Body::Wheeled(vehicle) = told(&config).body else { panic!("the courier drives on wheels") };
+                let Vehicle { mass_kg, max_speed_m_s, .. } = vehicle;
                 assert_eq!((mass_kg, max_speed_m_s), (27.0, 1.8));
                 assert_eq!(told(&config).sensors.lidar.up_m, 0.6);
                 bodies += 1;

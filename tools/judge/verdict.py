@@ -11,7 +11,7 @@ from plant import p8_effects, speeds
 from properties import p1_lifetime, p1_p11_acts, p2, p3_link, p3_operator, p3_place, p4, p5, p6, p7, p8, p9, p10
 from receipts import receipts, sensor_faults
 
-UNSAFE = {"P1", "P4", "P5", "P7", "P8", "P9", "P11"}
+UNSAFE = {"P1", "P4", "P5", "P7", "P8", "P9", "P11", "P12"}
 RULES = (
     p1_p11_acts, p1_lifetime, p3_link, speeds, p3_operator, p4, p5, p6, p7, p8, p9, p10,
     p2_p3_processes, p3_lost, p5_distrusted, p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions, p8_effects,

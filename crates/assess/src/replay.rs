@@ -104,6 +104,7 @@ impl<'a> Guards<'a> {
                 stamp: step.stamp,
                 fix: fix.map(|fix| as_read(&fix, step.stamp)),
                 odometry: step.odometry,
+                spatial: None,
             };
             // A message with neither would say no more than silence does.
             if reading.fix.is_some() || reading.odometry.is_some() {

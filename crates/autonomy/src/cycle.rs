@@ -3,7 +3,7 @@
 use wire::codec;
 use wire::command::CommandKind;
 use wire::core::{Output, Subject, Topic};
-use wire::drive::{Act, Drive};
+use wire::drive::{self, Act, Drive};
 use wire::event::{Account, Event};
 use wire::id::TrackId;
 use wire::measured::Measured;
@@ -17,6 +17,7 @@ use wire::time::{Instant, Span};
 use crate::authority::Spent;
 use crate::command::Ordered;
 use crate::designation::{Designated, Stage};
+use crate::flight;
 use crate::geofence::Motion;
 use crate::grid::Keepout;
 use crate::health::{Findings, Health};
@@ -61,13 +62,13 @@ impl Autonomy {
     /// Judges every guard.
     pub(crate) fn assess(&self, now: Instant) -> Health {
         let bounds = &self.bounds;
-        let (limit, limits) = (bounds.product_limit(), &self.identity.limits);
+        let limit = bounds.product_limit();
         let findings = self.picture.judge(Findings::default(), now, limit);
         let findings = findings
             .with(Guard::Localisation, self.localisation.lost(now, limit))
             .with(Guard::Drift, self.localisation.drifts())
             .with(Guard::TimeBase, self.localisation.mistimed())
-            .with(Guard::Geofence, self.placed(now).and_then(|motion| self.fence.breached(&motion, bounds, limits)))
+            .with(Guard::Geofence, self.room(now).filter(|spare| *spare < 0.0).map(|_| Because::Itself))
             .with(Guard::Lease, self.lease.lapsed(now))
             .with(Guard::Teammates, self.teammates.inconsistent())
             .with(Guard::SealedLog, self.seals.missing(now));
@@ -77,8 +78,7 @@ impl Autonomy {
 
     /// The values that the guards are judged by.
     fn measured(&self, now: Instant) -> Measured {
-        let limits = &self.identity.limits;
-        let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds, limits).floor() as i32);
+        let spare = self.room(now).map(|spare| spare.floor() as i32);
         let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
         measured
             .claimed(self.teammates.finding())
@@ -93,6 +93,14 @@ impl Autonomy {
     fn placed(&self, now: Instant) -> Option<Motion> {
         let lost = self.localisation.lost(now, self.bounds.product_limit()).is_some();
         self.localisation.motion().filter(|_| !lost && !self.localisation.distrusted())
+    }
+
+    /// Clearance to the envelope that is left, margins taken off, mm; negative is a breach. None while the place is not known.
+    fn room(&self, now: Instant) -> Option<f64> {
+        let limits = &self.identity.limits;
+        let around = self.fence.spare(&self.placed(now)?, &self.bounds, limits);
+        let height = limits.aloft.as_ref().zip(self.localisation.height());
+        Some(height.map_or(around, |(aloft, height)| around.min(flight::spare(height, aloft))))
     }
 
     /// Judges the guards and lets the machine follow from them. After the run is over it no longer follows.
@@ -241,15 +249,30 @@ impl Autonomy {
 
     /// Sends a set-point with its lease.
     pub(crate) fn drive(&mut self, now: Instant, set_point: SetPoint) {
-        let SetPoint { speed, curvature } = set_point;
         let drive = Drive {
             stamp: now,
-            speed_mm_s: speed as i32,
-            curvature_um: (curvature * 1e9) as i32,
+            set_point: self.asked(set_point),
             lease: Span::ms(self.identity.bounds.set_point_lease_ms),
         };
         let bytes = self.drive.seal(now, &codec::encode(&drive));
         self.out.push_back(Output::Bus { topic: Topic::Drive, bytes });
+    }
+
+    /// The set-point in the terms of the plant.
+    fn asked(&self, SetPoint { speed, curvature }: SetPoint) -> drive::SetPoint {
+        let Some(aloft) = &self.identity.limits.aloft else {
+            return drive::SetPoint::Course { speed_mm_s: speed as i32, curvature_um: (curvature * 1e9) as i32 };
+        };
+        let led = !matches!(self.mode(), Mode::Idle | Mode::HoldSafe) && !self.lost();
+        match self.localisation.height().filter(|_| led) {
+            Some(height) => flight::velocity(SetPoint { speed, curvature }, height, aloft),
+            None => drive::SetPoint::Rest,
+        }
+    }
+
+    /// True if the unit does not know where it is.
+    fn lost(&self) -> bool {
+        self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some()
     }
 
     fn set_point(&mut self, now: Instant) -> SetPoint {
@@ -266,8 +289,10 @@ impl Autonomy {
     /// The most that the mode allows, mm/s. Without localisation no speed is safe.
     pub(crate) fn mode_speed(&self) -> f64 {
         let bounds = &self.bounds;
-        let lost = self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some();
+        let lost = self.lost();
         match self.mode() {
+            // In the air it loiters.
+            Mode::Degraded if self.identity.limits.aloft.is_some() => 0.0,
             Mode::Ready | Mode::PrepareToAct if !lost => f64::from(bounds.max_speed_mm_s),
             Mode::Degraded if !lost => f64::from(bounds.degraded_speed_mm_s),
             Mode::Ready | Mode::PrepareToAct | Mode::Degraded | Mode::Idle | Mode::HoldSafe => 0.0,

@@ -13,7 +13,7 @@
 //! | failure of a guard | [`health`], and the module that answers for it: [`picture`], [`localisation`], [`geofence`], [`lease`], [`seals`], [`consistency`], [`designation`] |
 //! | requirements of an order | [`command`] |
 //! | records of the session | [`intake`] |
-//! | the unit's way | [`mission`], [`grid`], [`navigation`] |
+//! | the unit's way | [`mission`], [`grid`], [`navigation`]; in the air [`flight`] |
 //! | its own reports | [`telemetry`] |
 //! | a guest in place of mission and navigation | [`pilot`] |
 //!
@@ -25,6 +25,7 @@ pub mod config;
 pub mod consistency;
 mod cycle;
 pub mod designation;
+pub mod flight;
 pub mod fork;
 pub mod geofence;
 pub mod grid;

@@ -12,13 +12,17 @@
 //! that. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
 //! that the policy waives still reports its findings, and keeps no fix out.
 //!
+//! A unit that flies has a height on top (`height`).
+//!
 //! World frame, millimetres and radians. The consequence of a loss is left to `transition`.
 
 mod drift;
+mod height;
 mod receiver;
 
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Guards};
+use wire::motion::ReportedMotion;
 use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
@@ -26,6 +30,7 @@ use wire::time::{Instant, Span};
 
 use crate::geofence::{Motion, Point, between};
 use drift::Drift;
+use height::Height;
 use receiver::Receiver;
 
 /// Deviations of the fix that are added to the gate.
@@ -49,6 +54,8 @@ pub struct Localisation {
     disagrees: bool,
     drift: Drift,
     receiver: Receiver,
+    /// Of a unit that flies.
+    height: Option<Height>,
     limits: Limits,
     /// Tests that the policy waives.
     passed_over: Guards,
@@ -74,7 +81,8 @@ struct Estimate {
 impl Localisation {
     /// With the platform's limits and the tests that the policy waives.
     pub fn new(limits: Limits, passed_over: Guards) -> Self {
-        Localisation { limits, passed_over, ..Localisation::default() }
+        let height = limits.aloft.as_ref().map(Height::new);
+        Localisation { limits, passed_over, height, ..Localisation::default() }
     }
 
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
@@ -82,6 +90,9 @@ impl Localisation {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
         self.newest = Some(reading.stamp);
         self.waived = waived;
+        if let (Some(height), Some(spatial)) = (&mut self.height, &reading.spatial) {
+            height.take(spatial, reading.stamp, elapsed);
+        }
         self.advance(reading.odometry, elapsed);
         if let Some(odometry) = reading.odometry {
             self.odometry = Some((reading.stamp, odometry));
@@ -129,7 +140,7 @@ impl Localisation {
         } else if self.disagrees {
             Some(Because::Itself)
         } else {
-            None
+            self.height.as_ref().and_then(|height| height.lost(now, limit))
         }
     }
 
@@ -151,6 +162,19 @@ impl Localisation {
         self.odometry.map_or(0.0, |(_, odometry)| f64::from(odometry.speed_mm_s))
     }
 
+    /// Height of a unit that flies, millimetres; absent before the first reading of it.
+    pub fn height(&self) -> Option<f64> {
+        self.height.as_ref()?.estimate()
+    }
+
+    /// Height, velocity and charge of a unit that flies, as it reports them.
+    pub fn flight(&self) -> Option<ReportedMotion> {
+        let height = self.height.as_ref()?;
+        let up_mm = height.estimate()?.round() as i64;
+        let left_up_mm_s = height.left_up().map(|mm| mm.round() as i32);
+        Some(ReportedMotion { up_mm, left_up_mm_s, charge: height.charge() })
+    }
+
     /// Checks that were waived on the way of the newest reading.
     pub fn waived(&self) -> Waived {
         self.waived
@@ -158,12 +182,13 @@ impl Localisation {
 
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64) {
         let reach = self.speed().abs() * elapsed;
+        let slides = self.height.as_ref().map(|height| height.left_up()[0]);
         let Limits { rear_axle_mm, unobserved_mm, .. } = self.limits;
         let Some(estimates) = &mut self.track else { return };
         match odometry {
             Some(odometry) => {
                 let (speed, rate) = (f64::from(odometry.speed_mm_s), f64::from(odometry.yaw_rate_mrad_s) / 1000.0);
-                let left = f64::from(rear_axle_mm) * rate * elapsed;
+                let left = slides.unwrap_or(f64::from(rear_axle_mm) * rate) * elapsed;
                 estimates.pose.move_on((speed * elapsed, left), rate, elapsed);
                 estimates.anchor.move_on((speed * elapsed, left), rate, elapsed);
             }
@@ -261,7 +286,7 @@ mod tests {
             let pose = Pose { x_mm: (2000.0 * t) as i32, y_mm: offset(t) as i32, yaw_mrad: 0 };
             let odometry = Some(Odometry { speed_mm_s: 2000, yaw_rate_mrad_s: 0 });
             let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
-            localisation.take(&Navigation { stamp: at(i), fix, odometry }, Waived::default());
+            localisation.take(&Navigation { stamp: at(i), fix, odometry, spatial: None }, Waived::default());
         }
         at(from + n - 1)
     }
@@ -316,6 +341,7 @@ mod tests {
             stamp: now + Span::ms(301),
             fix: None,
             odometry: Some(Odometry { speed_mm_s: 2000, yaw_rate_mrad_s: 0 }),
+            spatial: None,
         };
         localisation.take(&blind, Waived::default());
         assert_eq!(localisation.lost(now + Span::ms(301), LIMIT), Some(Because::Silence(now)));

@@ -96,6 +96,7 @@ impl Sources<'_> {
             sessions_lost: self.status.sessions_lost,
             measured: self.measured,
             settings: self.status.settings,
+            motion: self.localisation.flight(),
         }
     }
 

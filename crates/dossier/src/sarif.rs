@@ -18,11 +18,11 @@ use crate::tried::{Tried, meaning, tried};
 const SCHEMA: &str = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
 
 /// The properties that a run is judged by, in few words; the oracle's documentation has them in full.
-const PROPERTIES: [(&str, &str); 11] = [
+const PROPERTIES: [(&str, &str); 12] = [
     ("P1", "No act without authority, a fresh confirmation and all guards"),
     ("P2", "The loss of a subsystem revokes authority and degrades in time"),
     ("P3", "The loss or inconsistency of trust reaches HOLD_SAFE in time"),
-    ("P4", "Never driving outside the geofence"),
+    ("P4", "Never outside the envelope"),
     ("P5", "No content of a record that was not accepted influences state"),
     ("P6", "The accounts balance: every record is accounted for once"),
     ("P7", "Nothing is shown fresh beyond its limit"),
@@ -30,6 +30,7 @@ const PROPERTIES: [(&str, &str); 11] = [
     ("P9", "Nothing recovers without the consent that it takes"),
     ("P10", "The log verifies"),
     ("P11", "No authority and no act on an object that was not designated"),
+    ("P12", "Energy for the way to safety and the least distance to what lies below are kept"),
 ];
 
 /// Rules by their id.

@@ -16,7 +16,7 @@ use crate::process_fault::Response;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum Outcome {
-    /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11).
+    /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11, P12).
     Unsafe,
     /// The guest that drove failed: it ended, was silent, or broke its protocol.
     GuestFailed,

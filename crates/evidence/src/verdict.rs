@@ -17,7 +17,7 @@ pub enum Property {
     P2,
     /// Loss of trust reaches HOLD_SAFE in time.
     P3,
-    /// Never driving outside the geofence, into an object, or faster than the margins are made for.
+    /// Never outside the envelope, moving or not, never driving into an object or faster than the margins are made for.
     P4,
     /// No content of an unaccepted record influences state.
     P5,
@@ -33,6 +33,8 @@ pub enum Property {
     P10,
     /// No authority or act on the wrong object.
     P11,
+    /// Of a platform that leaves the ground: never below the reserve of energy, or nearer than the least distance to what lies below.
+    P12,
 }
 
 /// A property found broken.

@@ -191,6 +191,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         sessions_lost: 0,
         measured: Measured::default(),
         settings: None,
+        motion: None,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&SessionMessage {

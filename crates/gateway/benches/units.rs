@@ -297,5 +297,6 @@ fn report(origin: NodeId, n: u64, stamp: PeerStamp) -> Report {
         sessions_lost: 0,
         measured: Measured::default(),
         settings: None,
+        motion: None,
     }
 }

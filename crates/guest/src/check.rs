@@ -168,7 +168,7 @@ fn step(number: u32, pose: Pose, speed_mm_s: f64) -> Step {
         now,
         mode: if number < ENABLED { Mode::Idle } else { Mode::Ready },
         limit_mm_s: if number < ENABLED { 0 } else { Bounds::GROUND.max_speed_mm_s },
-        navigation: Some(Navigation { stamp: now, fix, odometry: Some(odometry) }),
+        navigation: Some(Navigation { stamp: now, fix, odometry: Some(odometry), spatial: None }),
         tracks: List::default(),
         teammates: List::default(),
     }

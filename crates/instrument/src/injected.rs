@@ -83,6 +83,9 @@ pub enum Sensor {
     /// Localisation.
     #[n(5)]
     Localisation,
+    /// Height by air pressure.
+    #[n(6)]
+    Height,
 }
 
 impl Sensor {

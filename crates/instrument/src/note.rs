@@ -7,6 +7,7 @@ use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::Interface;
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, UnitId};
+use wire::motion::Motion;
 use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
@@ -139,6 +140,21 @@ pub enum Note {
         /// Speed towards it just before.
         #[n(2)] speed_mm_s: i32,
     },
+    /// True motion of a unit that leaves the ground, told with [`Note::Truth`].
+    #[n(99)] Moves { #[n(0)] unit: UnitId, #[n(1)] motion: Motion },
+    /// By how much a unit that does not stand still to be safe keeps to its platform's limits in truth, told with [`Note::Truth`]. In
+    /// thousandths of each limit, negative beyond it.
+    #[n(100)] Margins {
+        #[n(0)] unit: UnitId,
+        /// Its motion: to the platform's safe set.
+        #[n(1)] safe: i32,
+        /// The set-point that the plant holds: to the same.
+        #[n(2)] asked: i32,
+        /// What is stored: beyond the reserve that the way to safety takes.
+        #[n(3)] energy: i32,
+        /// Distance to what it must not touch: beyond the least.
+        #[n(4)] clearance: i32,
+    },
     /// An insider sends the report with this identity: it tells which of a session's records are its actions.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
@@ -149,7 +165,7 @@ pub enum Note {
 
 /// True if an entry's content with this number is a note; no event of a service has one of these numbers.
 pub(crate) const fn is_note(number: u32) -> bool {
-    matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98)
+    matches!(number, 7..=10 | 15 | 16 | 25 | 26 | 28 | 29 | 40..=42 | 46 | 47 | 50 | 55 | 56 | 61 | 65..=70 | 87 | 92 | 98..=100)
 }
 
 /// So often a message is told of that a fault has changed, while it does.

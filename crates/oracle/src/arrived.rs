@@ -41,7 +41,9 @@ impl Befallen {
     pub(super) fn is_loss(&self) -> bool {
         match self.kind {
             FaultKind::Dropout => self.sensor != Sensor::Odometry,
-            FaultKind::Freeze | FaultKind::Skew => !matches!(self.sensor, Sensor::Odometry | Sensor::Localisation),
+            FaultKind::Freeze | FaultKind::Skew => {
+                !matches!(self.sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height)
+            }
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::Drift | FaultKind::Jump => false,
             FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Chaff | FaultKind::Perturbation => false,
         }

@@ -54,7 +54,7 @@ fn hold(evidence: &Evidence, line: &Timeline, at: Micros, id: CommandId) -> Opti
         .truth
         .iter()
         .filter(|t| t.at < until)
-        .find(|t| t.at >= due && t.set_speed.abs() > STANDING || t.at >= slow && t.speed > STANDING)?;
+        .find(|t| t.at >= due && !t.asked_safe || t.at >= slow && !t.safe)?;
     let what = format!("{id}, a hold, is executed and the plant goes {} mm/s", drives.speed.max(drives.set_speed));
     Some(finding(Property::P8, drives.at, what))
 }

@@ -14,7 +14,6 @@ use wire::event::Event;
 use wire::guest::{Fault, Place};
 use wire::mode::Mode;
 
-use super::motion::STANDING;
 use super::place::{length, minus, truth};
 use super::timeline::{Timeline, Truth};
 use super::{finding, process_fault};
@@ -119,7 +118,7 @@ pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
 }
 
 fn drives(truth: &Truth) -> bool {
-    truth.speed > STANDING
+    !truth.safe
 }
 
 /// Distance from the end of the route within which a guest may take itself to have arrived, mm. On top goes the way that it brakes.

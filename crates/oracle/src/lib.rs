@@ -13,7 +13,7 @@
 //! | `receipt` | did the fault provably arrive: `datagram`, `stream`, `planes`, `view`, `delivery`, `life`, `disguise`, one kind of injection each |
 //! | `masked`, `arrived` | the obstacle that kept an injection from arriving; the facts then established |
 //! | `conservation` | the sums of the accounts (P6) |
-//! | `properties` | P1 to P11 |
+//! | `properties` | P1 to P12 |
 //! | `guards` | P1: the facts that others than the unit know of its guards |
 //! | `motion`, `speed`, `effect` | the true motion of the plant; the speed of every mode; the effects of executions |
 //! | `link` | P3 on the telemetry link |

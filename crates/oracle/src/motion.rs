@@ -11,9 +11,18 @@ pub(super) const STANDING: i32 = 50;
 /// Least time between two samples that a speed is taken from: over less of it the millimetre to which a place is known counts.
 const APART: Micros = 80_000;
 
+/// Completes the samples: their speeds over ground, and whether one of a platform without a safe set of its own stands.
+pub(super) fn settle(truth: &mut [Truth]) {
+    over_ground(truth);
+    for sample in truth.iter_mut().filter(|sample| sample.kept.is_none()) {
+        sample.safe = sample.speed <= STANDING;
+        sample.asked_safe = sample.set_speed.abs() <= STANDING;
+    }
+}
+
 /// Raises the speed of each sample to that over ground, where this is higher: the lower of the speeds since a sample before it
 /// and to one after it, so that a plant that has just come to rest is not taken to move still.
-pub(super) fn over_ground(truth: &mut [Truth]) {
+fn over_ground(truth: &mut [Truth]) {
     let speeds: Vec<i32> = (0..truth.len()).map(|k| along_places(truth, k)).collect();
     for (sample, speed) in truth.iter_mut().zip(speeds) {
         sample.speed = sample.speed.max(speed);

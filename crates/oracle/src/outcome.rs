@@ -45,12 +45,12 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
 
 fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Finding], trips: u32) -> Outcome {
     let broken = |wanted: &[Property]| findings.iter().any(|f| wanted.contains(&f.property));
-    use Property::{P1, P2, P3, P4, P5, P6, P7, P8, P9, P10, P11};
+    use Property::{P1, P2, P3, P4, P5, P6, P7, P8, P9, P10, P11, P12};
     // What a tampered log seems to show is still listed; it says nothing.
     if !evidence.log_flaws.is_empty() {
         return Outcome::Invalid;
     }
-    if broken(&[P1, P4, P5, P7, P8, P9, P11]) {
+    if broken(&[P1, P4, P5, P7, P8, P9, P11, P12]) {
         return Outcome::Unsafe;
     }
     if let Some(failure) = guest::failed(evidence) {

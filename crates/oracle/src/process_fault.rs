@@ -16,7 +16,6 @@ use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
 use super::SLACK;
-use super::motion::STANDING;
 use super::timeline::{Timeline, Truth};
 use super::{finding, life};
 
@@ -132,7 +131,7 @@ pub(super) fn stopped_without_its_unit(evidence: &Evidence, line: &Timeline) -> 
 
 /// True if the last sample of the plant shows it standing without a lease.
 fn stands(line: &Timeline) -> bool {
-    line.truth.last().is_some_and(|t| !t.leased && t.speed <= STANDING)
+    line.truth.last().is_some_and(|t| !t.leased && t.safe)
 }
 
 /// The first sample from `from` on after which `test` holds for good.
@@ -160,7 +159,7 @@ impl Death<'_> {
     }
 
     fn standing(&self) -> Option<Micros> {
-        for_good(self.line, self.zero?, |t| t.speed <= STANDING)
+        for_good(self.line, self.zero?, |t| t.safe)
     }
 
     fn response(&self) -> Response {
@@ -359,7 +358,7 @@ impl Death<'_> {
         let braking = u64::from(b.max_speed_mm_s) * 1_000_000 / u64::from(b.braking_mm_s2).max(1);
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
         let due = due + self.world_stood_still(zero, due);
-        let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed > STANDING)?;
+        let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && !t.safe)?;
         let what = format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.node);
         Some(finding(Property::P3, moving.at, what))
     }

@@ -1,4 +1,4 @@
-//! P1 to P4 and P8 to P11, one function each, as far as they are not in files of their own (`mod` says which). Every one has been seen to fail on a log in which it is broken
+//! P1 to P4 and P8 to P12, one function each, as far as they are not in files of their own (`mod` says which). Every one has been seen to fail on a log in which it is broken
 //! (`tests/properties/oracle`).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,7 +13,7 @@ use wire::sensor::Class;
 use super::arrived::{Befallen, Receipt};
 use super::motion::STANDING;
 use super::speed;
-use super::timeline::{Change, Timeline};
+use super::timeline::{Change, Kept, Timeline};
 use super::{SLACK, content, display, effect, finding, guards, link, planes, process_fault};
 
 /// Checks every property but conservation.
@@ -29,6 +29,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(guards::check(evidence, line, receipt));
     found.extend(geofence(line));
     found.extend(collision(line));
+    found.extend(reserves(line));
     found.extend(content::check(evidence, line));
     found.extend(display::check(evidence, line));
     found.extend(planes::commands_shown(evidence, line));
@@ -46,6 +47,7 @@ pub(super) fn of_bare_guest(evidence: &Evidence, line: &Timeline) -> Vec<Finding
     found.extend(speed::check(evidence, line));
     found.extend(geofence(line));
     found.extend(collision(line));
+    found.extend(reserves(line));
     found.extend(commands(evidence, line));
     found.extend(log(evidence));
     found
@@ -173,6 +175,17 @@ fn geofence(line: &Timeline) -> Option<Finding> {
 fn collision(line: &Timeline) -> Option<Finding> {
     let (at, object, speed) = line.collisions.iter().find(|(_, _, speed)| speed.abs() > STANDING)?;
     Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))
+}
+
+/// P12: what is stored takes the unit to safety at any time, and it keeps its distance to what lies below. Of a platform that leaves the ground.
+fn reserves(line: &Timeline) -> Vec<Finding> {
+    let first = |test: &dyn Fn(&Kept) -> bool, what: &str| {
+        let broken = line.truth.iter().find(|t| t.kept.as_ref().is_some_and(test))?;
+        Some(finding(Property::P12, broken.at, what))
+    };
+    let energy = first(&|kept| kept.energy < 0, "less energy than the way to safety takes");
+    let clearance = first(&|kept| kept.clearance < 0, "nearer than the least distance to what lies below");
+    energy.into_iter().chain(clearance).collect()
 }
 
 /// P8: at most once, never late.

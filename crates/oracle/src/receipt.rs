@@ -146,6 +146,6 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
 fn consumer(evidence: &Evidence, sensor: Sensor) -> NodeId {
     match sensor {
         Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => evidence.under.perception,
-        Sensor::Odometry | Sensor::Localisation => evidence.under.node(),
+        Sensor::Odometry | Sensor::Localisation | Sensor::Height => evidence.under.node(),
     }
 }

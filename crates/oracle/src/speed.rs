@@ -57,33 +57,38 @@ fn stays(line: &Timeline) -> Vec<Stay> {
 
 fn too_fast(evidence: &Evidence, line: &Timeline, stay: &Stay) -> Vec<Finding> {
     let Stay { mode, from, until } = *stay;
-    let (property, limit, over) = allowed(&evidence.bounds, line, stay);
+    let (property, limit) = allowed(&evidence.bounds, line, stay);
     let first = |since: Micros, test: &dyn Fn(&Truth) -> bool| {
         let mut within = line.truth.iter().filter(|t| t.at >= since && t.at < until);
         within.find(|t| test(t))
     };
     let due = followed(evidence, from);
     let name = mode.name();
-    let asked = first(due, &|t| t.set_speed.abs() > limit).map(|t| {
-        let what = format!("{name}, and the plant still follows {} mm/s, at most {limit} expected", t.set_speed);
+    let asked = first(due, &|t| limit.map_or(!t.asked_safe, |limit| t.set_speed.abs() > limit)).map(|t| {
+        let what = format!("{name}, and the plant still follows {} mm/s, {} expected", t.set_speed, told(limit));
         finding(property, t.at, what)
     });
-    let driven = first(braked(evidence, due, limit), &|t| t.speed > limit + over).map(|t| {
-        let what = format!("{name}, and the plant drives {} mm/s, at most {limit} expected", t.speed);
+    let slow = braked(evidence, due, limit.unwrap_or(STANDING));
+    let driven = first(slow, &|t| limit.map_or(!t.safe, |limit| t.speed > limit + OVERSPEED)).map(|t| {
+        let what = format!("{name}, and the plant moves at {} mm/s, {} expected", t.speed, told(limit));
         finding(property, t.at, what)
     });
     asked.into_iter().chain(driven).collect()
 }
 
-/// The property that a higher speed breaks, the largest set-point, and by how much the true speed may exceed it, mm/s.
-fn allowed(bounds: &Bounds, line: &Timeline, stay: &Stay) -> (Property, i32, i32) {
+fn told(limit: Option<i32>) -> String {
+    limit.map_or_else(|| "its safe motion".to_owned(), |limit| format!("at most {limit}"))
+}
+
+/// The property that a higher speed breaks, and the largest set-point, mm/s; none where the platform's safe motion is owed.
+fn allowed(bounds: &Bounds, line: &Timeline, stay: &Stay) -> (Property, Option<i32>) {
     let set = settings_speed(line, stay.from).unwrap_or(u32::MAX);
     let mm = |speed: u32| i32::try_from(speed.min(set)).unwrap_or(i32::MAX);
     match stay.mode {
-        Mode::Idle => (Property::P9, STANDING, 0),
-        Mode::HoldSafe => (Property::P3, STANDING, 0),
-        Mode::Degraded => (Property::P2, mm(bounds.degraded_speed_mm_s), OVERSPEED),
-        Mode::Ready | Mode::PrepareToAct => (Property::P4, mm(bounds.max_speed_mm_s), OVERSPEED),
+        Mode::Idle => (Property::P9, None),
+        Mode::HoldSafe => (Property::P3, None),
+        Mode::Degraded => (Property::P2, Some(mm(bounds.degraded_speed_mm_s))),
+        Mode::Ready | Mode::PrepareToAct => (Property::P4, Some(mm(bounds.max_speed_mm_s))),
     }
 }
 

@@ -36,8 +36,23 @@ pub struct Truth {
     pub set_speed: i32,
     /// True if the lease of the set-point stands.
     pub leased: bool,
-    /// Signed distance to the fence, positive inside, mm.
+    /// Signed distance to the envelope, positive inside, mm.
     pub fence: i32,
+    /// True if its motion is within the platform's safe set: it stands, or what the platform has in place of that.
+    pub safe: bool,
+    /// True if the set-point that it holds is.
+    pub asked_safe: bool,
+    /// What is stored beyond the reserve and distance to what lies below beyond the least, thousandths of each; where the platform has such limits.
+    pub kept: Option<Kept>,
+}
+
+/// Margins that a platform which leaves the ground has on top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// What is stored, beyond the reserve.
+    pub energy: i32,
+    /// Distance to what it must not touch, beyond the least.
+    pub clearance: i32,
 }
 
 /// Basis of unit A's judgement, in its own words.
@@ -94,7 +109,7 @@ impl Timeline {
     pub fn of(evidence: &Evidence) -> Timeline {
         let mut line = Timeline::default();
         evidence.entries.iter().for_each(|w| line.take(w.at, &w.entry, evidence.under));
-        motion::over_ground(&mut line.truth);
+        motion::settle(&mut line.truth);
         line
     }
 
@@ -114,7 +129,16 @@ impl Timeline {
                 unit, x_mm, y_mm, speed_mm_s, set_speed_mm_s, leased, fence_mm: fence, ..
             }) if unit == under.unit => {
                 let (place, speed) = ((x_mm, y_mm), speed_mm_s.saturating_abs());
-                self.truth.push(Truth { at, place, speed, set_speed: set_speed_mm_s, leased, fence });
+                let (set_speed, kept) = (set_speed_mm_s, None);
+                let truth = Truth { at, place, speed, set_speed, leased, fence, safe: true, asked_safe: true, kept };
+                self.truth.push(truth);
+            }
+            // Of the sample before it.
+            Any::Instrument(Note::Margins { unit, safe, asked, energy, clearance }) if unit == under.unit => {
+                if let Some(truth) = self.truth.last_mut() {
+                    (truth.safe, truth.asked_safe) = (safe >= 0, asked >= 0);
+                    truth.kept = Some(Kept { energy, clearance });
+                }
             }
             Any::Instrument(Note::Collided { unit, object, speed_mm_s }) if unit == under.unit => {
                 self.collisions.push((at, object, speed_mm_s));

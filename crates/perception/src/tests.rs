@@ -87,6 +87,7 @@ impl Rig {
             stamp: self.now,
             fix: Some(Fix { pose, sigma_mm: 50, time: Default::default() }),
             odometry: Some(Odometry { speed_mm_s: 0, yaw_rate_mrad_s: 0 }),
+            spatial: None,
         };
         let bytes = self.navigation.seal(self.now, &codec::encode(&reading));
         self.core.handle(self.now, &Input::Bus { topic: Topic::Navigation, bytes });

@@ -203,10 +203,10 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             found.push(finding(
                 &fault.at_s,
                 message,
-                "drift, jump and time are for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
+                "drift and jump are for localisation and height, time is for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
             ));
         }
-        let needs = fault.kind.numbers();
+        let needs = fault.kind.numbers(fault.sensor);
         match &fault.magnitude {
             Some(at) if at.len() != needs => {
                 found.push(finding(at, format!("this kind takes {needs} numbers"), "see `holdsafe scenario schema`"));

@@ -43,6 +43,8 @@ pub enum Sensor {
     Odometry,
     /// Localisation.
     Localisation,
+    /// Height by air pressure, of a platform that flies.
+    Height,
 }
 
 /// Kind of failure of a sensor.
@@ -64,9 +66,9 @@ pub enum FaultKind {
     Noise,
     /// A part of the view is hidden: magnitude `[share]`, 0 to 1.
     Occlusion,
-    /// A growing error of localisation: magnitude `[east, north]` in metres per second.
+    /// A growing error: of localisation, magnitude `[east, north]` in metres per second; of height, `[up]`.
     Drift,
-    /// A sudden error of localisation: magnitude `[east, north]` in metres.
+    /// A sudden error: of localisation, magnitude `[east, north]` in metres; of height, `[up]`.
     Jump,
     /// A sudden error of the receiver's time: magnitude `[forwards]` in seconds, negative for a roll-back.
     TimeStep,
@@ -75,12 +77,13 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
-    /// Count of the numbers in its magnitude.
-    pub fn numbers(self) -> usize {
+    /// Count of the numbers in its magnitude at `sensor`.
+    pub fn numbers(self, sensor: Sensor) -> usize {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
             FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation => 1,
+            FaultKind::Drift | FaultKind::Jump if sensor == Sensor::Height => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
     }
@@ -91,10 +94,9 @@ impl FaultKind {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
             FaultKind::Skew => matches!(sensor, Sensor::Rgb | Sensor::Thermal),
             FaultKind::Chaff | FaultKind::Perturbation => sensor == Sensor::Rgb,
-            FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation),
-            FaultKind::Drift | FaultKind::Jump | FaultKind::TimeStep | FaultKind::TimeDrift => {
-                sensor == Sensor::Localisation
-            }
+            FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height),
+            FaultKind::Drift | FaultKind::Jump => matches!(sensor, Sensor::Localisation | Sensor::Height),
+            FaultKind::TimeStep | FaultKind::TimeDrift => sensor == Sensor::Localisation,
         }
     }
 }

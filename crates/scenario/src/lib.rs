@@ -74,13 +74,13 @@ pub use operator::{DisplayedState, Operator, Step, Values};
 pub use order::Order;
 pub use perturbation::Perturbation;
 pub use platform::{
-    Bound, BoundsTable, CameraTable, GuardsTable, Length, LidarTable, Platform, SafeAction, SafeTable, Tightened,
-    VehicleTable, platform_schema, platform_template,
+    AloftTable, Bound, BoundsTable, CameraTable, GuardsTable, Length, LidarTable, MultirotorTable, Platform, SafeAction,
+    SafeTable, Small, Tightened, VehicleTable, platform_schema, platform_template,
 };
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{load, load_platform, load_with, parse, parse_platform, parse_scene};
-pub use scene::{Ground, Object, Point, Pose, Scene, Weather};
+pub use scene::{Ground, Object, Point, Pose, Scene, Weather, Wind};
 pub use set::Settings;
 pub use setup::{FRAMES, Setup, load_policy, parse_policy, platforms};
 pub use shared::{Channel, Every, Holder};

@@ -7,6 +7,7 @@
 
 mod body;
 pub(super) mod check;
+mod flight;
 mod tables;
 mod template;
 #[cfg(test)]
@@ -15,10 +16,11 @@ mod tests;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
-use wire::platform::{Limits, Sensors, Vehicle};
+use wire::platform::{Body, Limits, Sensors, Vehicle};
 
 use super::value::{Located, Name, Text, Whole};
 
+pub use flight::{AloftTable, MultirotorTable, Small};
 pub use tables::{CameraTable, GuardsTable, LidarTable, SafeAction, SafeTable, VehicleTable};
 pub use template::{platform_schema, platform_template};
 
@@ -37,9 +39,15 @@ pub struct Platform {
     pub title: Text<120>,
     /// Its bounds.
     pub bounds: BoundsTable,
-    /// The vehicle.
+    /// The vehicle, where it drives on wheels.
     #[serde(default)]
     pub vehicle: VehicleTable,
+    /// The body, where it flies on rotors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub multirotor: Option<MultirotorTable>,
+    /// Limits of the guards of one that flies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aloft: Option<AloftTable>,
     /// The camera.
     #[serde(default)]
     pub camera: CameraTable,
@@ -55,9 +63,22 @@ pub struct Platform {
 }
 
 impl Platform {
-    /// The vehicle as the simulation knows it.
+    /// The vehicle as the simulation knows it, where it drives on wheels.
     pub fn vehicle(&self) -> Vehicle {
         self.vehicle.vehicle()
+    }
+
+    /// What moves, as the simulation knows it.
+    pub fn body(&self) -> Body {
+        self.multirotor.as_ref().map_or_else(|| Body::Wheeled(self.vehicle()), |body| {
+            Body::Multirotor(body.body(self.aloft.as_ref()))
+        })
+    }
+
+    /// Length, width and height of the body, metres.
+    fn extent(&self) -> [f64; 3] {
+        let rotors = self.multirotor.as_ref().map(|body| body.body_m.map(|edge| edge.get()));
+        rotors.unwrap_or_else(|| self.vehicle.chassis_m.map(|edge| edge.get()))
     }
 
     /// Camera and LiDAR as simulation and perception know them.
@@ -67,7 +88,10 @@ impl Platform {
 
     /// The limits of guards and driving as autonomy knows them.
     pub fn limits(&self) -> Limits {
-        tables::limits(&self.guards, &self.vehicle)
+        let aloft = self.aloft.as_ref().map(AloftTable::limits);
+        let limits = tables::limits(&self.guards, &self.vehicle);
+        // A body on rotors has no axle that it could swing about.
+        Limits { aloft, rear_axle_mm: if aloft.is_some() { 0 } else { limits.rear_axle_mm }, ..limits }
     }
 }
 

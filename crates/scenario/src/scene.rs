@@ -29,6 +29,9 @@ pub struct Scene {
     /// Light and air; anything but a clear noon needs rendered sensors.
     #[serde(default)]
     pub weather: Weather,
+    /// Motion of the air; it moves bodies that fly.
+    #[serde(default)]
+    pub wind: Wind,
     /// Shifts that faults of that kind add to colour images; needs rendered sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,
@@ -92,6 +95,27 @@ pub struct Weather {
 impl Default for Weather {
     fn default() -> Self {
         Self { light: Real::constant(1.0), visibility_m: None, rain_mm_h: Real::constant(0.0), smear_px: 0 }
+    }
+}
+
+/// Wind with gusts (`sim::wind`).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Wind {
+    /// Mean towards the east, metres per second.
+    pub east_m_s: Real<-20_000, 20_000>,
+    /// Mean towards the north.
+    pub north_m_s: Real<-20_000, 20_000>,
+    /// Deviation of the gusts.
+    pub gust_m_s: Real<0, 10_000>,
+    /// Length of the gusts, metres.
+    pub length_m: Real<1_000, 1_000_000>,
+}
+
+impl Default for Wind {
+    fn default() -> Self {
+        let calm = Real::constant(0.0);
+        Self { east_m_s: calm, north_m_s: calm, gust_m_s: Real::constant(0.0), length_m: Real::constant(50.0) }
     }
 }
 

@@ -43,7 +43,7 @@ fn bare(config: &SimConfig) -> f64 {
     for k in 1..=SECONDS * 100 {
         let now = Instant(k * STEP.0);
         if k % 5 == 0 {
-            plant.accept(now, SetPoint { speed: 2.0, curvature: 0.1, until: now + Span::ms(300) });
+            plant.accept(now, SetPoint::course((2.0, 0.1), now + Span::ms(300)));
         }
         plant.step(now, &mut world);
     }
@@ -64,7 +64,8 @@ fn drive(mut sim: Sim, seconds: u64) -> f64 {
             sim.handle(at, &Input::Timeout);
             while sim.output().is_some() {}
         }
-        let drive = Drive { stamp: now, speed_mm_s: 2000, curvature_um: 100_000, lease: Span::ms(300) };
+        let set_point = wire::drive::SetPoint::Course { speed_mm_s: 2000, curvature_um: 100_000 };
+        let drive = Drive { stamp: now, set_point, lease: Span::ms(300) };
         let bytes = sender.seal(now, &encode(&drive));
         sim.handle(now, &Input::Bus { topic: Topic::Drive, bytes });
     }

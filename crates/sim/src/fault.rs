@@ -58,16 +58,16 @@ pub enum Disturbance {
         /// Covered share of the width, permille.
         permille: u16,
     },
-    /// Its position walks away at a constant rate (localisation only).
+    /// Its position walks away at a constant rate (localisation and height only).
     Drift {
-        /// East, mm/s.
+        /// East, mm/s; of height: up.
         east_mm_s: i32,
         /// North, mm/s.
         north_mm_s: i32,
     },
-    /// Its position is displaced while the fault lasts (localisation only).
+    /// Its position is displaced while the fault lasts (localisation and height only).
     Jump {
-        /// East, millimetres.
+        /// East, millimetres; of height: up.
         east_mm: i32,
         /// North, millimetres.
         north_mm: i32,
@@ -88,7 +88,7 @@ pub enum Disturbance {
 pub fn is_imaging(sensor: Sensor) -> bool {
     match sensor {
         Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => true,
-        Sensor::Odometry | Sensor::Localisation => false,
+        Sensor::Odometry | Sensor::Localisation | Sensor::Height => false,
     }
 }
 
@@ -155,10 +155,10 @@ impl Fault {
             Disturbance::Perturbation { strength } => self.sensor == Sensor::Rgb && strength <= MAX_STRENGTH,
             Disturbance::Noise { factor } => factor >= 1,
             Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
-            Disturbance::Drift { .. }
-            | Disturbance::Jump { .. }
-            | Disturbance::TimeStep { .. }
-            | Disturbance::TimeDrift { .. } => self.sensor == Sensor::Localisation,
+            Disturbance::Drift { .. } | Disturbance::Jump { .. } => {
+                matches!(self.sensor, Sensor::Localisation | Sensor::Height)
+            }
+            Disturbance::TimeStep { .. } | Disturbance::TimeDrift { .. } => self.sensor == Sensor::Localisation,
         }
     }
 }
@@ -180,7 +180,7 @@ pub struct Effect {
     pub noise: f32,
     /// Covered share of its view from the left, permille.
     pub occluded: u16,
-    /// Displacement east and north, millimetres.
+    /// Displacement east and north, millimetres; of height: up, in the first.
     pub displaced_mm: [i64; 2],
     /// Displacement of the receiver's time forwards, microseconds.
     pub displaced_us: i64,

@@ -1,4 +1,4 @@
-//! Simulation of one ground unit: world, plant, sensors, sensor faults and ground truth.
+//! Simulation of one unit: world, plant, sensors, sensor faults and ground truth.
 //!
 //! [`Sim`] is a deterministic core: time in, bytes out. It knows neither perception nor autonomy. It publishes `Navigation` 20 times a
 //! second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); it obeys leased set-points; its reports to the
@@ -30,6 +30,7 @@ pub mod sensor;
 pub mod terrain;
 mod truth;
 pub mod weather;
+pub mod wind;
 pub mod world;
 
 use std::collections::VecDeque;
@@ -43,7 +44,8 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
 use wire::event::{Event, PICTURED_EVERY, wire_hash};
 use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
-use wire::platform::{Sensors, Vehicle};
+use wire::platform::{Body, Sensors};
+use wire::refusal::Refusal;
 use wire::sensor::{Camera, Frames, Navigation};
 use wire::sign::Key;
 use wire::time::{Instant, Span};
@@ -57,10 +59,11 @@ use crate::channel::Channels;
 use crate::fault::{Disturbance, Fault, Faults, imaging};
 use crate::fidelity::Fidelity;
 use crate::limits::SceneError;
-use crate::plant::{Plant, SetPoint};
+use crate::plant::{Motion, Plant, SetPoint};
 use crate::scene::Scene;
 use crate::sensor::Imagers;
 use crate::sensor::localisation::Navigators;
+use crate::sensor::spatial::Altimeters;
 use crate::truth::Witness;
 use crate::world::{STEP, World};
 
@@ -94,7 +97,7 @@ pub struct SimConfig {
     pub scene: Scene,
     /// The body in it.
     #[serde(default)]
-    pub vehicle: Vehicle,
+    pub body: Body,
     /// Its sensors.
     #[serde(default)]
     pub sensors: Sensors,
@@ -123,7 +126,7 @@ impl SimConfig {
             rendered,
             witness: true,
             scene: Scene::default(),
-            vehicle: Vehicle::GROUND,
+            body: Body::default(),
             sensors: Sensors::GROUND,
             faults: Vec::new(),
             noise: NoiseModel::default(),
@@ -170,6 +173,7 @@ pub struct Sim {
     plant: Plant,
     faults: Faults,
     navigators: Navigators,
+    altimeters: Altimeters,
     eyes: Eyes,
     channels: Channels,
     witness: Witness,
@@ -192,7 +196,7 @@ impl Sim {
             return Err(SceneError::FaultDoesNotApply { index });
         }
         let mut world = World::new(Arc::new(config.scene.clone()));
-        let plant = Plant::new(&mut world, &config.scene.start, &config.vehicle, &config.fidelity);
+        let plant = Plant::of(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed);
         let Sensors { camera, lidar } = config.sensors;
         let eyes = if config.rendered {
             Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed).remembering(&faults)))
@@ -209,6 +213,7 @@ impl Sim {
             plant,
             faults,
             navigators: Navigators::new(config.seed, config.clock_ppm.clamp(-MAX_CLOCK_PPM, MAX_CLOCK_PPM)),
+            altimeters: Altimeters::new(config.seed),
             eyes,
             channels: Channels::new(keys, (config.node, config.boot), config.unit.node()),
             witness: Witness::new(journal, config.unit),
@@ -232,6 +237,7 @@ impl Sim {
             plant: self.plant.clone(),
             faults: self.faults.clone(),
             navigators: self.navigators.clone(),
+            altimeters: self.altimeters.clone(),
             eyes: self.eyes.clone(),
             channels: self.channels.clone(),
             witness: self.witness.fork(),
@@ -242,6 +248,7 @@ impl Sim {
     /// Draws the noise of later readings from `seed`; past measurements stay.
     pub fn reseed(&mut self, seed: u64) {
         self.navigators.reseed(seed);
+        self.altimeters.reseed(seed);
         match &mut self.eyes {
             Eyes::Rendered(imagers) => imagers.reseed(seed),
             Eyes::Unrendered(stages) => stages.reseed(seed),
@@ -290,15 +297,16 @@ impl Sim {
     fn navigate(&mut self, at: Instant, run: Span) {
         let next = FrameId(self.frame.0 + 1);
         self.witness.faults(at, run, (&self.faults, false), next, &mut self.out);
-        let state = self.plant.state(&self.world);
+        let (state, flight) = (self.plant.state(&self.world), self.plant.flight(&self.world));
         let reading = self.steps / NAVIGATION_STEPS;
-        let read = |navigators: &mut Navigators, faults: &Faults| {
+        let read = |navigators: &mut Navigators, altimeters: &mut Altimeters, faults: &Faults| {
             let (fix, odometry) = navigators.read(reading, &state, faults, run);
-            encode(&Navigation { stamp: at, fix, odometry })
+            let spatial = flight.as_ref().map(|flight| altimeters.read(reading, (&state, flight), faults, run));
+            encode(&Navigation { stamp: at, fix, odometry, spatial })
         };
-        let otherwise = |calm: &Faults| read(&mut self.navigators.clone(), calm);
+        let otherwise = |calm: &Faults| read(&mut self.navigators.clone(), &mut self.altimeters.clone(), calm);
         let otherwise = self.witness.otherwise(at, run, (&self.faults, false), otherwise);
-        let body = read(&mut self.navigators, &self.faults);
+        let body = read(&mut self.navigators, &mut self.altimeters, &self.faults);
         let bytes = self.channels.navigation.seal(at, &body);
         self.witness.altered(at, otherwise, &body, &bytes, &mut self.out);
         self.out.push_back(Output::Bus { topic: Topic::Navigation, bytes });
@@ -331,7 +339,7 @@ impl Sim {
 
     fn obey(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
         let judged = match topic {
-            Topic::Drive => self.channels.drive(now, bytes).map(|drive| self.follow(now, &drive)),
+            Topic::Drive => self.channels.drive(now, bytes).and_then(|drive| self.follow(now, &drive)),
             Topic::Act => {
                 self.channels.act(now, bytes).map(|act| self.witness.act(now, &act, &self.world, &mut self.out))
             }
@@ -349,14 +357,13 @@ impl Sim {
         }
     }
 
-    fn follow(&mut self, now: Instant, drive: &Drive) {
-        let set_point = SetPoint {
-            speed: drive.speed_mm_s as f32 / 1e3,
-            curvature: drive.curvature_um as f32 / 1e6,
-            until: drive.stamp + drive.lease,
-        };
-        self.plant.accept(now, set_point);
+    fn follow(&mut self, now: Instant, drive: &Drive) -> Result<(), Refusal> {
+        let motion = Motion::from(drive.set_point);
+        if !self.plant.accept(now, SetPoint { motion, until: drive.stamp + drive.lease }) {
+            return Err(Refusal::Schema { at: 1 });
+        }
         self.witness.lease(now, &self.world, &self.plant, &mut self.out);
+        Ok(())
     }
 }
 

@@ -19,6 +19,8 @@ pub(crate) enum Stream {
     DepthCandidates,
     ThermalCandidates,
     LidarCandidates,
+    Wind,
+    Spatial,
 }
 
 /// One stream.

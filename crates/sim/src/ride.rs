@@ -93,7 +93,7 @@ impl Ride {
             self.steps += 1;
             let now = Instant((self.settled + self.steps) * STEP.0);
             let until = now + Span::ms(500);
-            self.plant.accept(now, SetPoint { speed: self.speed, curvature: self.curvature, until });
+            self.plant.accept(now, SetPoint::course((self.speed, self.curvature), until));
             self.plant.step(now, &mut self.world);
         }
         let (number, stamp) = (self.steps / FRAME_STEPS, Instant(self.steps * STEP.0));
@@ -113,7 +113,7 @@ impl Ride {
             shown: labelled(&self.imagers, &self.world),
             stand_in: self.stages.observe((frame, stamp), &self.world, &self.plant, &self.faults, run),
             pose: Start { east: state.position.x, north: state.position.y, heading: state.yaw() },
-            navigation: Navigation { stamp, fix, odometry },
+            navigation: Navigation { stamp, fix, odometry, spatial: None },
             places: self.world.placements().iter().map(|p| flat(p.centre)).collect(),
             hidden: boxes.iter().map(|b| b.is_some_and(|b| hides(&boxes, b))).collect(),
             boxes: boxes.iter().map(|b| b.map(|(bounds, _)| bounds)).collect(),

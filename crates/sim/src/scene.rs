@@ -12,6 +12,7 @@ use crate::limits::{SceneError, count, within};
 use crate::perturbation::{self, Perturbation};
 use crate::print::{self, Print};
 use crate::weather::Weather;
+use crate::wind::Wind;
 
 /// Most objects a scene may have.
 pub const MAX_OBJECTS: usize = 64;
@@ -110,6 +111,9 @@ pub struct Scene {
     /// Light and air.
     #[serde(default)]
     pub weather: Weather,
+    /// Motion of the air; it moves bodies that fly.
+    #[serde(default)]
+    pub wind: Wind,
     /// Perturbation that faults of that kind add to colour images.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,
@@ -149,6 +153,7 @@ impl Default for Scene {
             ],
             ground: Ground { seed: 1, amplitude: 0.35, wavelength: 22.0, kelvin: 288.0 },
             weather: Weather::CLEAR,
+            wind: Wind::default(),
             perturbation: None,
         }
     }
@@ -167,6 +172,7 @@ impl Scene {
         within("ground.wavelength", self.ground.wavelength, 10.0, 200.0)?;
         within("ground.kelvin", self.ground.kelvin, 200.0, 350.0)?;
         self.weather.check()?;
+        self.wind.check()?;
         let fields = perturbation::ROWS * perturbation::COLUMNS;
         self.perturbation.iter().try_for_each(|p| count("perturbation", p.fields().len(), fields, fields))?;
         count("objects", self.objects.len(), 0, MAX_OBJECTS)?;

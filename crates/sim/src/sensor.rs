@@ -7,6 +7,7 @@ pub mod camera;
 pub mod depth;
 pub mod lidar;
 pub mod localisation;
+pub(crate) mod spatial;
 pub mod rgb;
 pub mod thermal;
 

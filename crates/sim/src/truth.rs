@@ -1,6 +1,7 @@
 //! Ground truth for the oracle, on the instrument plane only; no service reads it.
 //!
-//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence margin, and objects
+//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the margin to its envelope, for a body
+//! that leaves the ground its whole motion and by how much it keeps to its own terms of safety, and objects
 //! that the chassis has come to touch since; once for standing objects, ten times a second for moving ones: where they are; once,
 //! which bear a print. At once: a lease that began or lapsed, an act as received with the true object nearest to the designated place,
 //! and the start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without
@@ -16,10 +17,11 @@ use wire::core::Output;
 use wire::drive::Act;
 use wire::event::wire_hash;
 use wire::id::{FrameId, ObjectId, UnitId};
+use wire::motion::{Attitude, Motion};
 use wire::time::{Instant, Span};
 
 use crate::fault::{Effect, Fault, Faults, MAX_FAULTS, is_imaging};
-use crate::plant::Plant;
+use crate::plant::{Flight, Plant, State};
 use crate::sensor::localisation::wrap_mrad;
 use crate::world::World;
 
@@ -141,11 +143,18 @@ impl Witness {
             y_mm: mm(north),
             yaw_mrad: wrap_mrad(state.yaw() * 1000.0),
             speed_mm_s: mm(state.speed()),
-            set_speed_mm_s: plant.set_point().map_or(0, |s| mm(s.speed)),
+            set_speed_mm_s: plant.set_point().map_or(0, |s| mm(s.motion.speed())),
             leased: self.leased,
-            fence_mm: mm(world.scene().margin([east, north])),
+            fence_mm: mm(plant.margin(world)),
         };
         self.write(now, event, out);
+        if let Some(flight) = plant.flight(world) {
+            self.write(now, Note::Moves { unit: self.unit, motion: motion(&state, &flight) }, out);
+        }
+        if let Some(kept) = plant.kept(world) {
+            let [safe, asked, energy, clearance] = [kept.safe, kept.asked, kept.energy, kept.clearance].map(permille);
+            self.write(now, Note::Margins { unit: self.unit, safe, asked, energy, clearance }, out);
+        }
     }
 
     /// By how much localisation is displaced, while it is.
@@ -247,6 +256,21 @@ impl Witness {
             }
         }
     }
+}
+
+fn motion(state: &State, flight: &Flight) -> Motion {
+    let q = flight.attitude;
+    Motion {
+        position_mm: state.position.to_array().map(|metres| i64::from(mm(metres))),
+        attitude: Attitude::new([q.w, q.x, q.y, q.z].map(f64::from)),
+        velocity_mm_s: state.velocity.to_array().map(mm),
+        rates_urad_s: flight.rates.to_array().map(|rate| libm::roundf(rate * 1e6) as i32),
+    }
+}
+
+/// A share as whole thousandths, within a thousand times the whole.
+fn permille(share: f32) -> i32 {
+    libm::roundf((share * 1000.0).clamp(-1e6, 1e6)) as i32
 }
 
 /// Metres (or metres a second) as whole thousandths.

@@ -427,7 +427,8 @@ impl Rig {
             }
             self.now = until;
             if let Some((speed_mm_s, curvature_um)) = ask {
-                let drive = Drive { stamp: until, speed_mm_s, curvature_um, lease: Span::ms(300) };
+                let set_point = wire::drive::SetPoint::Course { speed_mm_s, curvature_um };
+                let drive = Drive { stamp: until, set_point, lease: Span::ms(300) };
                 let bytes = self.drive.seal(until, &encode(&drive));
                 self.sim.handle(until, &Input::Bus { topic: Topic::Drive, bytes });
             }

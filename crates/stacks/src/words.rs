@@ -165,6 +165,7 @@ impl Speakers {
             sessions_lost: 0,
             measured: Measured::default(),
             settings: None,
+            motion: None,
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

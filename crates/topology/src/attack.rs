@@ -130,6 +130,7 @@ fn sensor(sensor: scenario::Sensor) -> Sensor {
         scenario::Sensor::Lidar => Sensor::Lidar,
         scenario::Sensor::Odometry => Sensor::Odometry,
         scenario::Sensor::Localisation => Sensor::Localisation,
+        scenario::Sensor::Height => Sensor::Height,
     }
 }
 

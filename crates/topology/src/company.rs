@@ -99,7 +99,7 @@ impl Company<'_> {
             rendered,
             witness: true,
             scene: world.clone(),
-            vehicle: self.with.platform.vehicle(),
+            body: self.with.platform.body(),
             sensors: self.with.platform.sensors(),
             faults,
             noise: sim::NoiseModel::default(),

@@ -5,6 +5,7 @@ use sim::fidelity::Fidelity;
 use sim::limits::SceneError;
 use sim::scene::{Disguise, Ground, Object, Scene, Start};
 use sim::weather::Weather;
+use sim::wind::Wind;
 use wire::sensor::Class;
 
 /// The sim's scene, every object shifted by `shift_m`; `start` replaces the platform's own for a teammate, who stays
@@ -32,6 +33,7 @@ pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenar
             kelvin: world.ground.temperature_k.get() as f32,
         },
         weather: weather(&world.weather),
+        wind: wind(&world.wind),
         perturbation: world.perturbation.as_ref().and_then(scenario::Perturbation::pattern),
     }
 }
@@ -90,6 +92,15 @@ fn weather(weather: &scenario::Weather) -> Weather {
         visibility_m: weather.visibility_m.map(|v| v.get() as f32),
         rain_mm_h: weather.rain_mm_h.get() as f32,
         smear_px: weather.smear_px,
+    }
+}
+
+fn wind(wind: &scenario::Wind) -> Wind {
+    Wind {
+        east_m_s: wind.east_m_s.get() as f32,
+        north_m_s: wind.north_m_s.get() as f32,
+        gust_m_s: wind.gust_m_s.get() as f32,
+        length_m: wind.length_m.get() as f32,
     }
 }
 

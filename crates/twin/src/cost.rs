@@ -13,7 +13,7 @@ use sim::scene::Scene;
 use sim::world::{STEP, World};
 use topology::{Role, Topology};
 use wire::id::{NodeId, WorldId};
-use wire::platform::Vehicle;
+use wire::platform::Body;
 use wire::time::Instant;
 
 use super::Twin;
@@ -85,7 +85,7 @@ impl Known {
 /// The course of the unit under test in one trial: its scene, and the requests to its plant at each step.
 pub struct Course {
     scene: Arc<Scene>,
-    vehicle: Vehicle,
+    body: Body,
     asked: Vec<Option<SetPoint>>,
 }
 
@@ -93,13 +93,13 @@ impl Course {
     /// Runs the trial once and notes its course; none if there is no unit under test.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
         let (topology, mut twin) = start(scenario, setup, seed, false)?;
-        let Some((scene, vehicle)) = scene(&topology) else { return Ok(None) };
+        let Some((scene, body)) = scene(&topology) else { return Ok(None) };
         let steps = topology.duration / STEP.0;
         let asked = (1..=steps).map(|step| {
             twin.run_until(step * STEP.0);
             set_point(&twin)
         });
-        Ok(Some(Course { asked: asked.collect(), scene: Arc::new(scene), vehicle }))
+        Ok(Some(Course { asked: asked.collect(), scene: Arc::new(scene), body }))
     }
 
     /// Simulated seconds.
@@ -110,7 +110,7 @@ impl Course {
     /// World and vehicle at the start, for [`Bare::drive`].
     pub fn bare(&self) -> Bare<'_> {
         let mut world = World::new(Arc::clone(&self.scene));
-        let plant = Plant::new(&mut world, &self.scene.start, &self.vehicle, &Fidelity::SHIPPED);
+        let plant = Plant::of(&mut world, &self.scene.start, &self.body, &Fidelity::SHIPPED, 1);
         Bare { course: self, world, plant }
     }
 }
@@ -142,9 +142,9 @@ impl Bare<'_> {
     }
 }
 
-fn scene(topology: &Topology) -> Option<(Scene, Vehicle)> {
+fn scene(topology: &Topology) -> Option<(Scene, Body)> {
     let sim = topology.members.iter().find(|m| m.node() == NodeId::SIM)?;
-    if let Role::Sim(config) = &sim.role { Some((config.scene.clone(), config.vehicle)) } else { None }
+    if let Role::Sim(config) = &sim.role { Some((config.scene.clone(), config.body)) } else { None }
 }
 
 fn set_point(twin: &Twin) -> Option<SetPoint> {

@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn channel_reader_cannot_write_to_another_reader() {
         let [first, second] = [1, 2].map(|k| ChannelKey([k; 32]));
-        let body = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None });
+        let body = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None, spatial: None });
         let gate = |key: &ChannelKey| BusGate::new(Topic::Navigation, NodeId::SIM, key.clone(), Span::ms(300));
         let admits =
             |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Navigation>(&Policy::default(), NOW, bytes).map(|_| ());

@@ -5,20 +5,45 @@ use minicbor::{Decode, Encode};
 use crate::id::{CommandId, TrackId, WorldId};
 use crate::time::{Instant, Span};
 
-/// A set-point with a lease. When the lease ends on the plant's clock, the plant brakes by itself.
+/// Motion that a plant is asked for, in the terms of its kind of body. A plant refuses the terms of another kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum SetPoint {
+    /// Of a body that steers.
+    #[n(0)]
+    Course {
+        /// Forward speed, mm/s.
+        #[n(0)]
+        speed_mm_s: i32,
+        /// Curvature, 10⁻⁶ per metre, positive to the left.
+        #[n(1)]
+        curvature_um: i32,
+    },
+    /// Of a body that moves freely, in the level frame: x along its heading, y left, z up.
+    #[n(1)]
+    Velocity {
+        /// Along x, y and z, mm/s.
+        #[n(0)]
+        mm_s: [i32; 3],
+        /// Turn about z, mrad/s, counter-clockwise.
+        #[n(1)]
+        turn_mrad_s: i32,
+    },
+    /// The plant's own safe motion, as when a lease has ended.
+    #[n(2)]
+    Rest,
+}
+
+/// A set-point with a lease. When the lease ends on the plant's clock, the plant changes to its safe motion by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Drive {
     /// Time at which it was made, on the vehicle host's clock.
     #[n(0)]
     pub stamp: Instant,
-    /// Forward speed, mm/s.
+    /// Motion that is asked for.
     #[n(1)]
-    pub speed_mm_s: i32,
-    /// Curvature, 10⁻⁶ per metre, positive to the left.
-    #[n(2)]
-    pub curvature_um: i32,
+    pub set_point: SetPoint,
     /// Time for which the set-point may be followed, from `stamp`.
-    #[n(3)]
+    #[n(2)]
     pub lease: Span,
 }
 

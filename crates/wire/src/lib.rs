@@ -34,6 +34,7 @@ pub mod guest;
 pub mod id;
 pub mod measured;
 pub mod mode;
+pub mod motion;
 pub mod person;
 pub mod platform;
 pub mod policy;

@@ -8,6 +8,116 @@ use serde::{Deserialize, Serialize};
 
 use crate::sensor::{Camera, Lidar};
 
+/// What moves: a platform's body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Body {
+    /// It drives on wheels.
+    Wheeled(Vehicle),
+    /// It flies on rotors.
+    Multirotor(Multirotor),
+}
+
+impl Default for Body {
+    /// [`Vehicle::GROUND`].
+    fn default() -> Self {
+        Body::Wheeled(Vehicle::GROUND)
+    }
+}
+
+/// A body on four rotors in X, with the loops of a flight controller. Body frame: x forward, y left, z up, origin in the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Multirotor {
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// Moments of inertia about x, y and z, kg·m².
+    pub inertia_kg_m2: [f32; 3],
+    /// Length, width and height of the body, metres.
+    pub body_m: [f32; 3],
+    /// Lever of each rotor about x and about y, metres.
+    pub arm_m: f32,
+    /// Greatest thrust of a rotor, N.
+    pub thrust_n: f32,
+    /// Greatest torque of a rotor about z, N·m.
+    pub torque_n_m: f32,
+    /// Time constant of a rotor, seconds.
+    pub rotor_s: f32,
+    /// Drag by airspeed, N·s/m.
+    pub drag_n_s_m: f32,
+    /// Drag by rate of turn, N·m·s.
+    pub spin_drag_n_m_s: f32,
+    /// Greatest horizontal speed of a set-point, m/s.
+    pub max_speed_m_s: f32,
+    /// Greatest climb and descent of a set-point, m/s.
+    pub max_climb_m_s: f32,
+    /// Greatest turn of a set-point, rad/s.
+    pub max_turn_rad_s: f32,
+    /// Change of the velocity that its controller follows, speeding up and braking, m/s².
+    pub acceleration_m_s2: [f32; 2],
+    /// Greatest tilt, degrees.
+    pub tilt_deg: f32,
+    /// What a full battery holds, W·h.
+    pub battery_w_h: f32,
+    /// Power in a hover, and of everything but the rotors, W.
+    pub power_w: [f32; 2],
+    /// Height at which a run begins, metres above the ground.
+    pub cruise_m: f32,
+    /// Time for which it holds its place when nobody leads it, seconds; then it lands.
+    pub loiter_s: f32,
+    /// Speed of that descent, m/s.
+    pub descent_m_s: f32,
+    /// Greatest horizontal speed of its safe motion, m/s: what a gust may do to a body that holds its place.
+    pub drift_m_s: f32,
+    /// Least height above what lies below while somebody leads it, metres.
+    pub clearance_m: f32,
+    /// Greatest height above the world's origin, metres.
+    pub ceiling_m: f32,
+}
+
+impl Multirotor {
+    /// That of `platforms/air.toml`; a test holds the two equal. Mass, inertia, lever, thrust, torque, lag and drags are those of the quadrotor of
+    /// PX4's SIH (`sih_params.c`); the rest is assumed, with its reason in the file.
+    pub const SIH: Multirotor = Multirotor {
+        mass_kg: 1.0,
+        inertia_kg_m2: [0.025, 0.025, 0.030],
+        body_m: [0.5, 0.5, 0.2],
+        arm_m: 0.2,
+        thrust_n: 5.0,
+        torque_n_m: 0.1,
+        rotor_s: 0.05,
+        drag_n_s_m: 1.0,
+        spin_drag_n_m_s: 0.025,
+        max_speed_m_s: 3.0,
+        max_climb_m_s: 1.0,
+        max_turn_rad_s: 1.2,
+        acceleration_m_s2: [1.5, 2.5],
+        tilt_deg: 30.0,
+        battery_w_h: 40.0,
+        power_w: [150.0, 10.0],
+        cruise_m: 2.5,
+        loiter_s: 20.0,
+        descent_m_s: 0.5,
+        drift_m_s: 0.5,
+        clearance_m: 1.0,
+        ceiling_m: 6.0,
+    };
+}
+
+/// Limits of the guards of a body that flies, beside [`Limits`]. Heights are above the world's origin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Aloft {
+    /// Height that is flown at, millimetres.
+    pub cruise_mm: u32,
+    /// Lowest and highest height of the envelope, millimetres.
+    pub floor_ceiling_mm: [u32; 2],
+    /// Greatest climb and descent that is asked for, mm/s.
+    pub climb_mm_s: u32,
+    /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
+    pub height_gate_mm: u32,
+}
+
 /// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -138,6 +248,9 @@ pub struct Limits {
     pub fence_spare_mm: u32,
     /// Clearance of planned ways to the fence beyond its margin, and to obstacles on the map, millimetres.
     pub plan_clearance_mm: u32,
+    /// Of a body that flies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aloft: Option<Aloft>,
 }
 
 impl Limits {
@@ -159,6 +272,7 @@ impl Limits {
         standoff_mm: 3000,
         fence_spare_mm: 500,
         plan_clearance_mm: 1500,
+        aloft: None,
     };
 
     /// *t₀* in seconds.

@@ -9,6 +9,7 @@ use crate::codec::List;
 use crate::id::{Boot, CommandId, NodeId, Nonce, RecordId, Sequence, TrackId};
 use crate::measured::Measured;
 use crate::mode::{Cause, Guards, Mode};
+use crate::motion::ReportedMotion;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Pose, ProductMode};
 use crate::settings::Settings;
@@ -118,6 +119,9 @@ pub struct Report {
     /// Values that an operator has set, where the unit does not go by the platform's own.
     #[n(19)]
     pub settings: Option<Settings>,
+    /// Of a body that leaves the ground.
+    #[n(20)]
+    pub motion: Option<ReportedMotion>,
 }
 
 impl Report {

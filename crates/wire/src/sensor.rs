@@ -8,6 +8,7 @@ use minicbor::{Decode, Encode};
 
 use crate::codec::List;
 use crate::id::FrameId;
+use crate::motion::Spatial;
 use crate::time::Instant;
 
 /// One of the sensors that a track can rest on.
@@ -215,6 +216,9 @@ pub struct Navigation {
     /// Absent while odometry gives no reading.
     #[n(2)]
     pub odometry: Option<Odometry>,
+    /// Of a body that leaves the ground.
+    #[n(3)]
+    pub spatial: Option<Spatial>,
 }
 
 /// A box in pixels, upper left inclusive, lower right exclusive.

@@ -112,6 +112,6 @@ fn shared_memory_layout_matches_the_schema() {
     let (boot, now) = (wire::id::Boot(0x0102), wire::time::Instant(0x0a0b));
     let mut sender = wire::bus::Sender::new(wire::core::Topic::Drive, wire::id::NodeId::UNIT_A, boot, key);
     let sealed = sender.seal(now, &body);
-    let (header, tag) = ("04000201000001000000000000000b0a000000000000", "26023b0bd00e89ca418c2b774accfda4");
+    let (header, tag) = ("04000201000001000000000000000b0a000000000000", "793fd3998c9050f117c020de87b4c9a0");
     assert_eq!(hex(&sealed), format!("{header}{}{tag}", hex(&body)));
 }

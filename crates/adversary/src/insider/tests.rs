@@ -252,6 +252,7 @@ fn report_of_c() -> Vec<u8> {
         sessions_lost: 0,
         measured: Measured::default(),
         settings: None,
+        motion: None,
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

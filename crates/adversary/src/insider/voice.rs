@@ -99,6 +99,7 @@ impl Voice {
             watched,
             sessions_lost: 0,
             measured: Measured::default(),
+            motion: None,
             settings: None,
         }
     }

@@ -14,7 +14,7 @@ use wire::bus::{ChannelKey, Sender};
 use wire::codec::{self, List, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
 use wire::core::{Core, Input, Output, Subject, Topic};
-use wire::drive::{Act, Drive};
+use wire::drive::{Act, Drive, SetPoint};
 use wire::event::Event;
 use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
 use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
@@ -293,6 +293,16 @@ impl Bench {
             sessions_lost: 0,
             measured: Measured::default(),
             settings: None,
+            motion: None,
+        }
+    }
+
+    /// Forward speed of the newest set-point, mm/s.
+    pub(crate) fn driven(&self) -> i32 {
+        match self.drive.expect("a set-point").set_point {
+            SetPoint::Course { speed_mm_s, .. } => speed_mm_s,
+            SetPoint::Velocity { mm_s: [ahead, ..], .. } => ahead,
+            SetPoint::Rest => 0,
         }
     }
 
@@ -305,7 +315,7 @@ impl Bench {
         let time = ReceiverTime(self.now.0.saturating_add_signed(self.time_offset));
         let fix = (!self.no_fix).then_some(Fix { pose, sigma_mm: 40, time });
         let odometry = Some(Odometry { speed_mm_s: self.speed as i32, yaw_rate_mrad_s: 0 });
-        let bytes = self.sim.seal(self.now, &codec::encode(&Navigation { stamp: self.now, fix, odometry }));
+        let bytes = self.sim.seal(self.now, &codec::encode(&Navigation { stamp: self.now, fix, odometry, spatial: None }));
         self.feed(&Input::Bus { topic: Topic::Navigation, bytes });
     }
 

@@ -340,7 +340,7 @@ fn values_change_only_in_idle_and_jointly_safe() {
     assert_eq!(bench.order(CommandKind::Configure(narrow)), Some(Reason::Joint), "also where no value may change");
     assert_eq!(bench.order(CommandKind::Configure(slow)), Some(Reason::Interlock));
     bench.run(500);
-    assert_eq!(bench.drive.as_ref().unwrap().speed_mm_s, 1000, "the speed that was set is the speed that is driven");
+    assert_eq!(bench.driven(), 1000, "the speed that was set is the speed that is driven");
     let mut policy = Policy::default();
     policy.boundary.insert(Check::Joint, Requirement::Waived);
     let mut waived = Bench::under(policy, None);
@@ -356,7 +356,7 @@ fn plan_keeps_the_operators_margin() {
         assert_eq!(bench.order(CommandKind::Configure(settings)), None);
         assert_eq!(bench.order(CommandKind::Enable), None);
         bench.run(500);
-        bench.drive.as_ref().unwrap().speed_mm_s
+        bench.driven()
     };
     assert_eq!(
         driven(3000),

@@ -30,13 +30,13 @@ fn armed_and_confirmed_unit_acts_once() {
 fn it_stands_until_enabled_and_drives_while_ready() {
     let mut bench = Bench::new();
     bench.run(2000);
-    assert_eq!((bench.core.mode(), bench.drive.unwrap().speed_mm_s), (Mode::Idle, 0));
+    assert_eq!((bench.core.mode(), bench.driven()), (Mode::Idle, 0));
     bench.order(CommandKind::Enable);
     bench.run(100);
-    assert!(bench.drive.unwrap().speed_mm_s > 1000);
+    assert!(bench.driven() > 1000);
     bench.order(CommandKind::Hold);
     bench.run(100);
-    assert_eq!((bench.core.mode(), bench.drive.unwrap().speed_mm_s), (Mode::HoldSafe, 0));
+    assert_eq!((bench.core.mode(), bench.driven()), (Mode::HoldSafe, 0));
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn lost_stage_recovers_after_hysteresis_without_authority() {
     lose(&mut bench, Guard::Thermal);
     bench.run(3000);
     assert_eq!(bench.core.mode(), Mode::Degraded);
-    assert!(bench.drive.unwrap().speed_mm_s <= 1000);
+    assert!(bench.driven() <= 1000);
     bench.missing.clear();
     bench.run(900);
     assert_eq!(bench.core.mode(), Mode::Degraded, "hysteresis");
@@ -128,7 +128,7 @@ fn lost_localisation_stops_and_holds_in_time() {
     let mut bench = Bench::in_mode(Mode::Ready);
     bench.no_fix = true;
     bench.run(400);
-    assert_eq!((bench.core.mode(), bench.drive.unwrap().speed_mm_s), (Mode::Degraded, 0));
+    assert_eq!((bench.core.mode(), bench.driven()), (Mode::Degraded, 0));
     bench.run(500);
     assert_eq!(
         bench.transitions().last(),

@@ -9,7 +9,7 @@ use super::bench::Bench;
 
 /// Speed of the newest set-point, mm/s.
 fn driven(bench: &Bench) -> Option<i32> {
-    bench.drive.map(|drive| drive.speed_mm_s)
+    bench.drive.map(|_| bench.driven())
 }
 
 fn failure(bench: &Bench) -> Option<Fault> {

@@ -345,6 +345,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         sessions_lost: 0,
         measured: Measured::default(),
         settings: None,
+        motion: None,
     }
 }
 

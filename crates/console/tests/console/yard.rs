@@ -248,6 +248,7 @@ impl Actor {
             sessions_lost: 0,
             measured: measured(self.failing),
             settings: self.settings,
+            motion: None,
         }
     }
 

@@ -360,6 +360,7 @@ impl Unit {
             sessions_lost: 0,
             measured: Measured::default(),
             settings: None,
+            motion: None,
         }
     }
 }

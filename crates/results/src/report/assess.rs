@@ -13,11 +13,11 @@ use stats::{EventRate, Share};
 use crate::report::new_table;
 
 /// Properties of the closed loop, which no recording can show: a recorded vehicle reacts to no guard.
-const NOT_ASSESSED: [(&str, &str); 11] = [
+const NOT_ASSESSED: [(&str, &str); 12] = [
     ("P1", "no act without authority"),
     ("P2", "loss of a subsystem degrades in time"),
     ("P3", "loss of trust reaches HOLD_SAFE in time"),
-    ("P4", "never driving outside the geofence"),
+    ("P4", "never outside the envelope"),
     ("P5", "no influence of unaccepted records"),
     ("P6", "conservation"),
     ("P7", "no stale value shown as fresh"),
@@ -25,6 +25,7 @@ const NOT_ASSESSED: [(&str, &str); 11] = [
     ("P9", "recovery by consent only"),
     ("P10", "the log verifies and replays"),
     ("P11", "no act on the wrong object"),
+    ("P12", "reserve of energy and least distance to what lies below"),
 ];
 
 /// The object of `assess --json`.

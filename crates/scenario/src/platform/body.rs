@@ -4,8 +4,9 @@
 
 use wire::sensor::{Camera, Lidar};
 
-use super::Platform;
 use super::check::{at_least, at_most, unless};
+use super::tables::SafeAction;
+use super::{Platform, flight};
 use crate::finding::Finding;
 use crate::value::Located;
 
@@ -21,8 +22,21 @@ const GRAVITY: f64 = 9.81;
 
 /// Every mistake in the tables beside the bounds.
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {
-    let groups = [able, stands, camera, lidar, guards, driving];
-    groups.into_iter().flat_map(|group| group(platform)).collect()
+    let wheels: [fn(&Platform) -> Vec<Finding>; 3] = [able, stands, stops];
+    let groups = [camera, lidar, guards, driving];
+    let of_body = if platform.multirotor.is_some() || platform.aloft.is_some() { flight::check(platform) } else { each(&wheels, platform) };
+    of_body.into_iter().chain(each(&groups, platform)).collect()
+}
+
+fn each(groups: &[fn(&Platform) -> Vec<Finding>], platform: &Platform) -> Vec<Finding> {
+    groups.iter().flat_map(|group| group(platform)).collect()
+}
+
+/// The safe action of wheels.
+fn stops(platform: &Platform) -> Vec<Finding> {
+    let action = &platform.safe.action;
+    let lands = || "a vehicle on wheels does not land".to_owned();
+    unless(action, **action == SafeAction::Stop, lands, "state `action = \"stop\"`").into_iter().collect()
 }
 
 /// The vehicle against its bounds.
@@ -172,9 +186,9 @@ fn guards(platform: &Platform) -> Vec<Finding> {
 
 /// Limits of driving against bounds and vehicle.
 fn driving(platform: &Platform) -> Vec<Finding> {
-    let (g, b, v) = (&platform.guards, &platform.bounds, &platform.vehicle);
+    let (g, b) = (&platform.guards, &platform.bounds);
     let speed = b.max_speed_mm_s.get() as f64;
-    let [length, width, _] = v.chassis_m.map(|edge| edge.get() * 1000.0);
+    let [length, width, _] = platform.extent().map(|metres| metres * 1000.0);
     let [near, far] = g.lookahead_mm.map(|mm| mm.get() as f64);
     let found = [
         at_most(

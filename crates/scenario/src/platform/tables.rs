@@ -151,8 +151,10 @@ table! {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum SafeAction {
-    /// Brake to standstill and stay there: what the plant does by itself when a lease ends, and what P3 and P4 ask for.
+    /// Brake to standstill and stay there: what the plant does by itself when a lease ends, and what P3 asks for.
     Stop,
+    /// Hold the place for a time, or for as long as the battery lets it, then land there: what the plant does by itself when a lease ends.
+    LoiterThenLand,
 }
 
 impl VehicleTable {
@@ -205,5 +207,6 @@ pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
         standoff_mm: guards.standoff_mm.unsigned() as u32,
         fence_spare_mm: guards.fence_spare_mm.unsigned() as u32,
         plan_clearance_mm: guards.plan_clearance_mm.unsigned() as u32,
+        aloft: None,
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use wire::platform::{Limits, Sensors, Vehicle};
+use wire::platform::{Body, Limits, Multirotor, Sensors, Vehicle};
 
 use crate::{
     Name, Problems, find_root, load_platform, parse_platform, platform_files, platform_schema, platform_template,
@@ -84,7 +84,7 @@ const APART: [(&str, &str, &str); 46] = [
     ("corridor_mm = 1200", "corridor_mm = 449", "the vehicle is wider than the way that is kept free ahead"),
     ("standoff_mm = 3000", "standoff_mm = 799", "the vehicle's front reaches the obstacle"),
     ("plan_clearance_mm = 1500", "plan_clearance_mm = 499", "a planned way leaves too little room"),
-    ("action = \"stop\"", "action = \"loiter\"", "unknown variant `loiter`, expected `stop`"),
+    ("action = \"stop\"", "action = \"loiter\"", "unknown variant `loiter`, expected `stop` or `loiter-then-land`"),
     ("mass_kg = 300.0", "mass_kg = -1", "-1 is out of range, expected 1 to 10000"),
     ("mass_kg = 300.0", "mass_kg = nan", "NaN is not a finite number"),
     ("steering_rad_s = 1.5", "wheels = 6", "unknown field `wheels`"),
@@ -119,6 +119,50 @@ fn values_at_their_limit_are_taken() {
     }
 }
 
+/// Each line of the air platform with a value just beyond the limit that another value sets, and the reason.
+const APART_ALOFT: [(&str, &str, &str); 17] = [
+    ("acceleration_m_s2 = [1.5, 2.5]", "acceleration_m_s2 = [1.5, 1.9]", "the body brakes less than `braking_mm_s2`"),
+    ("tilt_deg = 30.0", "tilt_deg = 29.0", "at its greatest tilt the body cannot brake as stated"),
+    ("thrust_n = 5.0 ", "thrust_n = 3.0 ", "nine tenths of the rotors' thrust do not hold the body up"),
+    ("max_speed_m_s = 3.0", "max_speed_m_s = 2.9", "the body never reaches `max_speed_mm_s`"),
+    ("drift_m_s = 0.5", "drift_m_s = 3.1", "the safe motion is faster than the largest speed"),
+    ("floor_ceiling_mm = [1000, 6000]", "floor_ceiling_mm = [1701, 6000]", "a height that is wrong by the gate puts the body below"),
+    ("floor_ceiling_mm = [1000, 6000]", "floor_ceiling_mm = [1000, 3299]", "a height that is wrong by the gate puts the body above"),
+    ("cruise_m = 2.5", "cruise_m = 3.4", "a run begins further from the height that is flown at than the gate"),
+    ("height_gate_mm = 800", "height_gate_mm = 1001", "heights are believed that are wrong by more than the margin"),
+    ("climb_mm_s = 800", "climb_mm_s = 1001", "the guards' climb is faster than the body's"),
+    ("clearance_m = 1.0", "clearance_m = 1.8", "the least height above what lies below is not kept"),
+    ("action = \"loiter-then-land\"", "action = \"stop\"", "a body that flies does not stop in the air"),
+    ("exclusion_mm = 1000", "exclusion_mm = 100001", "100001 is out of range"),
+    ("mass_kg = 1.0", "mass_kg = 0", "0 is out of range"),
+    ("corridor_mm = 1200", "corridor_mm = 249", "the vehicle is wider than the way that is kept free ahead"),
+    ("reaction_ms = 350", "reaction_ms = 149", "the unit reacts no sooner"),
+    ("unobserved_mm = 3200", "unobserved_mm = 3149", "without odometry the unit gets further before it stands"),
+];
+
+#[test]
+fn each_mistake_in_the_air_is_told_at_its_value() {
+    let text = fs::read_to_string(root().join("platforms/air.toml")).unwrap();
+    for (line, changed, reason) in APART_ALOFT {
+        assert_eq!(text.matches(line).count(), 1, "{line} is not one line");
+        let problems = parse_platform("air.toml", "air", &text.replace(line, changed)).unwrap_err();
+        let told = problems.all().iter().find(|problem| problem.message().starts_with(reason));
+        let told = told.unwrap_or_else(|| panic!("{changed}: {problems}"));
+        assert!(!told.remedy().is_empty() && told.line_column().is_some());
+    }
+}
+
+#[test]
+fn body_on_rotors_comes_with_its_limits_of_height() {
+    let text = fs::read_to_string(root().join("platforms/air.toml")).unwrap();
+    let (before, aloft) = text.split_once("[aloft]").unwrap();
+    let problems = parse_platform("air.toml", "air", &format!("{before}[safe]{}", aloft.split_once("[safe]").unwrap().1)).unwrap_err();
+    assert!(problems.all().iter().any(|p| p.message().starts_with("a body on rotors without limits of height")), "{problems}");
+    let ground = ground().replace("[safe]", &format!("[aloft]{}[safe]", aloft.split_once("[safe]").unwrap().0));
+    let problems = parse_platform("ground.toml", "ground", &ground).unwrap_err();
+    assert!(problems.all().iter().any(|p| p.message().starts_with("limits of height without a body that flies")), "{problems}");
+}
+
 #[test]
 fn remedy_names_the_schema_of_platforms() {
     let problems = with("mass_kg = 300.0", "mass = 300.0").unwrap_err();
@@ -143,10 +187,18 @@ fn ground_has_the_numbers_of_wire() {
 }
 
 #[test]
+fn air_has_the_numbers_of_wire() {
+    let platform = load_platform(&root().join("platforms/air.toml")).unwrap();
+    assert_eq!(platform.body(), Body::Multirotor(Multirotor::SIH));
+    let limits = platform.limits();
+    assert_eq!((limits.rear_axle_mm, limits.aloft.unwrap().cruise_mm), (0, 2500));
+}
+
+#[test]
 fn shipped_platforms_load_and_fit_their_schema() {
     let validator = jsonschema::validator_for(&platform_schema()).unwrap();
     let files = platform_files(&root()).unwrap();
-    assert!(files.len() >= 2, "{files:?}");
+    assert!(files.len() >= 3, "{files:?}");
     for file in files {
         load_platform(&file).unwrap_or_else(|problems| panic!("{}", problems.render(false)));
         let value: serde_json::Value = toml::from_str(&fs::read_to_string(&file).unwrap()).unwrap();

@@ -15,6 +15,7 @@ use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::policy::Policy;
 use wire::refusal::Reason;
 use wire::report::{MAX_REPORT, Report, ReportedAuthority, ReportedTrack};
+use wire::motion::ReportedMotion;
 use wire::sensor::{Candidates, Class, Frames, Modalities, Navigation, Pose, ProductMode};
 use wire::session::{MAX_SESSION_MESSAGE, SessionBody, SessionMessage, Teammate};
 use wire::settings::{RANGES, Settings};
@@ -182,6 +183,12 @@ fn settings(seed: u32) -> Option<Settings> {
     seed.is_multiple_of(2).then_some(Settings { speed_mm_s, margin_mm, arm_permille, keep_permille })
 }
 
+/// None, or any numbers.
+fn motion(up: u64, velocity: i32, charge: u16) -> Option<ReportedMotion> {
+    let left_up_mm_s = [velocity, velocity.rotate_left(16)];
+    up.is_multiple_of(2).then_some(ReportedMotion { up_mm: up.cast_signed(), left_up_mm_s, charge })
+}
+
 fn report() -> impl Strategy<Value = Report> {
     let product = prop::sample::select(vec![ProductMode::Live, ProductMode::Synthetic, ProductMode::Replay]);
     let state = (product, prop::sample::select(Mode::ALL.to_vec()), cause(), any::<u16>());
@@ -213,6 +220,7 @@ fn report() -> impl Strategy<Value = Report> {
                 sessions_lost: boot,
                 measured: measured(boot, speed_mm_s),
                 settings: settings(boot),
+                motion: motion(stamp, speed_mm_s, progress),
             }
         },
     )

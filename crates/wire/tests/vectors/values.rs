@@ -8,7 +8,7 @@ use wire::audit::{Head, Seal, SealedHead};
 use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
-use wire::drive::{Act, Drive};
+use wire::drive::{Act, Drive, SetPoint};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::guest::{self, Answer, Declared, Disc, Fault, Place, Reply, Start};
@@ -17,6 +17,7 @@ use wire::id::{
 };
 use wire::measured::Measured;
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
+use wire::motion::{Attitude, Motion, ReportedMotion, Spatial};
 use wire::person::{self, Alarm, Numbered, Unable};
 use wire::policy::{Check, Waived};
 use wire::refusal::{Reason, Refusal};
@@ -71,7 +72,10 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("candidates", candidates()),
         ("navigation", navigation()),
         ("tracks", tracks()),
-        ("drive", vec![named!("left-turn", Drive, drive())]),
+        ("drive", vec![named!("left-turn", Drive, drive()),
+            named!("velocity", Drive, moving(SetPoint::Velocity { mm_s: [1200, -300, 80], turn_mrad_s: -200 })),
+            named!("rest", Drive, moving(SetPoint::Rest)),
+        ]),
         ("act", vec![named!("confirmed", Act, act())]),
         ("entry", entries()),
         ("seal", seals()),
@@ -130,6 +134,7 @@ pub(crate) fn report() -> Report {
             .aged(Guard::SealedLog, Some(Span(u64::MAX)))
             .with(Guard::Geofence, Some(-120)),
         settings: Some(VALUES),
+        motion: None,
     }
 }
 
@@ -150,8 +155,11 @@ fn reports() -> Vec<Named> {
         ..report()
     };
     let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };
+    let left_up_mm_s = [-30, 12];
+    let aloft = Report { motion: Some(ReportedMotion { up_mm: 2480, left_up_mm_s, charge: 871 }), ..bare.clone() };
     vec![
         named!("with-authority-and-a-track", Report, report()),
+        named!("aloft", Report, aloft),
         named!("degraded-without-either", Report, bare),
         named!("last-command-refused", Report, refused),
     ]
@@ -325,11 +333,24 @@ fn navigation() -> Vec<Named> {
     let odometry = Some(Odometry { speed_mm_s: -200, yaw_rate_mrad_s: 100 });
     let stamp = Instant(1_250_000);
     vec![
-        named!("both", Navigation, Navigation { stamp, fix, odometry }),
-        named!("localisation-lost", Navigation, Navigation { stamp, fix: None, odometry }),
-        named!("odometry-lost", Navigation, Navigation { stamp, fix, odometry: None }),
-        named!("neither", Navigation, Navigation { stamp, fix: None, odometry: None }),
+        named!("both", Navigation, Navigation { stamp, fix, odometry, spatial: None }),
+        named!("localisation-lost", Navigation, Navigation { stamp, fix: None, odometry, spatial: None }),
+        named!("odometry-lost", Navigation, Navigation { stamp, fix, odometry: None, spatial: None }),
+        named!("neither", Navigation, Navigation { stamp, fix: None, odometry: None, spatial: None }),
+        named!("aloft", Navigation, Navigation { stamp, fix, odometry, spatial: Some(spatial()) }),
+        named!("aloft-without-pressure", Navigation, Navigation { spatial: Some(Spatial { pressure_up_mm: None, ..spatial() }), stamp, fix, odometry }),
+        named!("aloft-without-anything", Navigation, Navigation { stamp, fix: None, odometry: None, spatial: Some(Spatial::default()) }),
     ]
+}
+
+fn spatial() -> Spatial {
+    Spatial {
+        fix_up_mm: Some(6_871_000_000),
+        pressure_up_mm: Some(2480),
+        range_mm: Some(2390),
+        left_up_mm_s: Some([-30, 12]),
+        charge: Some(871),
+    }
 }
 
 fn tracks() -> Vec<Named> {
@@ -360,7 +381,11 @@ fn tracks() -> Vec<Named> {
 }
 
 pub(crate) fn drive() -> Drive {
-    Drive { stamp: Instant(1_300_000), speed_mm_s: 2500, curvature_um: 40_000, lease: Span::ms(300) }
+    moving(SetPoint::Course { speed_mm_s: 2500, curvature_um: 40_000 })
+}
+
+fn moving(set_point: SetPoint) -> Drive {
+    Drive { stamp: Instant(1_300_000), set_point, lease: Span::ms(300) }
 }
 
 fn act() -> Act {
@@ -469,7 +494,7 @@ fn guest_requests() -> Vec<Named> {
         now,
         mode: Mode::Ready,
         limit_mm_s: 3000,
-        navigation: fixed.then_some(Navigation { stamp: now, fix: Some(fix), odometry: None }),
+        navigation: fixed.then_some(Navigation { stamp: now, fix: Some(fix), odometry: None, spatial: None }),
         tracks: List::default(),
         teammates: std::iter::repeat_n(at, usize::from(fixed)).collect(),
     };
@@ -511,7 +536,7 @@ pub(crate) fn events() -> impl Iterator<Item = u8> {
         .chain(60..62)
         .chain(65..71)
         .chain(80..89)
-        .chain(92..99)
+        .chain(92..101)
 }
 
 fn entries() -> Vec<Named> {
@@ -622,6 +647,19 @@ fn witnesses() -> Vec<(&'static str, Any)> {
                 fence_mm: -5,
             }),
         ),
+        (
+            "moves",
+            Any::Instrument(Note::Moves {
+                unit: UnitId::A,
+                motion: Motion {
+                    position_mm: [1, -6_871_000_000, 2500],
+                    attitude: Attitude::new([0.8, 0.0, -0.6, 0.0]),
+                    velocity_mm_s: [-7_612_000, 3, 0],
+                    rates_urad_s: [-1100, 0, 250_000],
+                },
+            }),
+        ),
+        ("margins", Any::Instrument(Note::Margins { unit: UnitId::A, safe: -40, asked: 1000, energy: 29_000, clearance: 1500 })),
         ("object", Any::Instrument(Note::Object { object: ObjectId(4), class: Class::Obstacle, x_mm: 100, y_mm: 200 })),
         (
             "plant-act",

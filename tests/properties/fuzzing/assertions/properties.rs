@@ -1,4 +1,4 @@
-//! P1 to P11, by the oracle's verdict; but P10's finding that there was no evidence: of a broker that ended, that no HOLD was
+//! P1 to P11 (P12 is of platforms that leave the ground, which are not fuzzed), by the oracle's verdict; but P10's finding that there was no evidence: of a broker that ended, that no HOLD was
 //! given after. P6 finds the accounts whole, and no attack sequence may break that.
 
 use super::{Assertion, Facts, none, trial};

@@ -163,6 +163,7 @@ fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
         sessions_lost: 0,
         measured: Measured::default(),
         settings: None,
+        motion: None,
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }

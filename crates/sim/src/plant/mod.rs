@@ -1,54 +1,103 @@
-//! The plant: a four-wheeled ground vehicle that follows leased set-points.
+//! The plant: a body in the world that follows leased set-points, and the contract that every kind of body fulfils.
 //!
-//! Its numbers are the platform's ([`Vehicle`]). The whole of its interface is: [`Plant::accept`] a [`SetPoint`], [`Plant::step`], read its [`State`]. Another
-//! domain (air, space) is another module with these verbs. A set-point is followed only until its lease ends on the
-//! plant's own clock; then the plant brakes to standstill by itself and says so once. No message is needed to stop it.
-//!
-//! Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
+//! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the body changes to its
+//! safe motion by itself, and the plant says so once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
+//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled` and `multirotor` are such.
+
+mod multirotor;
+mod wheeled;
 
 use std::collections::BTreeMap;
 
-use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;
+use wire::drive;
 use wire::id::ObjectId;
-use wire::platform::Vehicle;
+use wire::platform::{Body, Vehicle};
 use wire::time::{Instant, Span};
 
 use crate::fidelity::Fidelity;
 use crate::scene::Start;
-use crate::world::{DT, World, turn};
+use crate::wind::Air;
+use crate::world::World;
+
+use multirotor::Multirotor;
+use wheeled::Wheeled;
 
 /// The longest lease that is honoured, counted from arrival.
 pub const MAX_LEASE: Span = Span::ms(1000);
-/// Below this speed, m/s, the vehicle counts as standing.
+/// Below this speed, m/s, a body counts as standing.
 pub const STANDSTILL: f32 = 0.05;
 
-/// Share of a suspension's length by which it can give either way.
-const SUSPENSION_TRAVEL: f32 = 0.8;
-/// The most that one suspension bears, N for each kilogram of the vehicle: eight times its share of the weight.
-const SUSPENSION_LIMIT: f32 = 20.0;
-const PROPORTIONAL: f32 = 4.0;
-const INTEGRAL: f32 = 1.5;
+/// Motion that a body is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Of a body that steers.
+    Course {
+        /// Forward speed, m/s.
+        speed: f32,
+        /// Curvature, 1/m, positive to the left.
+        curvature: f32,
+    },
+    /// Of a body that moves freely, in the level frame: x along its heading, y left, z up.
+    Velocity {
+        /// Along x, y and z, m/s.
+        along: [f32; 3],
+        /// Turn about z, rad/s, counter-clockwise.
+        turn: f32,
+    },
+    /// The body's safe motion.
+    Rest,
+}
+
+impl Motion {
+    /// Horizontal speed, m/s, signed where it has a direction of its own.
+    pub fn speed(&self) -> f32 {
+        match self {
+            Motion::Course { speed, .. } => *speed,
+            Motion::Velocity { along: [x, y, _], .. } => (x * x + y * y).sqrt(),
+            Motion::Rest => 0.0,
+        }
+    }
+}
+
+impl From<drive::SetPoint> for Motion {
+    fn from(asked: drive::SetPoint) -> Self {
+        match asked {
+            drive::SetPoint::Course { speed_mm_s, curvature_um } => {
+                Motion::Course { speed: speed_mm_s as f32 / 1e3, curvature: curvature_um as f32 / 1e6 }
+            }
+            drive::SetPoint::Velocity { mm_s, turn_mrad_s } => {
+                Motion::Velocity { along: mm_s.map(|mm| mm as f32 / 1e3), turn: turn_mrad_s as f32 / 1e3 }
+            }
+            drive::SetPoint::Rest => Motion::Rest,
+        }
+    }
+}
 
 /// Set-point of the plant, with its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetPoint {
-    /// Forward speed, m/s.
-    pub speed: f32,
-    /// Curvature, 1/m, positive to the left.
-    pub curvature: f32,
+    /// Motion that is asked for.
+    pub motion: Motion,
     /// End of the lease, on the plant's clock.
     pub until: Instant,
 }
 
-/// The plant as a body in the world.
+impl SetPoint {
+    /// To go at `speed` (m/s) along a `curvature` (1/m).
+    pub fn course((speed, curvature): (f32, f32), until: Instant) -> Self {
+        SetPoint { motion: Motion::Course { speed, curvature }, until }
+    }
+}
+
+/// The body in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     /// Body origin, world frame, metres.
     pub position: Vector,
-    /// Body to world.
+    /// Body to world; the level frame's where the sensors hang level in a body that tilts.
     pub rotation: Rotation,
-    /// Velocity of the chassis, world frame, m/s.
+    /// Velocity of the body, world frame, m/s.
     pub velocity: Vector,
     /// Rate of turn about body z, rad/s.
     pub yaw_rate: f32,
@@ -77,46 +126,96 @@ impl State {
     }
 }
 
-/// The vehicle and its controller.
+/// By how much a body keeps to its own terms of safety: in parts of each limit, negative beyond it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kept {
+    /// Its motion, to its safe set.
+    pub safe: f32,
+    /// The motion that it is asked for, to the same.
+    pub asked: f32,
+    /// What is stored, beyond the reserve that the way to safety takes.
+    pub energy: f32,
+    /// Distance to what lies below, beyond the least.
+    pub clearance: f32,
+}
+
+/// Motion of a body that leaves the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// Body to world.
+    pub attitude: Rotation,
+    /// Rates about the body's axes, rad/s.
+    pub rates: Vector,
+    /// Distance to what lies below, metres.
+    pub below: f32,
+    /// Charge of the battery, 0 to 1.
+    pub charge: f32,
+}
+
+/// What a kind of body gives.
+trait Moves {
+    /// The motion within its limits; `None` in the terms of another kind.
+    fn able(&self, asked: Motion) -> Option<Motion>;
+    /// Drives it for one step of the world; [`Motion::Rest`] is its safe motion.
+    fn push(&mut self, motion: Motion, world: &mut World);
+    /// Place and motion.
+    fn state(&self, world: &World) -> State;
+    /// The body that carries the sensors.
+    fn body(&self) -> RigidBodyHandle;
+    /// Its surface.
+    fn shell(&self) -> ColliderHandle;
+    /// Motion of one that leaves the ground.
+    fn flight(&self, _world: &World) -> Option<Flight> {
+        None
+    }
+    /// Its own terms of safety while this motion is asked for; none where safety is to stand still.
+    fn kept(&self, _asked: Motion, _world: &World) -> Option<Kept> {
+        None
+    }
+    /// Distance that is left to the limits of height, metres.
+    fn height_margin(&self, _world: &World) -> f32 {
+        f32::INFINITY
+    }
+}
+
+/// A body under leased set-points.
 #[derive(Clone)]
 pub struct Plant {
-    limits: Vehicle,
-    vehicle: DynamicRayCastVehicleController,
-    shell: ColliderHandle,
+    kind: Kind,
     set_point: Option<SetPoint>,
-    /// Speed that the controller tracks: the set-point, approached at the greatest acceleration.
-    reference: f32,
-    integral: f32,
-    steering: f32,
+}
+
+#[derive(Clone)]
+enum Kind {
+    Wheeled(Box<Wheeled>),
+    Multirotor(Box<Multirotor>),
 }
 
 impl Plant {
-    /// Puts this vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
+    /// Puts a wheeled vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
     pub fn new(world: &mut World, start: &Start, vehicle: &Vehicle, fidelity: &Fidelity) -> Self {
-        let chassis = world.physics.bodies.insert(chassis_body(world, start, vehicle));
-        let [length, width, height] = vehicle.chassis_m.map(|edge| edge / 2.0);
-        let shell = ColliderBuilder::cuboid(length, width, height).mass(vehicle.mass_kg * fidelity.load).friction(0.4);
-        let shell = world.physics.insert_collider(shell, Some(chassis));
-        Plant {
-            limits: *vehicle,
-            vehicle: wheels(chassis, vehicle, fidelity.grip),
-            shell,
-            set_point: None,
-            reference: 0.0,
-            integral: 0.0,
-            steering: 0.0,
-        }
+        let kind = Kind::Wheeled(Box::new(Wheeled::new(world, start, vehicle, fidelity)));
+        Plant { kind, set_point: None }
     }
 
-    /// Takes a new set-point in place of the last. Speed and curvature are clamped to the vehicle's limits, the lease
-    /// to [`MAX_LEASE`] from `now`.
-    pub fn accept(&mut self, now: Instant, asked: SetPoint) {
-        let Vehicle { max_speed_m_s, max_reverse_m_s, max_curvature_per_m, .. } = self.limits;
-        self.set_point = Some(SetPoint {
-            speed: asked.speed.clamp(-max_reverse_m_s, max_speed_m_s),
-            curvature: asked.curvature.clamp(-max_curvature_per_m, max_curvature_per_m),
-            until: asked.until.min(now + MAX_LEASE),
-        });
+    /// Puts a platform's body into `world`; `seed` seeds the gusts.
+    pub fn of(world: &mut World, start: &Start, body: &Body, fidelity: &Fidelity, seed: u64) -> Self {
+        let numbers = match body {
+            Body::Wheeled(vehicle) => return Plant::new(world, start, vehicle, fidelity),
+            Body::Multirotor(numbers) => numbers,
+        };
+        let air = Air::new(world.scene().wind, seed);
+        let kind = Kind::Multirotor(Box::new(Multirotor::new(world, start, numbers, fidelity.load, air)));
+        Plant { kind, set_point: None }
+    }
+
+    /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to [`MAX_LEASE`] from `now`. False, and
+    /// nothing taken, where it is in the terms of another kind of body.
+    pub fn accept(&mut self, now: Instant, asked: SetPoint) -> bool {
+        let able = self.moves().able(asked.motion);
+        let until = asked.until.min(now + MAX_LEASE);
+        self.set_point = able.map(|motion| SetPoint { motion, until }).or(self.set_point);
+        able.is_some()
     }
 
     /// The set-point under a valid lease.
@@ -124,106 +223,64 @@ impl Plant {
         self.set_point
     }
 
-    /// The body that carries the sensors, for [`World::view`].
-    pub fn body(&self) -> RigidBodyHandle {
-        self.vehicle.chassis
-    }
-
     /// Drives for the step that ends at `now`, then steps the world. Gives the set-point of a lease that has just
     /// ended.
     pub fn step(&mut self, now: Instant, world: &mut World) -> Option<SetPoint> {
         let lapsed = self.set_point.take_if(|s| s.until <= now);
-        let (speed, curvature) = self.set_point.map_or((0.0, 0.0), |s| (s.speed, s.curvature));
-        self.steer(curvature);
-        self.throttle(speed, self.state(world).speed());
-        let physics = &mut world.physics;
-        let queries = physics.broad_phase.as_query_pipeline_mut(
-            physics.narrow_phase.query_dispatcher(),
-            &mut physics.bodies,
-            &mut physics.colliders,
-            QueryFilter::default().exclude_rigid_body(self.vehicle.chassis),
-        );
-        self.vehicle.update_vehicle(DT, queries);
+        let motion = self.asked();
+        self.moves_mut().push(motion, world);
         world.step();
         lapsed
     }
 
-    /// The objects that the chassis touches, with the direction from it to each, unit vectors of the world frame.
+    /// The body that carries the sensors, for [`World::view`].
+    pub fn body(&self) -> RigidBodyHandle {
+        self.moves().body()
+    }
+
+    /// The objects that the body touches, with the direction from it to each, unit vectors of the world frame.
     pub fn touches(&self, world: &World) -> BTreeMap<ObjectId, Vector> {
-        world.touching(self.shell)
+        world.touching(self.moves().shell())
     }
 
-    /// Place and motion of the vehicle.
+    /// Place and motion of the body.
     pub fn state(&self, world: &World) -> State {
-        let body = &world.physics.bodies[self.vehicle.chassis];
-        let pose = body.position();
-        let up = pose.rotation * Vector::Z;
-        State {
-            position: pose.translation - up * self.limits.ride_height_m(),
-            rotation: pose.rotation,
-            velocity: body.linvel(),
-            yaw_rate: body.angvel().dot(up),
+        self.moves().state(world)
+    }
+
+    /// Motion of a body that leaves the ground.
+    pub fn flight(&self, world: &World) -> Option<Flight> {
+        self.moves().flight(world)
+    }
+
+    /// By how much it keeps to its own terms of safety; none where safety is to stand still.
+    pub fn kept(&self, world: &World) -> Option<Kept> {
+        self.moves().kept(self.asked(), world)
+    }
+
+    /// Distance that is left to the envelope, metres; negative outside: the fence, and the limits of height.
+    pub fn margin(&self, world: &World) -> f32 {
+        let State { position, .. } = self.state(world);
+        world.scene().margin([position.x, position.y]).min(self.moves().height_margin(world))
+    }
+
+    fn asked(&self) -> Motion {
+        self.set_point.map_or(Motion::Rest, |s| s.motion)
+    }
+
+    fn moves(&self) -> &dyn Moves {
+        match &self.kind {
+            Kind::Wheeled(body) => &**body,
+            Kind::Multirotor(body) => &**body,
         }
     }
 
-    fn steer(&mut self, curvature: f32) {
-        let wanted = libm::atanf(self.limits.wheelbase_m * curvature);
-        let most = self.limits.steering_rad_s * DT;
-        self.steering += (wanted - self.steering).clamp(-most, most);
-        for wheel in &mut self.vehicle.wheels_mut()[..2] {
-            wheel.steering = self.steering;
+    fn moves_mut(&mut self) -> &mut dyn Moves {
+        match &mut self.kind {
+            Kind::Wheeled(body) => &mut **body,
+            Kind::Multirotor(body) => &mut **body,
         }
     }
-
-    fn throttle(&mut self, wanted: f32, speed: f32) {
-        let Vehicle { mass_kg, braking_m_s2, max_acceleration_m_s2, .. } = self.limits;
-        let stop = wanted.abs() < STANDSTILL;
-        let (force, brake) = if stop {
-            self.integral = 0.0;
-            self.reference = speed;
-            (0.0, mass_kg * braking_m_s2 * DT / 4.0)
-        } else {
-            let step = if wanted.abs() < self.reference.abs() { braking_m_s2 } else { max_acceleration_m_s2 } * DT;
-            self.reference += (wanted - self.reference).clamp(-step, step);
-            let error = self.reference - speed;
-            self.integral = (self.integral + error * INTEGRAL * DT).clamp(-1.0, 1.0);
-            let asked = (PROPORTIONAL * error + self.integral).clamp(-braking_m_s2, braking_m_s2);
-            (mass_kg * asked / 4.0, 0.0)
-        };
-        for wheel in self.vehicle.wheels_mut() {
-            wheel.engine_force = force;
-            wheel.brake = brake;
-        }
-    }
-}
-
-/// The chassis never sleeps: wheel impulses on a sleeping body would pile up unseen.
-fn chassis_body(world: &World, start: &Start, vehicle: &Vehicle) -> RigidBody {
-    let (sin, cos) = libm::sincosf(start.heading);
-    let up = world.terrain().height(start.east, start.north) + vehicle.ride_height_m();
-    let pose = Pose::from_parts(Vector::new(start.east, start.north, up), turn([cos, sin]));
-    RigidBodyBuilder::dynamic().pose(pose).can_sleep(false).angular_damping(0.5).build()
-}
-
-/// Four wheels, the two that steer first.
-fn wheels(chassis: RigidBodyHandle, body: &Vehicle, grip: f32) -> DynamicRayCastVehicleController {
-    let mut vehicle = DynamicRayCastVehicleController::new(chassis);
-    vehicle.index_up_axis = 2;
-    vehicle.index_forward_axis = 0;
-    let tuning = WheelTuning {
-        suspension_stiffness: body.spring_rate,
-        suspension_compression: 4.0,
-        suspension_damping: 5.0,
-        max_suspension_travel: SUSPENSION_TRAVEL * body.suspension_m,
-        side_friction_stiffness: 1.0,
-        friction_slip: 2.0 * grip,
-        max_suspension_force: SUSPENSION_LIMIT * body.mass_kg,
-    };
-    for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
-        let mount = Vector::new(x * body.wheelbase_m / 2.0, y * body.track_m / 2.0, -body.wheel_drop_m);
-        vehicle.add_wheel(mount, -Vector::Z, -Vector::Y, body.suspension_m, body.wheel_radius_m, &tuning);
-    }
-    vehicle
 }
 
 #[cfg(test)]
@@ -238,7 +295,7 @@ mod tests {
         for k in from + 1..=from + steps {
             let now = Instant(k * 10_000);
             if let Some((speed, curvature)) = ask {
-                plant.accept(now, SetPoint { speed, curvature, until: now + Span::ms(300) });
+                plant.accept(now, SetPoint::course((speed, curvature), now + Span::ms(300)));
             }
             lapses.extend(plant.step(now, world).map(|_| now));
         }
@@ -293,7 +350,7 @@ mod tests {
         for speed in [2.0, 0.2] {
             let mut world = World::new(Arc::new(scene.clone()));
             let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
-            plant.accept(Instant(0), SetPoint { speed, curvature: 0.0, until: Instant(60_000_000) });
+            plant.accept(Instant(0), SetPoint::course((speed, 0.0), Instant(60_000_000)));
             let lapses = drive(&mut plant, &mut world, 0, 200, None);
             assert_eq!(lapses, [Instant(0) + MAX_LEASE], "{speed}");
         }

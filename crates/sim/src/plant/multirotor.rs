@@ -1,0 +1,427 @@
+//! A body on four rotors with the loops of a flight controller.
+//!
+//! Its numbers are the platform's ([`Multirotor`]), the forces those of PX4's SIH model: thrust and torque by rotor with a first-order lag, drag
+//! by airspeed and by rate of turn. The controller is the usual cascade: velocity to acceleration, acceleration to tilt and thrust, tilt to rates,
+//! rates to torques, torques to rotors. It knows its attitude, rates and velocity as such a controller does from its own sensors; it has no position.
+//!
+//! Its safe motion needs no message: it holds its place for a time, or for as long as the battery lets it, and then lands where it is.
+//!
+//! Body frame: x forward, y left, z up, origin in the centre of mass. A gimbal keeps the sensors level.
+
+use rapier3d::prelude::*;
+use wire::platform::Multirotor as Numbers;
+
+use super::{Flight, Kept, Motion, Moves, State};
+use crate::scene::Start;
+use crate::wind::Air;
+use crate::world::{DT, World, turn};
+
+const GRAVITY: f32 = 9.81;
+/// Gains of the cascade, 1/s: velocity, tilt, rate. Each loop is more than twice as fast as the one around it, and the last as fast as the lag of the
+/// rotors allows (20 /s in SIH).
+const VELOCITY: f32 = 2.5;
+const TILT: f32 = 6.0;
+const RATE: f32 = 16.0;
+/// Integral gain of the velocity loop, 1/s², which holds against wind; and its greatest part, m/s².
+const INTEGRAL: f32 = 2.5;
+const MOST_INTEGRAL: f32 = 4.0;
+/// Least and greatest share of the rotors' thrust that is asked for in the air: below the least no torque can be made.
+const THRUST: [f32; 2] = [0.1, 0.9];
+/// Height above which a body that lands is in the air, metres, beyond its own half height.
+const TOUCH: f32 = 0.05;
+/// Reach of the range finder, metres.
+const REACH: f32 = 40.0;
+
+/// State of the body's own safe motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// Somebody leads it.
+    Led,
+    /// It holds its place, for so many seconds so far.
+    Loiters(f32),
+    /// It comes down.
+    Lands,
+    /// It stands, rotors off.
+    Landed,
+}
+
+/// The body, its rotors and its controller.
+#[derive(Clone)]
+pub(super) struct Multirotor {
+    numbers: Numbers,
+    handle: RigidBodyHandle,
+    shell: ColliderHandle,
+    air: Air,
+    /// Thrust of each rotor as a share of its greatest: front right, rear left, front left, rear right.
+    rotors: [f32; 4],
+    phase: Phase,
+    /// Velocity that the controller tracks, level frame, m/s.
+    reference: Vector,
+    /// Its change, m/s².
+    ahead: Vector,
+    integral: Vector,
+    /// Energy that is left, joules.
+    energy: f32,
+}
+
+impl Multirotor {
+    /// Puts the body into `world`, in a hover at its cruise height; as heavy as `load` says.
+    pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers, load: f32, air: Air) -> Self {
+        let (sin, cos) = libm::sincosf(start.heading);
+        let up = world.terrain().height(start.east, start.north) + numbers.cruise_m;
+        let pose = Pose::from_parts(Vector::new(start.east, start.north, up), turn([cos, sin]));
+        let mass = numbers.mass_kg * load;
+        let inertia = Vector::from(numbers.inertia_kg_m2.map(|i| i * load));
+        let body = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false);
+        let handle = world.physics.bodies.insert(body.additional_mass_properties(MassProperties::new(Vector::ZERO, mass, inertia)));
+        let [length, width, height] = numbers.body_m.map(|edge| edge / 2.0);
+        let shell = ColliderBuilder::cuboid(length, width, height).density(0.0).friction(0.7);
+        let shell = world.physics.insert_collider(shell, Some(handle));
+        let hover = mass * GRAVITY / (4.0 * numbers.thrust_n);
+        Multirotor {
+            numbers: *numbers,
+            handle,
+            shell,
+            air,
+            rotors: [hover; 4],
+            phase: Phase::Loiters(0.0),
+            reference: Vector::ZERO,
+            ahead: Vector::ZERO,
+            integral: Vector::ZERO,
+            energy: numbers.battery_w_h * 3600.0,
+        }
+    }
+
+    fn rigid<'a>(&self, world: &'a World) -> &'a RigidBody {
+        &world.physics.bodies[self.handle]
+    }
+
+    /// Height above what lies below, metres; of the body's underside.
+    fn below(&self, world: &World) -> f32 {
+        let centre = self.rigid(world).translation();
+        let hit = world.view(self.handle).cast(centre, -Vector::Z, REACH);
+        hit.map_or(REACH, |hit| hit.distance) - self.numbers.body_m[2] / 2.0
+    }
+
+    /// Energy that the way down takes, from `height` metres, and a tenth on top, joules.
+    fn reserve(&self, height: f32) -> f32 {
+        1.1 * self.numbers.power_w[0] * (height / self.numbers.descent_m_s + 2.0)
+    }
+
+    /// The velocity of this motion in the level frame, and the turn; what the body does by itself included.
+    fn wanted(&mut self, motion: Motion, below: f32) -> Option<(Vector, f32)> {
+        // As a flight controller does: with what is left for the way down it goes down, whoever leads it.
+        let low = self.energy < 2.0 * self.reserve(below.max(0.0));
+        self.phase = match (motion, self.phase) {
+            (_, Phase::Lands) if below < TOUCH => Phase::Landed,
+            (_, Phase::Landed) if low => Phase::Landed,
+            (_, _) if low => Phase::Lands,
+            (Motion::Velocity { .. } | Motion::Course { .. }, _) => Phase::Led,
+            (Motion::Rest, Phase::Led) => Phase::Loiters(0.0),
+            (Motion::Rest, Phase::Loiters(s)) if s >= self.numbers.loiter_s => Phase::Lands,
+            (Motion::Rest, Phase::Loiters(s)) => Phase::Loiters(s + DT),
+            (Motion::Rest, phase) => phase,
+        };
+        match (motion, self.phase) {
+            (_, Phase::Landed) => None,
+            (_, Phase::Lands) => Some((Vector::new(0.0, 0.0, -self.numbers.descent_m_s), 0.0)),
+            (Motion::Velocity { along, turn }, _) => Some((Vector::from(along), turn)),
+            (Motion::Course { .. } | Motion::Rest, _) => Some((Vector::ZERO, 0.0)),
+        }
+    }
+
+    /// Lets the tracked velocity follow the wanted one, as fast as the body may.
+    fn track(&mut self, wanted: Vector) {
+        let [faster, slower] = self.numbers.acceleration_m_s2;
+        let change = wanted - self.reference;
+        let most = if wanted.length() < self.reference.length() { slower } else { faster } * DT;
+        let step = change * (most / change.length().max(most));
+        self.reference += step;
+        self.ahead = step / DT;
+    }
+
+    /// Thrust and torques about the body's axes for this velocity of the level frame.
+    fn control(&mut self, body: &RigidBody, level: Rotation, turn: f32) -> (f32, Vector) {
+        let Numbers { mass_kg, inertia_kg_m2, tilt_deg, thrust_n, spin_drag_n_m_s, .. } = self.numbers;
+        let error = level * self.reference - body.linvel();
+        self.integral = (self.integral + error * (INTEGRAL * DT)).clamp_length_max(MOST_INTEGRAL);
+        let mut asked = level * self.ahead + error * VELOCITY + self.integral;
+        let most = GRAVITY * libm::tanf(tilt_deg.to_radians());
+        let flat = (asked.x * asked.x + asked.y * asked.y).sqrt();
+        let share = (most / flat.max(most)).min(1.0);
+        asked = Vector::new(asked.x * share, asked.y * share, asked.z.clamp(-0.6 * GRAVITY, 0.8 * GRAVITY));
+        let force = asked + Vector::Z * GRAVITY;
+        let axis = body.rotation() * Vector::Z;
+        let [least, greatest] = THRUST.map(|share| share * 4.0 * thrust_n);
+        let thrust = (mass_kg * force.dot(axis)).clamp(least, greatest);
+        // The turn that brings the body's z axis to the force, in body axes.
+        let wanted = body.rotation().inverse() * force.normalize();
+        let tilt = Vector::Z.cross(wanted);
+        let rates = Vector::new(tilt.x * TILT, tilt.y * TILT, turn);
+        let error = rates - body.rotation().inverse() * body.angvel();
+        (thrust, Vector::from(inertia_kg_m2) * error * RATE + rates * spin_drag_n_m_s)
+    }
+
+    /// Lets the rotors follow what thrust and torques take of each, and gives thrust and torques as they are.
+    fn spin(&mut self, asked: Option<(f32, Vector)>) -> (f32, Vector) {
+        let Numbers { arm_m, thrust_n, torque_n_m, rotor_s, .. } = self.numbers;
+        let share = match asked {
+            Some((thrust, torque)) => {
+                let (t, x) = (thrust / (4.0 * thrust_n), torque.x / (4.0 * arm_m * thrust_n));
+                let (y, z) = (torque.y / (4.0 * arm_m * thrust_n), torque.z / (4.0 * torque_n_m));
+                [t - x - y - z, t + x + y - z, t + x - y + z, t - x + y + z]
+            }
+            None => [0.0; 4],
+        };
+        let follows = 1.0 - libm::expf(-DT / rotor_s);
+        for (rotor, share) in self.rotors.iter_mut().zip(share) {
+            *rotor += (share.clamp(0.0, 1.0) - *rotor) * follows;
+        }
+        let [a, b, c, d] = self.rotors;
+        let torque = Vector::new(
+            arm_m * thrust_n * (b + c - a - d),
+            arm_m * thrust_n * (b + d - a - c),
+            torque_n_m * (c + d - a - b),
+        );
+        (thrust_n * (a + b + c + d), torque)
+    }
+
+    /// Power of the rotors grows with the thrust to the power of 3/2, as momentum theory has it.
+    fn drain(&mut self) {
+        let Numbers { mass_kg, thrust_n, power_w: [hover, rest], .. } = self.numbers;
+        let powers = |share: f32| (share * share * share).max(0.0).sqrt();
+        let spent: f32 = self.rotors.iter().map(|share| powers(*share)).sum();
+        let hovering = 4.0 * powers(mass_kg * GRAVITY / (4.0 * thrust_n));
+        self.energy = (self.energy - (rest + (hover - rest) * spent / hovering) * DT).max(0.0);
+    }
+
+    /// By how much a velocity of the level frame keeps to the safe set, in parts of its limits.
+    fn settled(&self, velocity: Vector) -> f32 {
+        let Numbers { drift_m_s, descent_m_s, .. } = self.numbers;
+        let flat = (velocity.x * velocity.x + velocity.y * velocity.y).sqrt();
+        let upright = velocity.z.abs();
+        (1.0 - flat / drift_m_s).min(1.0 - upright / (descent_m_s + drift_m_s))
+    }
+}
+
+impl Moves for Multirotor {
+    fn able(&self, asked: Motion) -> Option<Motion> {
+        let Numbers { max_speed_m_s, max_climb_m_s, max_turn_rad_s, .. } = self.numbers;
+        match asked {
+            Motion::Velocity { along: [x, y, z], turn } => {
+                let share = max_speed_m_s / (x * x + y * y).sqrt().max(max_speed_m_s);
+                let along = [x * share, y * share, z.clamp(-max_climb_m_s, max_climb_m_s)];
+                Some(Motion::Velocity { along, turn: turn.clamp(-max_turn_rad_s, max_turn_rad_s) })
+            }
+            Motion::Rest => Some(Motion::Rest),
+            Motion::Course { .. } => None,
+        }
+    }
+
+    fn push(&mut self, motion: Motion, world: &mut World) {
+        let below = self.below(world);
+        let wanted = self.wanted(motion, below);
+        let wanted = wanted.filter(|_| self.energy > 0.0);
+        let body = self.rigid(world);
+        let (level, velocity, rotation, rates) = (level(body.rotation()), body.linvel(), *body.rotation(), body.angvel());
+        let asked = wanted.map(|(velocity, turn)| {
+            self.track(velocity);
+            self.control(body, level, turn)
+        });
+        if asked.is_none() {
+            (self.reference, self.ahead, self.integral) = (Vector::ZERO, Vector::ZERO, Vector::ZERO);
+        }
+        let (thrust, torque) = self.spin(asked);
+        self.drain();
+        let drag = (self.air.step(velocity) - velocity) * self.numbers.drag_n_s_m;
+        let body = &mut world.physics.bodies[self.handle];
+        body.reset_forces(true);
+        body.reset_torques(true);
+        body.add_force(rotation * Vector::Z * thrust + drag, true);
+        body.add_torque(rotation * torque - rates * self.numbers.spin_drag_n_m_s, true);
+    }
+
+    fn state(&self, world: &World) -> State {
+        let body = self.rigid(world);
+        State {
+            position: body.translation(),
+            rotation: level(body.rotation()),
+            velocity: body.linvel(),
+            yaw_rate: body.angvel().z,
+        }
+    }
+
+    fn body(&self) -> RigidBodyHandle {
+        self.handle
+    }
+
+    fn shell(&self) -> ColliderHandle {
+        self.shell
+    }
+
+    fn flight(&self, world: &World) -> Option<Flight> {
+        let body = self.rigid(world);
+        Some(Flight {
+            attitude: *body.rotation(),
+            rates: body.rotation().inverse() * body.angvel(),
+            below: self.below(world),
+            charge: self.energy / (self.numbers.battery_w_h * 3600.0),
+        })
+    }
+
+    /// The floor is a matter of what lies below: see `kept`.
+    fn height_margin(&self, world: &World) -> f32 {
+        self.numbers.ceiling_m - self.rigid(world).translation().z
+    }
+
+    fn kept(&self, asked: Motion, world: &World) -> Option<Kept> {
+        let (below, least) = (self.below(world), self.numbers.clearance_m);
+        let led = self.phase == Phase::Led;
+        let asked = match asked {
+            Motion::Velocity { along, .. } => self.settled(Vector::from(along)),
+            Motion::Course { .. } | Motion::Rest => 1.0,
+        };
+        let reserve = self.reserve(below.max(0.0));
+        Some(Kept {
+            safe: self.settled(self.rigid(world).linvel()),
+            asked,
+            energy: if self.phase == Phase::Landed { 1.0 } else { (self.energy - reserve) / reserve },
+            // Unled, it comes down to the ground, slowly.
+            clearance: if led { (below - least) / least } else { 1.0 },
+        })
+    }
+}
+
+/// The heading of a body as a rotation about z; its x axis never points straight up within the tilt that a controller keeps.
+fn level(rotation: &Rotation) -> Rotation {
+    let ahead = rotation * Vector::X;
+    let flat = (ahead.x * ahead.x + ahead.y * ahead.y).sqrt();
+    if flat > 1e-6 { turn([ahead.x / flat, ahead.y / flat]) } else { Rotation::IDENTITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use wire::platform::Body;
+    use wire::time::{Instant, Span};
+
+    use crate::fidelity::Fidelity;
+    use crate::plant::{Kept, Motion, Plant, SetPoint, State};
+    use crate::scene::Scene;
+    use crate::wind::Wind;
+    use crate::world::World;
+
+    const NUMBERS: wire::platform::Multirotor = wire::platform::Multirotor::SIH;
+
+    struct Flown {
+        world: World,
+        plant: Plant,
+        steps: u64,
+    }
+
+    impl Flown {
+        fn new(wind: Wind, body: wire::platform::Multirotor) -> Self {
+            let scene = Scene { objects: Vec::new(), wind, ..Scene::default() };
+            let mut world = World::new(Arc::new(scene));
+            let start = world.scene().start;
+            let plant = Plant::of(&mut world, &start, &Body::Multirotor(body), &Fidelity::SHIPPED, 1);
+            Flown { world, plant, steps: 0 }
+        }
+
+        /// Flies for so many seconds under this velocity, or without a lead; gives the states on the way.
+        fn fly(&mut self, seconds: f32, along: Option<[f32; 3]>, turn: f32) -> Vec<State> {
+            (0..(seconds * 100.0) as u64)
+                .map(|_| {
+                    self.steps += 1;
+                    let now = Instant(self.steps * 10_000);
+                    if let Some(along) = along {
+                        let motion = Motion::Velocity { along, turn };
+                        assert!(self.plant.accept(now, SetPoint { motion, until: now + Span::ms(300) }));
+                    }
+                    self.plant.step(now, &mut self.world);
+                    self.plant.state(&self.world)
+                })
+                .collect()
+        }
+
+        fn kept(&self) -> Kept {
+            self.plant.kept(&self.world).unwrap()
+        }
+    }
+
+    #[test]
+    fn hover_stays_where_it_is() {
+        let mut flown = Flown::new(Wind::default(), NUMBERS);
+        let start = flown.plant.state(&flown.world).position;
+        let states = flown.fly(5.0, None, 0.0);
+        let off = states.iter().map(|s| (s.position - start).length()).fold(0.0, f32::max);
+        assert!(off < 0.05, "{off}");
+        assert!(flown.kept().safe > 0.8, "{:?}", flown.kept());
+    }
+
+    #[test]
+    fn velocity_is_followed_in_all_axes_and_a_turn() {
+        for along in [[3.0, 0.0, 0.0], [-2.0, 1.0, 0.0], [0.0, -3.0, 0.5], [1.0, 0.0, -0.2]] {
+            let mut flown = Flown::new(Wind::default(), NUMBERS);
+            let states = flown.fly(5.0, Some(along), 0.0);
+            let last = states.last().unwrap();
+            let got = last.rotation.inverse() * last.velocity;
+            let off = (got - rapier3d::prelude::Vector::from(along)).length();
+            assert!(off < 0.1, "{along:?}: {got:?}");
+            let most = states.iter().map(|s| s.velocity.length()).fold(0.0, f32::max);
+            let asked = rapier3d::prelude::Vector::from(along).length();
+            assert!(most < 1.1 * asked, "{along:?}: overshoot to {most}");
+        }
+        let mut flown = Flown::new(Wind::default(), NUMBERS);
+        let turned = flown.fly(3.0, Some([0.0; 3]), 0.5);
+        assert!((turned.last().unwrap().yaw_rate - 0.5).abs() < 0.02, "{:?}", turned.last());
+    }
+
+    #[test]
+    fn wheels_terms_are_refused() {
+        let mut flown = Flown::new(Wind::default(), NUMBERS);
+        assert!(!flown.plant.accept(Instant(0), SetPoint::course((1.0, 0.0), Instant(300_000))));
+        assert_eq!(flown.plant.set_point(), None);
+    }
+
+    /// Brakes, holds its place, lands, stands; with no message.
+    #[test]
+    fn lease_end_loiters_and_then_lands() {
+        let body = wire::platform::Multirotor { loiter_s: 3.0, ..NUMBERS };
+        let mut flown = Flown::new(Wind::default(), body);
+        flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
+        assert!(flown.kept().safe < 0.0, "{:?}", flown.kept());
+        let braked = flown.fly(0.3 + 2.5, None, 0.0);
+        assert!(flown.kept().safe > 0.0, "{:?} {:?}", flown.kept(), braked.last());
+        let height = braked.last().unwrap().position.z;
+        let down = flown.fly(12.0, None, 0.0);
+        assert!(down.iter().all(|s| s.velocity.length() < 1.0));
+        let ground = flown.world.terrain().height(down.last().unwrap().position.x, down.last().unwrap().position.y);
+        let last = down.last().unwrap();
+        assert!(height - last.position.z > 1.5 && last.position.z - ground < 0.3, "{last:?} over {ground}");
+        assert!(last.velocity.length() < 0.05, "{last:?}");
+        assert!(flown.kept().safe > 0.9 && flown.kept().energy > 0.9);
+    }
+
+    #[test]
+    fn an_empty_battery_shortens_the_loiter() {
+        let body = wire::platform::Multirotor { battery_w_h: 0.75, loiter_s: 1000.0, ..NUMBERS };
+        let mut flown = Flown::new(Wind::default(), body);
+        let states = flown.fly(30.0, None, 0.0);
+        let last = states.last().unwrap();
+        assert!(last.velocity.length() < 0.05 && last.position.z < 0.5, "{last:?}");
+        let hardest = states.windows(2).map(|w| (w[1].velocity - w[0].velocity).length()).fold(0.0, f32::max);
+        assert!(hardest < 1.0, "it lands and does not fall: {hardest} m/s in a step");
+    }
+
+    #[test]
+    fn gusts_move_a_hover_within_its_drift() {
+        let wind = Wind { east_m_s: 2.0, north_m_s: 0.0, gust_m_s: 1.0, length_m: 50.0 };
+        let mut flown = Flown::new(wind, NUMBERS);
+        flown.fly(10.0, None, 0.0);
+        let states = flown.fly(10.0, None, 0.0);
+        let most = states.iter().map(|s| s.velocity.length()).fold(0.0, f32::max);
+        assert!((0.01..NUMBERS.drift_m_s).contains(&most), "{most}");
+    }
+}

@@ -1,0 +1,84 @@
+//! Readings of a body that leaves the ground: height by satellite receiver and by air pressure, distance to what lies below, velocity by inertial
+//! and optical-flow sensors, charge of the battery.
+//!
+//! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the velocity with odometry; the
+//! height by pressure has faults of its own.
+
+use instrument::Sensor;
+use wire::motion::Spatial;
+use wire::time::Span;
+
+use crate::fault::Faults;
+use crate::noise::{Noise, Stream};
+use crate::plant::{Flight, State};
+
+/// Deviation of a fix's height, metres: one and a half times that of its place, the usual ratio of a receiver's dilutions.
+const FIX_UP_M: f32 = 0.06;
+/// Deviation of the height by pressure, metres: a BMP388's 8 cm at full rate.
+const PRESSURE_M: f32 = 0.08;
+/// Deviation of the range finder, metres.
+const RANGE_M: f32 = 0.02;
+/// Reach of the range finder, metres.
+const REACH_M: f32 = 30.0;
+/// Deviation of velocity, m/s.
+const VELOCITY_M_S: f32 = 0.02;
+
+/// The sources with their last readings.
+#[derive(Clone, Debug)]
+pub(crate) struct Altimeters {
+    noise: Noise,
+    last: Spatial,
+}
+
+impl Altimeters {
+    pub(crate) fn new(seed: u64) -> Self {
+        Altimeters { noise: Noise::new(seed, Stream::Spatial), last: Spatial::default() }
+    }
+
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        self.noise.reseed(seed);
+    }
+
+    /// Reading `n`, under the faults in force `run` after the start.
+    pub(crate) fn read(&mut self, n: u64, (state, flight): (&State, &Flight), faults: &Faults, run: Span) -> Spatial {
+        let effect = |sensor: Sensor| faults.at(run, sensor);
+        let (fix, odometry, height) =
+            (effect(Sensor::Localisation), effect(Sensor::Odometry), effect(Sensor::Height));
+        self.noise.seek(n);
+        let mut drawn = |deviation: f32, gain: f32| self.noise.normal() * deviation * gain;
+        let level = state.rotation.inverse() * state.velocity;
+        let up = state.position.z;
+        let fix_up = up + drawn(FIX_UP_M, fix.noise);
+        let pressure_up = up + drawn(PRESSURE_M, height.noise);
+        let range = flight.below + drawn(RANGE_M, 1.0);
+        let left_up = [level.y, level.z].map(|v| mm(v + drawn(VELOCITY_M_S, odometry.noise)));
+        let displaced = height.displaced_mm[0].clamp(-1_000_000_000, 1_000_000_000) as i32;
+        let now = Spatial {
+            fix_up_mm: Some(i64::from(mm(fix_up))),
+            pressure_up_mm: Some(mm(pressure_up).saturating_add(displaced)),
+            range_mm: (flight.below < REACH_M).then(|| mm(range).max(0) as u32),
+            left_up_mm_s: Some(left_up),
+            charge: Some((flight.charge * 1000.0) as u16),
+        };
+        let last = self.last;
+        let keep = |frozen: bool| frozen && last != Spatial::default();
+        let shown = Spatial {
+            fix_up_mm: if keep(fix.freeze) { last.fix_up_mm } else { now.fix_up_mm },
+            pressure_up_mm: if keep(height.freeze) { last.pressure_up_mm } else { now.pressure_up_mm },
+            left_up_mm_s: if keep(odometry.freeze) { last.left_up_mm_s } else { now.left_up_mm_s },
+            ..now
+        };
+        self.last = shown;
+        Spatial {
+            fix_up_mm: shown.fix_up_mm.filter(|_| !fix.dropout),
+            pressure_up_mm: shown.pressure_up_mm.filter(|_| !height.dropout),
+            left_up_mm_s: shown.left_up_mm_s.filter(|_| !odometry.dropout),
+            ..shown
+        }
+    }
+}
+
+/// Metres (or metres a second) as whole thousandths.
+fn mm(metres: f32) -> i32 {
+    libm::roundf(metres * 1000.0) as i32
+}
