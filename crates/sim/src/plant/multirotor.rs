@@ -143,9 +143,12 @@ impl Multirotor {
     /// Thrust and torques about the body's axes for this velocity of the level frame.
     fn control(&mut self, body: &RigidBody, level: Rotation, turn: f32) -> (f32, Vector) {
         let Numbers { mass_kg, inertia_kg_m2, tilt_deg, thrust_n, spin_drag_n_m_s, .. } = self.numbers;
-        let error = level * self.reference - body.linvel();
+        let wanted = level * self.reference;
+        let error = wanted - body.linvel();
         self.integral = (self.integral + error * (INTEGRAL * DT)).clamp_length_max(MOST_INTEGRAL);
-        let mut asked = level * self.ahead + error * VELOCITY + self.integral;
+        // The level frame turns, and the velocity with it.
+        let ahead = level * self.ahead + Vector::Z.cross(wanted) * turn;
+        let mut asked = ahead + error * VELOCITY + self.integral;
         let most = GRAVITY * libm::tanf(tilt_deg.to_radians());
         let flat = (asked.x * asked.x + asked.y * asked.y).sqrt();
         let share = (most / flat.max(most)).min(1.0);
@@ -155,8 +158,7 @@ impl Multirotor {
         let [least, greatest] = THRUST.map(|share| share * 4.0 * thrust_n);
         let thrust = (mass_kg * force.dot(axis)).clamp(least, greatest);
         // The turn that brings the body's z axis to the force, in body axes.
-        let wanted = body.rotation().inverse() * force.normalize();
-        let tilt = Vector::Z.cross(wanted);
+        let tilt = Vector::Z.cross(body.rotation().inverse() * force.normalize());
         let rates = Vector::new(tilt.x * TILT, tilt.y * TILT, turn);
         let error = rates - body.rotation().inverse() * body.angvel();
         (thrust, Vector::from(inertia_kg_m2) * error * RATE + rates * spin_drag_n_m_s)
@@ -247,7 +249,7 @@ impl Moves for Multirotor {
             position: body.translation(),
             rotation: level(body.rotation()),
             velocity: body.linvel(),
-            yaw_rate: body.angvel().z,
+            yaw_rate: heading_rate(body),
         }
     }
 
@@ -290,6 +292,14 @@ impl Moves for Multirotor {
             clearance: if led { (below - least) / least } else { 1.0 },
         })
     }
+}
+
+/// Rate at which the heading turns, rad/s: that of the body's x axis about the world's z, to which a roll of a body that leans ahead adds nothing.
+fn heading_rate(body: &RigidBody) -> f32 {
+    let ahead = body.rotation() * Vector::X;
+    let moves = body.angvel().cross(ahead);
+    let flat = ahead.x * ahead.x + ahead.y * ahead.y;
+    if flat > 1e-6 { (ahead.x * moves.y - ahead.y * moves.x) / flat } else { 0.0 }
 }
 
 /// The heading of a body as a rotation about z; its x axis never points straight up within the tilt that a controller keeps.
