@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
-const MADE_OF: [&str; 30] = [
+const MADE_OF: [&str; 31] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
@@ -17,6 +17,7 @@ const MADE_OF: [&str; 30] = [
     "crates/confine/src",
     "crates/instrument/src",
     "crates/link/src",
+    "crates/spacecraft/src",
     "crates/sim/src",
     "crates/perception/src",
     "crates/perception/models",

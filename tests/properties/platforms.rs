@@ -62,6 +62,56 @@ fn cores_get_the_numbers_of_their_platform() {
     assert!(bodies >= 1 && bodies == eyes && bodies == minds, "{bodies} {eyes} {minds}");
 }
 
+/// Scenarios of every interface that the platforms of other domains share with the ground platform.
+const SHARED: [&str; 16] = [
+    "nominal",
+    "uplink_loss",
+    "cut_at_arming",
+    "replay",
+    "teammate",
+    "localisation_freeze",
+    "localisation_jump",
+    "localisation_drift",
+    "rgb_loss",
+    "thermal_loss",
+    "autonomy_ends",
+    "rogue_ipc",
+    "gateway_hold",
+    "evidence_tampered",
+    "unsafe_values",
+    "fence_start",
+];
+
+/// Unless a scenario states others.
+#[test]
+fn shared_scenarios_end_in_the_same_classes_in_every_domain() {
+    for (name, domain) in SHARED.into_iter().flat_map(|name| [(name, "air"), (name, "space")]) {
+        for ready in on(name, domain) {
+            assert_eq!(ready.scenario.platform.as_str(), domain);
+            assert!(!ready.scenario.expected.is_empty(), "{name}: nothing is owed");
+            ready.expect(1..3);
+        }
+    }
+}
+
+/// Killed in the air, it needs no message: it holds its place, and then it lands.
+#[test]
+fn unit_without_autonomy_loiters_and_lands() {
+    let ready = on("autonomy_ends", "air").remove(0);
+    let run = ready.run(1);
+    let margins: Vec<i32> = run
+        .evidence
+        .entries
+        .iter()
+        .filter_map(|w| match w.entry.event {
+            Any::Instrument(Note::Margins { safe, .. }) => Some(safe),
+            _ => None,
+        })
+        .collect();
+    assert!(margins.iter().any(|safe| *safe < 0), "it flew");
+    assert!(margins.iter().rev().take(10).all(|safe| *safe > 0), "{margins:?}");
+}
+
 /// Faster than the courier's limit nothing drives, and it does drive.
 #[test]
 fn courier_keeps_to_its_own_speed() {

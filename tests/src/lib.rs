@@ -99,7 +99,8 @@ pub fn under(name: &str, policy: &str) -> Ready {
 pub fn on(name: &str, platform: &str) -> Vec<Ready> {
     let root = root();
     let file = scenario::find(&root, name).expect("a shipped scenario");
-    let platform = scenario::Name::new(platform).expect("a name");
+    let platform = root.join("platforms").join(format!("{platform}.toml"));
+    let platform = scenario::load_platform(&platform).expect("a shipped platform loads");
     let scenario = scenario::load(&file).expect("a shipped scenario loads").on(&platform);
     let ready = |v: scenario::Variation| {
         let setup = Setup::load(&root, &v.scenario, None, false).expect("its policy and platform load");

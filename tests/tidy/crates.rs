@@ -14,7 +14,7 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 34] = [
+const MAY_KNOW: [(&str, &[&str]); 35] = [
     ("wire", &[]),
     // Programs of others: the pure part, and their processes.
     ("guest", &["wire"]),
@@ -27,8 +27,10 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     ("mavlink_relay", &[]),
     ("instrument", &["wire"]),
     ("link", &["wire", "instrument"]),
-    ("sim", OBSERVED),
-    ("perception", SERVICE),
+    // Orbits and attitudes: pure functions, with no message of ours.
+    ("spacecraft", &[]),
+    ("sim", &["wire", "instrument", "link", "spacecraft"]),
+    ("perception", &["wire", "link", "spacecraft"]),
     ("autonomy", SERVICE),
     ("gateway", SERVICE),
     ("broker", OBSERVED),
@@ -41,7 +43,10 @@ const MAY_KNOW: [(&str, &[&str]); 34] = [
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "instrument", "evidence"]),
     ("explain", &["wire", "instrument", "evidence"]),
-    ("scenario", &["wire", "guest", "instrument", "sim", "perception", "adversary", "parallel", "evidence"]),
+    (
+        "scenario",
+        &["wire", "guest", "instrument", "spacecraft", "sim", "perception", "adversary", "parallel", "evidence"],
+    ),
     // Other people's recordings before the product's own guards: no run, no judge.
     ("assess", &["wire", "autonomy", "scenario"]),
     (

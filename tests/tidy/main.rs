@@ -4,6 +4,7 @@ mod attacks;
 mod catalogue;
 mod circles;
 mod crates;
+mod domains;
 mod figures;
 mod links;
 mod results;

@@ -84,11 +84,19 @@ class Log:
         return found
 
     def truth(self):
-        """Samples of the plant, each with its speed in any direction as `moves`, mm/s."""
+        """Samples of the plant: speed in any direction as `moves`, mm/s; motion and set-point within its safe set, or at rest, as `safe`."""
         if self.samples is None:
-            self.samples = [(e["t_us"], dict(e["event"])) for e in self.of("truth") if e["event"]["unit"] == "unit-a"]
+            self.samples = []
+            for e in self.of("truth", "margins"):
+                if e["event"]["unit"] == "unit-a" and e["event"]["is"] == "truth":
+                    self.samples.append((e["t_us"], dict(e["event"])))
+                elif e["event"]["unit"] == "unit-a" and self.samples:
+                    self.samples[-1][1]["margins"] = e["event"]
             for i, (_, tr) in enumerate(self.samples):
                 tr["moves"] = max(abs(tr["speed_mm_s"]), self.over_ground(i))
+                own = tr.get("margins")
+                tr["safe"] = own["safe"] >= 0 if own else tr["moves"] <= STANDING
+                tr["asked_safe"] = own["asked"] >= 0 if own else abs(tr["set_speed_mm_s"]) <= STANDING
         return self.samples
 
     def over_ground(self, i):

@@ -4,7 +4,7 @@ A late restriction is P2's, a late HOLD_SAFE P3's. A process that does not run f
 bound ends within that time. Where nothing can be learnt (the unit was not in nominal control, the run ends before) it is P10.
 """
 
-from log import NOMINAL_MODES, RESTING_MODES, SLACK, STANDING
+from log import NOMINAL_MODES, RESTING_MODES, SLACK
 
 NEVER = float("inf")
 SAMPLE = 100_000  # between two samples of the plant's truth
@@ -108,7 +108,7 @@ def stands(log, zero, runs):
     due = zero + b["to_hold_safe_ms"] * 1000 + braking + SAMPLE
     # In a world that stands still nothing brakes.
     due += sum(end - start for start, end in log.stopped("sim") if zero <= start <= due)
-    if any(due < at < runs and tr["moves"] > STANDING for at, tr in log.truth()):
+    if any(due < at < runs and not tr["safe"] for at, tr in log.truth()):
         yield "P3", due, "the plant has not come to rest"
 
 

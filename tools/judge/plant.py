@@ -39,8 +39,9 @@ def speeds(log):
         due = lapsed(log, t)
         braked = slowed(log, due, limit)
         for at, tr in log.truth():
-            fast = at >= due and abs(tr["set_speed_mm_s"]) > limit
-            fast = fast or at >= braked and tr["moves"] > limit + (0 if stands else OVERSPEED)
+            asks = not tr["asked_safe"] if stands else abs(tr["set_speed_mm_s"]) > limit
+            goes = not tr["safe"] if stands else tr["moves"] > limit + OVERSPEED
+            fast = at >= due and asks or at >= braked and goes
             if fast and at < until:
                 yield broken.get(mode, "P4"), at, "too fast for %s" % mode
                 break
@@ -83,7 +84,7 @@ def p8_hold(log, t, executed):
     due = lapsed(log, t)
     still = slowed(log, due, STANDING)
     for at, tr in log.truth():
-        goes = at >= due and abs(tr["set_speed_mm_s"]) > STANDING or at >= still and tr["moves"] > STANDING
+        goes = at >= due and not tr["asked_safe"] or at >= still and not tr["safe"]
         if goes and at < min(on, default=float("inf")):
             yield "P8", at, "held by word, and the plant goes"
             return

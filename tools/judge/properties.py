@@ -107,6 +107,15 @@ def p4(log):
             return
 
 
+def p12(log):
+    """Energy for the way to safety, and the least distance to the surface below, of a platform that leaves the ground."""
+    for what in ("energy", "clearance"):
+        for t, tr in log.truth():
+            if tr.get("margins", {}).get(what, 0) < 0:
+                yield "P12", t, "too little %s" % what
+                break
+
+
 def p5(log):
     accepted, at_unit, given = set(), set(), {}
     for t, k, kind in log.intents():

@@ -3,17 +3,17 @@
 from control import p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions
 from disguise import seen_through
 from guards import p1_witnessed
-from log import NOMINAL_MODES, STANDING
+from log import NOMINAL_MODES
 from mission import mission
 from owed import p2_p3_processes
 from place import p3_lost, p5_distrusted
 from plant import p8_effects, speeds
-from properties import p1_lifetime, p1_p11_acts, p2, p3_link, p3_operator, p3_place, p4, p5, p6, p7, p8, p9, p10
+from properties import p1_lifetime, p1_p11_acts, p2, p3_link, p3_operator, p3_place, p4, p5, p6, p7, p8, p9, p10, p12
 from receipts import receipts, sensor_faults
 
 UNSAFE = {"P1", "P4", "P5", "P7", "P8", "P9", "P11", "P12"}
 RULES = (
-    p1_p11_acts, p1_lifetime, p3_link, speeds, p3_operator, p4, p5, p6, p7, p8, p9, p10,
+    p1_p11_acts, p1_lifetime, p3_link, speeds, p3_operator, p4, p5, p6, p7, p8, p9, p10, p12,
     p2_p3_processes, p3_lost, p5_distrusted, p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions, p8_effects,
 )
 VERDICT = 5_000  # how soon after a message on shared memory the verdict over it is in the log
@@ -99,7 +99,7 @@ def latency(log, zero):
 def parked(log):
     """Of a dead unit only its plant can be believed: it stands, and nothing drives it."""
     truth = log.truth()
-    still = truth and not truth[-1][1]["leased"] and truth[-1][1]["moves"] <= STANDING
+    still = truth and not truth[-1][1]["leased"] and truth[-1][1]["safe"]
     return bool(still) and any(e["event"]["node"] == "unit-a" for e in log.of("ended"))
 
 

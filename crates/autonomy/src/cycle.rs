@@ -100,7 +100,8 @@ impl Autonomy {
         let limits = &self.identity.limits;
         let around = self.fence.spare(&self.placed(now)?, &self.bounds, limits);
         let height = limits.aloft.as_ref().zip(self.localisation.height());
-        Some(height.map_or(around, |(aloft, height)| around.min(flight::spare(height, aloft))))
+        let margin = f64::from(self.bounds.fence_margin_mm);
+        Some(height.map_or(around, |(aloft, height)| around.min(flight::spare(height, aloft, margin))))
     }
 
     /// Judges the guards and lets the machine follow from them. After the run is over it no longer follows.
@@ -260,14 +261,15 @@ impl Autonomy {
 
     /// The set-point in the terms of the plant.
     fn asked(&self, SetPoint { speed, curvature }: SetPoint) -> drive::SetPoint {
-        let Some(aloft) = &self.identity.limits.aloft else {
+        let limits = &self.identity.limits;
+        if !limits.free {
             return drive::SetPoint::Course { speed_mm_s: speed as i32, curvature_um: (curvature * 1e9) as i32 };
-        };
-        let led = !matches!(self.mode(), Mode::Idle | Mode::HoldSafe) && !self.lost();
-        match self.localisation.height().filter(|_| led) {
-            Some(height) => flight::velocity(SetPoint { speed, curvature }, height, aloft),
-            None => drive::SetPoint::Rest,
         }
+        if matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost() {
+            return drive::SetPoint::Rest;
+        }
+        let height = limits.aloft.as_ref().zip(self.localisation.height());
+        flight::velocity(SetPoint { speed, curvature }, height)
     }
 
     /// True if the unit does not know where it is.
@@ -291,8 +293,8 @@ impl Autonomy {
         let bounds = &self.bounds;
         let lost = self.lost();
         match self.mode() {
-            // In the air it loiters.
-            Mode::Degraded if self.identity.limits.aloft.is_some() => 0.0,
+            // It keeps its place.
+            Mode::Degraded if self.identity.limits.free => 0.0,
             Mode::Ready | Mode::PrepareToAct if !lost => f64::from(bounds.max_speed_mm_s),
             Mode::Degraded if !lost => f64::from(bounds.degraded_speed_mm_s),
             Mode::Ready | Mode::PrepareToAct | Mode::Degraded | Mode::Idle | Mode::HoldSafe => 0.0,

@@ -1,6 +1,7 @@
-//! A unit that flies: its way in terms of a velocity, and the height that goes with it.
+//! A unit that moves freely: its way in terms of a velocity, and the height that goes with it in the air.
 //!
-//! Where to and how fast is `navigation`'s, as on wheels: the unit flies ahead and turns. Standing still is no rest in the air, so rest is a motion that the plant has by itself.
+//! Where to and how fast is `navigation`'s, as on wheels: the unit goes ahead and turns. Standing still is no rest there, so rest is a motion that
+//! the plant has by itself.
 
 use wire::drive::SetPoint;
 use wire::platform::Aloft;
@@ -10,36 +11,41 @@ use crate::navigation;
 /// Climb asked for by the distance from the height that is flown at, 1/s.
 const CLIMB: f64 = 1.0;
 
-/// The velocity that goes this way, at `height` (mm), towards the height that is flown at.
-pub fn velocity(way: navigation::SetPoint, height: f64, limits: &Aloft) -> SetPoint {
-    let most = f64::from(limits.climb_mm_s);
-    let climb = ((f64::from(limits.cruise_mm) - height) * CLIMB).clamp(-most, most);
+/// The velocity that goes this way; in the air, at this height (mm), towards the height that is flown at.
+pub fn velocity(way: navigation::SetPoint, height: Option<(&Aloft, f64)>) -> SetPoint {
+    let climb = height.map_or(0.0, |(limits, height)| {
+        let most = f64::from(limits.climb_mm_s);
+        ((f64::from(limits.cruise_mm) - height) * CLIMB).clamp(-most, most)
+    });
     let turn = way.speed * way.curvature * 1000.0;
     SetPoint::Velocity { mm_s: [way.speed as i32, 0, climb as i32], turn_mrad_s: turn as i32 }
 }
 
-/// Distance to the limits of height, mm; negative outside.
-pub fn spare(height: f64, limits: &Aloft) -> f64 {
+/// Distance to the limits of height, `margin` (mm) off the ceiling, mm; negative outside. The floor is above the least distance to the ground by
+/// itself.
+pub fn spare(height: f64, limits: &Aloft, margin: f64) -> f64 {
     let [floor, ceiling] = limits.floor_ceiling_mm.map(f64::from);
-    (height - floor).min(ceiling - height)
+    (height - floor).min(ceiling - margin - height)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const LIMITS: Aloft = Aloft { cruise_mm: 2500, floor_ceiling_mm: [1000, 6000], climb_mm_s: 800, height_gate_mm: 800 };
+    const LIMITS: Aloft =
+        Aloft { cruise_mm: 2500, floor_ceiling_mm: [1000, 6000], climb_mm_s: 800, height_gate_mm: 800 };
 
     #[test]
     fn height_is_brought_back_within_the_climb() {
         let way = navigation::SetPoint { speed: 1000.0, curvature: 0.0004 };
-        let asked = |height: f64| velocity(way, height, &LIMITS);
+        let asked = |height: f64| velocity(way, Some((&LIMITS, height)));
         let fly = |climb: i32| SetPoint::Velocity { mm_s: [1000, 0, climb], turn_mrad_s: 400 };
         assert_eq!([2500.0, 2400.0, 0.0, 9000.0].map(asked), [fly(0), fly(100), fly(800), fly(-800)]);
     }
 
     #[test]
     fn envelope_has_a_floor_and_a_ceiling() {
-        assert_eq!([2500.0, 900.0, 6100.0].map(|height| spare(height, &LIMITS)), [1500.0, -100.0, -100.0]);
+        let spare = |height: f64| spare(height, &LIMITS, 500.0);
+        assert_eq!([2500.0, 900.0, 5600.0].map(spare), [1500.0, -100.0, -100.0]);
     }
 }

@@ -22,7 +22,7 @@ mod receiver;
 
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Guards};
-use wire::motion::ReportedMotion;
+use wire::motion::{ReportedMotion, Spatial};
 use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
@@ -56,6 +56,9 @@ pub struct Localisation {
     receiver: Receiver,
     /// Of a unit that flies.
     height: Option<Height>,
+    /// Of a unit that leaves the ground: its speed to the left by the newest odometry, mm/s, and the newest of its further readings.
+    slides: Option<f64>,
+    spatial: Option<Spatial>,
     limits: Limits,
     /// Tests that the policy waives.
     passed_over: Guards,
@@ -90,6 +93,10 @@ impl Localisation {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
         self.newest = Some(reading.stamp);
         self.waived = waived;
+        if let Some(spatial) = &reading.spatial {
+            self.slides = spatial.left_up_mm_s.map(|[left, _]| f64::from(left)).or(self.slides);
+            self.spatial = Some(*spatial);
+        }
         if let (Some(height), Some(spatial)) = (&mut self.height, &reading.spatial) {
             height.take(spatial, reading.stamp, elapsed);
         }
@@ -167,12 +174,12 @@ impl Localisation {
         self.height.as_ref()?.estimate()
     }
 
-    /// Height, velocity and charge of a unit that flies, as it reports them.
+    /// Height, velocity and charge of a unit that leaves the ground, as it reports them.
     pub fn flight(&self) -> Option<ReportedMotion> {
-        let height = self.height.as_ref()?;
-        let up_mm = height.estimate()?.round() as i64;
-        let left_up_mm_s = height.left_up().map(|mm| mm.round() as i32);
-        Some(ReportedMotion { up_mm, left_up_mm_s, charge: height.charge() })
+        let Spatial { fix_up_mm, left_up_mm_s, charge, .. } = self.spatial?;
+        let estimate = self.height().map(|height| height.round() as i64);
+        let (up_mm, left_up_mm_s) = (estimate.or(fix_up_mm)?, left_up_mm_s.unwrap_or_default());
+        Some(ReportedMotion { up_mm, left_up_mm_s, charge: charge.unwrap_or_default() })
     }
 
     /// Checks that were waived on the way of the newest reading.
@@ -182,7 +189,7 @@ impl Localisation {
 
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64) {
         let reach = self.speed().abs() * elapsed;
-        let slides = self.height.as_ref().map(|height| height.left_up()[0]);
+        let slides = self.slides;
         let Limits { rear_axle_mm, unobserved_mm, .. } = self.limits;
         let Some(estimates) = &mut self.track else { return };
         match odometry {

@@ -11,6 +11,8 @@ use wire::settings::Settings;
 
 /// Allowance left for the error of the last fix, mm.
 const ERROR_MM: u32 = 400;
+/// A navigation period and a step of the plant with its actuators, milliseconds.
+const READING_AND_PLANT_MS: u64 = 100;
 /// Distance of the confidence to arm above the one to keep, permille.
 const APART_PERMILLE: u32 = 100;
 
@@ -37,7 +39,9 @@ pub fn under(settings: &Settings, platform: &Bounds) -> Bounds {
 /// Way driven blind before the brakes take hold, beyond the guard's own allowance, and the fix's error.
 fn least_margin_mm(speed_mm_s: u16, bounds: &Bounds, limits: &Limits) -> u32 {
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).max(bounds.set_point_lease_ms);
-    let beyond_ms = (blind_ms as f64 - f64::from(limits.reaction_ms)).max(0.0);
+    // A slower body reacts later, which is no time in which its place may be older.
+    let reaction_ms = u64::from(limits.reaction_ms).min(READING_AND_PLANT_MS + bounds.control_period_ms);
+    let beyond_ms = blind_ms.saturating_sub(reaction_ms) as f64;
     (f64::from(speed_mm_s) * beyond_ms / 1000.0) as u32 + ERROR_MM
 }
 

@@ -419,5 +419,6 @@ fn state_of(report: &Report) -> State {
         speed_mm_s: report.speed_mm_s,
         nonce: report.command_nonce,
         progress: report.progress,
+        motion: report.motion,
     }
 }

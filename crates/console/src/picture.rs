@@ -98,6 +98,9 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
             "settings": of.settings(&shown.bounds),
             "speed_mm_s": state.speed_mm_s,
             "progress_permille": state.progress,
+            "motion": state.motion.map(|of| json!({
+                "up_mm": of.up_mm, "left_up_mm_s": of.left_up_mm_s, "charge_permille": of.charge,
+            })),
         })),
         "place": labelled(&of.pose, json!({ "x_mm": pose.x_mm, "y_mm": pose.y_mm, "yaw_mrad": pose.yaw_mrad })),
         "tracks": of.tracks.iter().map(|of| track(of, true))

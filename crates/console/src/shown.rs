@@ -11,6 +11,7 @@ use wire::event::Freshness;
 use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
+use wire::motion::ReportedMotion;
 use wire::person::Role;
 use wire::policy::Waived;
 use wire::refusal::Reason;
@@ -47,6 +48,8 @@ pub struct State {
     pub nonce: Nonce,
     /// Share of the route driven, permille.
     pub progress: u16,
+    /// Height, velocity and charge of a unit that leaves the ground.
+    pub motion: Option<ReportedMotion>,
 }
 
 /// Origin of a report, apart from its age.

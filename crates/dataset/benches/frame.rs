@@ -110,7 +110,12 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
         let (warming, thermal) = timed(|| thermal::blobs(&network, &imagers.thermal, camera.width, camera.height));
         let (sampling, depth) = timed(|| depth::samples(&imagers.depth, camera.width, camera.height, &rgb));
         let (clustering, lidar) = timed(|| scanner.clusters(&imagers.ranges));
-        ego.note(&Navigation { stamp, fix: Some(Fix { pose, sigma_mm: 100, time: ReceiverTime(0) }), odometry: None, spatial: None });
+        ego.note(&Navigation {
+            stamp,
+            fix: Some(Fix { pose, sigma_mm: 100, time: ReceiverTime(0) }),
+            odometry: None,
+            spatial: None,
+        });
         let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar };
         let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all));
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();

@@ -30,7 +30,7 @@ const PROPERTIES: [(&str, &str); 12] = [
     ("P9", "Nothing recovers without the consent that it takes"),
     ("P10", "The log verifies"),
     ("P11", "No authority and no act on an object that was not designated"),
-    ("P12", "Energy for the way to safety and the least distance to what lies below are kept"),
+    ("P12", "Energy for the way to safety and the least distance to the surface below are kept"),
 ];
 
 /// Rules by their id.

@@ -134,9 +134,14 @@ fn of_reference(seed: u64, row: &ReferenceRow) -> Tried<'_> {
         counts: Some(row.counts),
         expected: &row.expected,
         unsafe_upper_95_simultaneous: Some(row.unsafe_upper_95_simultaneous),
-        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n as u64, seed),
+        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n as u64, seed) + &on(row),
         ..of_summary(&row.scenario, cell, row.evidence, &row.summary, seed)
     }
+}
+
+/// Option of a platform that is not the scenario's own.
+fn on(row: &ReferenceRow) -> String {
+    row.platform.as_ref().map(|platform| format!(" --platform {platform}")).unwrap_or_default()
 }
 
 fn of_campaign(row: &CampaignRow) -> Tried<'_> {

@@ -33,7 +33,7 @@ pub enum Property {
     P10,
     /// No authority or act on the wrong object.
     P11,
-    /// Of a platform that leaves the ground: never below the reserve of energy, or nearer than the least distance to what lies below.
+    /// Of a platform that leaves the ground: never below the reserve of energy, or nearer than the least distance to the surface below.
     P12,
 }
 

@@ -16,6 +16,7 @@ mod liveness;
 mod load;
 mod mavlink;
 mod minima;
+mod plant;
 mod rendering;
 mod replay;
 mod sensing;
@@ -81,6 +82,8 @@ pub enum Bench {
     Agreement(agreement::Args),
     /// Quality of the detector and of the stages beside it, by conditions, on frames that were not used in training.
     Detector(detector::Args),
+    /// Responses of a body that flies, for a referee of the physics.
+    Plant(plant::Args),
     /// The same seeds with rendered sensors and without: the share of trials that end otherwise.
     Rendering(rendering::Args),
     /// Rides through random scenes: accuracy of the tracks, and the noise model beside the stages it stands in for.
@@ -131,6 +134,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Replay(args) => replay::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
         Bench::Detector(args) => detector::run(context, args),
+        Bench::Plant(args) => plant::run(context, args),
         Bench::Rendering(args) => rendering::run(context, args),
         Bench::Sensing(args) => sensing::run(context, args),
     }

@@ -50,11 +50,8 @@ fn hold(evidence: &Evidence, line: &Timeline, at: Micros, id: CommandId) -> Opti
     let until = resumed.into_iter().chain(started).min().unwrap_or(Micros::MAX);
     let due = followed(evidence, at);
     let slow = braked(evidence, due, STANDING);
-    let drives = line
-        .truth
-        .iter()
-        .filter(|t| t.at < until)
-        .find(|t| t.at >= due && !t.asked_safe || t.at >= slow && !t.safe)?;
+    let drives =
+        line.truth.iter().filter(|t| t.at < until).find(|t| t.at >= due && !t.asked_safe || t.at >= slow && !t.safe)?;
     let what = format!("{id}, a hold, is executed and the plant goes {} mm/s", drives.speed.max(drives.set_speed));
     Some(finding(Property::P8, drives.at, what))
 }

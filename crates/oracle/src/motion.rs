@@ -4,7 +4,37 @@
 
 use evidence::Micros;
 
-use super::timeline::Truth;
+/// A sample of the plant's truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Truth {
+    /// Time of the sample.
+    pub at: Micros,
+    /// True place, east and north, mm.
+    pub place: (i32, i32),
+    /// True speed in any direction, mm/s.
+    pub speed: i32,
+    /// Set-point that the plant follows, mm/s.
+    pub set_speed: i32,
+    /// True if the lease of the set-point stands.
+    pub leased: bool,
+    /// Signed distance to the envelope, positive inside, mm.
+    pub fence: i32,
+    /// True if its motion is within the platform's safe set: it stands, or moves as the platform's safe motion does.
+    pub safe: bool,
+    /// True if the set-point that it holds is.
+    pub asked_safe: bool,
+    /// Stored energy beyond the reserve, and distance to the surface below beyond the least, thousandths of each; where the platform has such limits.
+    pub kept: Option<Kept>,
+}
+
+/// Margins that a platform which leaves the ground has on top.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Stored energy, beyond the reserve.
+    pub energy: i32,
+    /// Distance to the surface below, beyond the least.
+    pub clearance: i32,
+}
 
 /// Speed below which the plant counts as standing, mm/s.
 pub(super) const STANDING: i32 = 50;

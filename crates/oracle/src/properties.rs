@@ -177,14 +177,14 @@ fn collision(line: &Timeline) -> Option<Finding> {
     Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))
 }
 
-/// P12: what is stored takes the unit to safety at any time, and it keeps its distance to what lies below. Of a platform that leaves the ground.
+/// P12: the stored energy takes the unit to safety at any time, and it keeps its distance to the surface below. Of a platform that leaves the ground.
 fn reserves(line: &Timeline) -> Vec<Finding> {
     let first = |test: &dyn Fn(&Kept) -> bool, what: &str| {
         let broken = line.truth.iter().find(|t| t.kept.as_ref().is_some_and(test))?;
         Some(finding(Property::P12, broken.at, what))
     };
     let energy = first(&|kept| kept.energy < 0, "less energy than the way to safety takes");
-    let clearance = first(&|kept| kept.clearance < 0, "nearer than the least distance to what lies below");
+    let clearance = first(&|kept| kept.clearance < 0, "nearer than the least distance to the surface below");
     energy.into_iter().chain(clearance).collect()
 }
 

@@ -10,6 +10,8 @@ use wire::mode::{Cause, Guards, Mode};
 
 use super::motion;
 
+pub(crate) use super::motion::{Kept, Truth};
+
 /// A change of mode of the unit under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
@@ -21,38 +23,6 @@ pub struct Change {
     pub to: Mode,
     /// Cause, in the unit's own words.
     pub cause: Cause,
-}
-
-/// A sample of the plant's truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Truth {
-    /// Time of the sample.
-    pub at: Micros,
-    /// True place, east and north, mm.
-    pub place: (i32, i32),
-    /// True speed in any direction, mm/s.
-    pub speed: i32,
-    /// Set-point that the plant follows, mm/s.
-    pub set_speed: i32,
-    /// True if the lease of the set-point stands.
-    pub leased: bool,
-    /// Signed distance to the envelope, positive inside, mm.
-    pub fence: i32,
-    /// True if its motion is within the platform's safe set: it stands, or what the platform has in place of that.
-    pub safe: bool,
-    /// True if the set-point that it holds is.
-    pub asked_safe: bool,
-    /// What is stored beyond the reserve and distance to what lies below beyond the least, thousandths of each; where the platform has such limits.
-    pub kept: Option<Kept>,
-}
-
-/// Margins that a platform which leaves the ground has on top.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kept {
-    /// What is stored, beyond the reserve.
-    pub energy: i32,
-    /// Distance to what it must not touch, beyond the least.
-    pub clearance: i32,
 }
 
 /// Basis of unit A's judgement, in its own words.
@@ -126,7 +96,14 @@ impl Timeline {
                 self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
             }
             Any::Instrument(Note::Truth {
-                unit, x_mm, y_mm, speed_mm_s, set_speed_mm_s, leased, fence_mm: fence, ..
+                unit,
+                x_mm,
+                y_mm,
+                speed_mm_s,
+                set_speed_mm_s,
+                leased,
+                fence_mm: fence,
+                ..
             }) if unit == under.unit => {
                 let (place, speed) = ((x_mm, y_mm), speed_mm_s.saturating_abs());
                 let (set_speed, kept) = (set_speed_mm_s, None);

@@ -13,6 +13,7 @@
 
 use std::collections::VecDeque;
 
+use wire::bearing::{Bearings, Direction};
 use wire::codec;
 use wire::event::wire_hash;
 use wire::sensor::{Candidates, Frames, Modality};
@@ -51,6 +52,19 @@ pub fn of_candidates(candidates: &Candidates) -> Prints {
         lidar.as_ref().filter(|list| !list.is_empty()).map(codec::encode),
     ];
     lists.map(|list| list.map(|bytes| wire_hash(&bytes)))
+}
+
+/// Of attitude sensors: each reading as it came. One that sees its object hidden carries no information.
+pub fn of_bearings(bearings: &Bearings) -> Prints {
+    let shown =
+        |direction: Option<Direction>| direction.filter(|d| *d != Direction::default()).map(|d| codec::encode(&d));
+    let readings = [
+        bearings.stars.map(|attitude| codec::encode(&attitude)),
+        shown(bearings.sun),
+        shown(bearings.horizon),
+        shown(bearings.field),
+    ];
+    readings.map(|reading| reading.map(|bytes| wire_hash(&bytes)))
 }
 
 /// A modality that began to repeat itself, and the product that its content is really of.

@@ -3,12 +3,14 @@
 //! - [`stages`] make candidates of a rendered frame: [`detector`] (an ONNX file that [`onnx`] has checked, decoded by
 //!   [`head`]), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the
 //!   bus; everything after them is the same code.
+//! - [`mod@attitude`] makes sightings of attitude sensors, on a platform that looks at stars and not at objects.
 //! - [`content`] tells new sensor content from repeated; a sensor that repeats itself has given no product.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`] places it
 //!   in the world, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. Consequences are autonomy's to decide.
 
+pub mod attitude;
 mod boxes;
 pub mod content;
 pub mod corroborate;
@@ -33,22 +35,25 @@ pub mod yolo;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use spacecraft::orbit::OrbitError;
 use wire::account::Accounts;
 use wire::audit::Journal;
+use wire::bearing::Bearings;
 use wire::bus::Sender;
 use wire::codec;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface, PICTURED_EVERY};
-use wire::id::WorldId;
+use wire::id::{FrameId, WorldId};
 use wire::platform::Sensors;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
-use wire::sensor::{Camera, Candidates, Frames, Modalities, Modality, Navigation};
+use wire::sensor::{Camera, Candidates, Frames, Modalities, Modality, Navigation, ProductMode};
 use wire::setup::{NoChannel, Setup};
 use wire::time::Instant;
 use wire::track::{StageProduct, Tracks};
 use wire::trust::BusGate;
 
+use crate::attitude::{SkyConfig, Watch};
 use crate::content::{Contents, Prints};
 use crate::corroborate::{Limits, Sighting};
 use crate::detector::{Brought, Detector, DetectorError};
@@ -77,6 +82,9 @@ pub struct PerceptionConfig {
     pub sensors: Sensors,
     /// Limits of corroboration.
     pub limits: Limits,
+    /// Of a platform with attitude sensors in place of images ([`wire::bearing::Bearings`] on [`Topic::Candidates`]).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sky: Option<SkyConfig>,
 }
 
 /// Reason for which a core could not be made.
@@ -88,6 +96,9 @@ pub enum PerceptionError {
     /// A built-in detector was refused.
     #[error(transparent)]
     Detector(#[from] DetectorError),
+    /// The orbital elements are those of no orbit.
+    #[error(transparent)]
+    Orbit(#[from] OrbitError),
     /// The configuration names a detector that the caller has not loaded.
     #[error("the configuration names the detector {0}, which has to be loaded first")]
     NotLoaded(String),
@@ -102,6 +113,8 @@ pub struct Perception {
     unheard: Modalities,
     /// Present when frames come rendered.
     stages: Option<Stages>,
+    /// Present where attitude sensors take the place of images.
+    watch: Option<Watch>,
     observations: BusGate,
     navigation: BusGate,
     tracks: Sender,
@@ -150,6 +163,7 @@ impl Perception {
             camera: config.sensors.camera,
             unheard: unheard(&setup.policy),
             stages,
+            watch: config.sky.as_ref().map(Watch::new).transpose()?,
             ego: Ego::default(),
             tracker: Tracker::default(),
             contents: Contents::default(),
@@ -175,6 +189,7 @@ impl Perception {
             camera: self.camera,
             unheard: self.unheard,
             stages: self.stages.clone(),
+            watch: self.watch.clone(),
             observations: self.observations.clone(),
             navigation: self.navigation.clone(),
             tracks: self.tracks.clone(),
@@ -213,10 +228,16 @@ impl Perception {
     fn navigate(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
         let accepted = self.navigation.admit::<Navigation>(&self.setup.policy, now, bytes)?;
         self.ego.note(accepted.message());
+        if let Some(watch) = &mut self.watch {
+            watch.note(accepted.message());
+        }
         Ok(())
     }
 
     fn observe(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        if self.watch.is_some() {
+            return self.look_up(now, bytes);
+        }
         let policy = &self.setup.policy;
         let (candidates, prints) = match &self.stages {
             Some(stages) => {
@@ -242,6 +263,21 @@ impl Perception {
         Ok(())
     }
 
+    /// Attitude sensors in place of images: provenance, repetition and tracks are the same.
+    fn look_up(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        let bearings = self.observations.admit::<Bearings>(&self.setup.policy, now, bytes)?.into_parts().0;
+        let repeats = self.repeats(now, (bearings.frame, bearings.stamp), &content::of_bearings(&bearings));
+        let bearings = repeats.into_iter().fold(bearings, Bearings::without);
+        let (frame, stamp) = (bearings.frame, bearings.stamp);
+        self.present(now, (frame, stamp), bearings.present());
+        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
+        let judged = self.watch.as_ref().map(|watch| watch.judge(&bearings, ego.as_ref(), self.unheard));
+        let sightings = judged.unwrap_or_default();
+        self.track((frame, stamp), &sightings);
+        self.tell(now, (frame, stamp), bearings.mode);
+        Ok(())
+    }
+
     /// Tells of more colour detections than there ever were.
     fn crowd(&mut self, now: Instant, candidates: &Candidates) {
         let seen = candidates.rgb.as_ref().map_or(0, |found| found.len());
@@ -254,7 +290,13 @@ impl Perception {
 
     /// Without the modalities that repeat themselves: they have given no product since their content was new.
     fn renewed(&mut self, now: Instant, candidates: Candidates, prints: &Prints) -> Candidates {
-        let product = StageProduct { frame: candidates.frame, stamp: candidates.stamp };
+        let repeats = self.repeats(now, (candidates.frame, candidates.stamp), prints);
+        repeats.into_iter().fold(candidates, provenance::without)
+    }
+
+    /// The modalities that repeat themselves in this frame, where that check is required.
+    fn repeats(&mut self, now: Instant, (frame, stamp): (FrameId, Instant), prints: &Prints) -> Vec<Modality> {
+        let product = StageProduct { frame, stamp };
         let required = self.setup.policy.check(Check::Content) == Requirement::Required;
         for (modality, first) in self.contents.note(product, prints) {
             let event = Event::Repeated { modality, frame: product.frame, first: first.frame };
@@ -263,27 +305,38 @@ impl Perception {
                 self.provenance.withdraw(modality, first);
             }
         }
-        let stale = |m: &Modality| required && self.contents.repeats(*m);
-        Modality::ALL.into_iter().filter(stale).fold(candidates, provenance::without)
+        Modality::ALL.into_iter().filter(|m| required && self.contents.repeats(*m)).collect()
     }
 
     /// One frame's candidates, through corroboration and tracking to the message.
     fn process(&mut self, now: Instant, candidates: &Candidates) {
         let (frame, stamp) = (candidates.frame, candidates.stamp);
-        if let Some(present) = self.provenance.note(frame, stamp, provenance::present(candidates)) {
-            self.journal.write(now, Event::FrameSeen { frame, present }, &mut self.out);
-        }
+        self.present(now, (frame, stamp), provenance::present(candidates));
         let judged = corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates);
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
-        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
-        self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
-        let believed = self.tracker.tracks();
-        let told = self.reasons.note(&self.camera, candidates, &judged, &believed);
+        self.track((frame, stamp), &sightings);
+        let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());
         told.for_each(|event| self.journal.write(now, event, &mut self.out));
-        let message =
-            Tracks { frame, stamp, mode: candidates.mode, products: self.provenance.products(), tracks: believed };
+        self.tell(now, (frame, stamp), candidates.mode);
+    }
+
+    /// Notes the products of a frame, and tells of a change.
+    fn present(&mut self, now: Instant, (frame, stamp): (FrameId, Instant), present: Modalities) {
+        if let Some(present) = self.provenance.note(frame, stamp, present) {
+            self.journal.write(now, Event::FrameSeen { frame, present }, &mut self.out);
+        }
+    }
+
+    fn track(&mut self, (frame, stamp): (FrameId, Instant), sightings: &[Sighting]) {
+        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
+        self.tracker.update(frame, stamp, ego.as_ref(), sightings);
+    }
+
+    /// Sends the tracks of a frame.
+    fn tell(&mut self, now: Instant, (frame, stamp): (FrameId, Instant), mode: ProductMode) {
+        let (products, tracks) = (self.provenance.products(), self.tracker.tracks());
         if !self.quiet {
-            let bytes = self.tracks.seal(now, &codec::encode(&message));
+            let bytes = self.tracks.seal(now, &codec::encode(&Tracks { frame, stamp, mode, products, tracks }));
             self.out.push_back(Output::Bus { topic: Topic::Tracks, bytes });
         }
     }

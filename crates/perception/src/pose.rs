@@ -20,6 +20,11 @@ impl Placement {
     pub fn to_world(&self, [forward, left]: [f64; 2]) -> [f64; 2] {
         [self.east + self.cos * forward - self.sin * left, self.north + self.sin * forward + self.cos * left]
     }
+
+    /// A way in the world frame (metres east, metres north) in the body frame (metres forward, metres left).
+    pub fn turned_back(&self, [east, north]: [f64; 2]) -> [f64; 2] {
+        [self.cos * east + self.sin * north, self.cos * north - self.sin * east]
+    }
 }
 
 /// The newest localisation fix with the odometry that carries it forward.

@@ -67,6 +67,8 @@ pub struct Wanted {
     pub cell: Option<String>,
     /// Rendered sensors and the detector.
     pub rendered: bool,
+    /// Rendered only where the shipped networks were trained for the platform's views: the way of a live run without `--rendered`.
+    pub where_trained: bool,
     /// Another detector than the shipped one; sensors are then rendered.
     pub detector: Option<Loaded>,
     /// Actors do not act, and claim that they did.
@@ -136,7 +138,7 @@ pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
 pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);
     let platform = wanted.platform.as_ref().map(|chosen| load_platform(&chosen.file));
-    let platform = platform.map(|loaded| loaded.map(|platform| scenario.on(&platform.name)));
+    let platform = platform.map(|loaded| loaded.map(|platform| scenario.on(&platform)));
     let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
@@ -173,15 +175,20 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
         );
         return Err(Failure::new(Exit::Usage, message));
     }
-    if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {
-        let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
-        return Err(Failure::new(Exit::Usage, message));
-    }
     let (root, policy) = (context.root()?, wanted.policy.as_deref());
     let mut setup = match &wanted.platform {
         Some(chosen) => Setup::load_on(&root, &variation.scenario, &chosen.file, policy, rendered)?,
         None => Setup::load(&root, &variation.scenario, policy, rendered)?,
     };
+    if wanted.rendered && !wanted.where_trained && !setup.platform.has_camera() {
+        let message = format!("`{}` has no camera: leave out --rendered", setup.platform.name.as_str());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    setup.rendered &= !wanted.where_trained || setup.platform.is_trained_for();
+    if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !setup.rendered) {
+        let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
+        return Err(Failure::new(Exit::Usage, message));
+    }
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
     setup.guest = wanted.guest.as_ref().map(|engaged| engaged.guest.clone());
     setup.stop = context.stop.clone();

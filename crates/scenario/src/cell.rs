@@ -11,7 +11,7 @@ use super::set::Settings;
 use super::step::When;
 use super::under::Under;
 use super::value::{Label, List, Located, Name, Real, Whole};
-use super::{Scenario, check};
+use super::{Platform, Scenario, check};
 
 /// Earliest time at which a process is killed, seconds: authority is held by then, also where arming took a second try.
 const KILL_AT_S: f64 = 3.6;
@@ -162,12 +162,19 @@ impl Scenario {
         scenario
     }
 
-    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy:
-    /// none where none are declared, so that no class counts as unexpected.
+    /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy. Where none
+    /// are declared: the scenario's own if the platform owes those of the scenario's, else none, so that no class counts as unexpected.
     #[must_use]
-    pub fn on(&self, platform: &Name) -> Scenario {
+    pub fn on(&self, platform: &Platform) -> Scenario {
         let mut scenario = self.clone();
+        let owes = platform.owes.as_ref().is_some_and(|owes| **owes == *self.platform);
+        let platform: &Name = &platform.name;
         if *platform == *self.platform {
+            return scenario;
+        }
+        let declared = |under: &Under| under.platform.as_ref().is_some_and(|there| **there == *platform);
+        if owes && !self.under.iter().any(declared) {
+            scenario.platform = Located::nowhere(platform.clone());
             return scenario;
         }
         let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform);

@@ -74,8 +74,8 @@ pub use operator::{DisplayedState, Operator, Step, Values};
 pub use order::Order;
 pub use perturbation::Perturbation;
 pub use platform::{
-    AloftTable, Bound, BoundsTable, CameraTable, GuardsTable, Length, LidarTable, MultirotorTable, Platform, SafeAction,
-    SafeTable, Small, Tightened, VehicleTable, platform_schema, platform_template,
+    AloftTable, Bound, BoundsTable, CameraTable, GuardsTable, Length, LidarTable, MultirotorTable, Platform,
+    SafeAction, SafeTable, SatelliteTable, Small, Tightened, VehicleTable, pass, platform_schema, platform_template,
 };
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
@@ -173,6 +173,9 @@ attack::with_attacks! {
         #[serde(default)]
         pub conditions: Conditions,
 
+    /// Motion of the air; it moves bodies that fly.
+    #[serde(default)]
+    pub wind: Wind,
         /// Errors of the models of sensors and plant.
         #[serde(default)]
         pub models: Models,

@@ -8,19 +8,20 @@
 mod body;
 pub(super) mod check;
 mod flight;
+mod space;
 mod tables;
 mod template;
-#[cfg(test)]
-mod tests;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 use wire::platform::{Body, Limits, Sensors, Vehicle};
+use wire::sensor::{Camera, Lidar};
 
 use super::value::{Located, Name, Text, Whole};
 
 pub use flight::{AloftTable, MultirotorTable, Small};
+pub use space::{SatelliteTable, pass};
 pub use tables::{CameraTable, GuardsTable, LidarTable, SafeAction, SafeTable, VehicleTable};
 pub use template::{platform_schema, platform_template};
 
@@ -37,6 +38,10 @@ pub struct Platform {
     pub name: Located<Name>,
     /// One line for tables.
     pub title: Text<120>,
+    /// The platform with links and times that are also this one's: the classes that a scenario states for it are owed here too, unless the scenario
+    /// states others.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub owes: Option<Located<Name>>,
     /// Its bounds.
     pub bounds: BoundsTable,
     /// The vehicle, where it drives on wheels.
@@ -45,6 +50,9 @@ pub struct Platform {
     /// The body, where it flies on rotors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub multirotor: Option<MultirotorTable>,
+    /// The body, where it is in an orbit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub satellite: Option<SatelliteTable>,
     /// Limits of the guards of one that flies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aloft: Option<AloftTable>,
@@ -68,17 +76,21 @@ impl Platform {
         self.vehicle.vehicle()
     }
 
-    /// What moves, as the simulation knows it.
+    /// The body, as the simulation knows it.
     pub fn body(&self) -> Body {
-        self.multirotor.as_ref().map_or_else(|| Body::Wheeled(self.vehicle()), |body| {
-            Body::Multirotor(body.body(self.aloft.as_ref()))
-        })
+        if let Some(body) = self.satellite.as_ref().and_then(SatelliteTable::body) {
+            return Body::Satellite(body);
+        }
+        let rotors = self.multirotor.as_ref().map(|body| Body::Multirotor(body.body(self.aloft.as_ref())));
+        rotors.unwrap_or_else(|| Body::Wheeled(self.vehicle()))
     }
 
     /// Length, width and height of the body, metres.
     fn extent(&self) -> [f64; 3] {
         let rotors = self.multirotor.as_ref().map(|body| body.body_m.map(|edge| edge.get()));
-        rotors.unwrap_or_else(|| self.vehicle.chassis_m.map(|edge| edge.get()))
+        // The point that a satellite looks at has no width of its own.
+        let point = self.satellite.as_ref().map(|_| [0.0; 3]);
+        point.or(rotors).unwrap_or_else(|| self.vehicle.chassis_m.map(|edge| edge.get()))
     }
 
     /// Camera and LiDAR as simulation and perception know them.
@@ -86,12 +98,33 @@ impl Platform {
         tables::sensors(&self.camera, &self.lidar)
     }
 
+    /// The same as perception knows them: heights are above the ground, at the height that is flown at.
+    pub fn seen_from(&self) -> Sensors {
+        let Sensors { camera, lidar } = self.sensors();
+        let cruise = self.multirotor.as_ref().map_or(0.0, |body| body.cruise_m.get() as f32);
+        Sensors {
+            camera: Camera { up_m: camera.up_m + cruise, ..camera },
+            lidar: Lidar { up_m: lidar.up_m + cruise, ..lidar },
+        }
+    }
+
+    /// True if the shipped networks were trained for views from about the height of this platform's camera.
+    pub fn is_trained_for(&self) -> bool {
+        self.multirotor.is_none() && self.satellite.is_none()
+    }
+
+    /// True if this platform has a camera that can be rendered.
+    pub fn has_camera(&self) -> bool {
+        self.satellite.is_none()
+    }
+
     /// The limits of guards and driving as autonomy knows them.
     pub fn limits(&self) -> Limits {
         let aloft = self.aloft.as_ref().map(AloftTable::limits);
         let limits = tables::limits(&self.guards, &self.vehicle);
-        // A body on rotors has no axle that it could swing about.
-        Limits { aloft, rear_axle_mm: if aloft.is_some() { 0 } else { limits.rear_axle_mm }, ..limits }
+        // A body without wheels has no axle that it could swing about.
+        let free = self.multirotor.is_some() || self.satellite.is_some();
+        Limits { aloft, free, rear_axle_mm: if free { 0 } else { limits.rear_axle_mm }, ..limits }
     }
 }
 

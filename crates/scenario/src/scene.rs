@@ -29,9 +29,6 @@ pub struct Scene {
     /// Light and air; anything but a clear noon needs rendered sensors.
     #[serde(default)]
     pub weather: Weather,
-    /// Motion of the air; it moves bodies that fly.
-    #[serde(default)]
-    pub wind: Wind,
     /// Shifts that faults of that kind add to colour images; needs rendered sensors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub perturbation: Option<Perturbation>,

@@ -116,7 +116,7 @@ impl Setup {
 
     /// The networks' figures are of the camera that they were trained with.
     fn unmeasured(&self) -> Option<String> {
-        let (trained, camera) = (Camera::GROUND, self.platform.sensors().camera);
+        let (trained, camera) = (Camera::GROUND, self.platform.seen_from().camera);
         let moved = self.rendered && camera != trained;
         moved.then(|| {
             let (at, from) = (camera.up_m, trained.up_m);

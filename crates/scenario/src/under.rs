@@ -16,6 +16,6 @@ pub struct Under {
     /// The platform; the scenario's own where absent. Classes without a policy hold for every cell that names none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub platform: Option<Located<Name>>,
-    /// Classes that are expected there.
+    /// Classes that are expected there; none where the scenario has no meaning on the platform.
     pub expected: Located<List<Outcome, 9>>,
 }

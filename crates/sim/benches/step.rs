@@ -38,7 +38,8 @@ fn main() {
 /// World and vehicle alone: the cost of physics without sensors.
 fn bare(config: &SimConfig) -> f64 {
     let mut world = World::new(Arc::new(config.scene.clone()));
-    let mut plant = Plant::new(&mut world, &config.scene.start, &config.vehicle, &config.fidelity);
+    let mut plant =
+        Plant::of(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed).expect("a body");
     let before = cpu();
     for k in 1..=SECONDS * 100 {
         let now = Instant(k * STEP.0);

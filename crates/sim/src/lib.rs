@@ -62,6 +62,7 @@ use crate::limits::SceneError;
 use crate::plant::{Motion, Plant, SetPoint};
 use crate::scene::Scene;
 use crate::sensor::Imagers;
+use crate::sensor::bearings::Bearers;
 use crate::sensor::localisation::Navigators;
 use crate::sensor::spatial::Altimeters;
 use crate::truth::Witness;
@@ -141,6 +142,8 @@ impl SimConfig {
 enum Eyes {
     Rendered(Box<Imagers>),
     Unrendered(Box<Stages>),
+    /// Attitude sensors, which look at no object.
+    Bearings(Box<Bearers>),
 }
 
 impl Eyes {
@@ -159,6 +162,10 @@ impl Eyes {
                 frames(imagers, frame, at, imaging(faults, run).map(|effect| !effect.dropout))
             }
             Eyes::Unrendered(stages) => encode(&stages.observe((frame, at), world, plant, faults, run)),
+            Eyes::Bearings(bearers) => match plant.sky() {
+                Some((attitude, sky)) => encode(&bearers.read((frame, at), (attitude, &sky), faults, run)),
+                None => Vec::new(),
+            },
         }
     }
 }
@@ -196,9 +203,12 @@ impl Sim {
             return Err(SceneError::FaultDoesNotApply { index });
         }
         let mut world = World::new(Arc::new(config.scene.clone()));
-        let plant = Plant::of(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed);
+        let plant = Plant::of(&mut world, &config.scene.start, &config.body, &config.fidelity, config.seed)?;
         let Sensors { camera, lidar } = config.sensors;
-        let eyes = if config.rendered {
+        let eyes = if let Body::Satellite(numbers) = &config.body {
+            let height_m = plant.flight(&world).map_or(1.0, |flight| flight.place[2]);
+            Eyes::Bearings(Box::new(Bearers::new(config.seed, &faults, (numbers.scale_m, height_m))))
+        } else if config.rendered {
             Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed).remembering(&faults)))
         } else {
             Eyes::Unrendered(Box::new(Stages::new(config.noise.times(noise), camera, lidar, config.seed, &faults)))
@@ -252,6 +262,7 @@ impl Sim {
         match &mut self.eyes {
             Eyes::Rendered(imagers) => imagers.reseed(seed),
             Eyes::Unrendered(stages) => stages.reseed(seed),
+            Eyes::Bearings(bearers) => bearers.reseed(seed),
         }
     }
 
@@ -301,6 +312,7 @@ impl Sim {
         let reading = self.steps / NAVIGATION_STEPS;
         let read = |navigators: &mut Navigators, altimeters: &mut Altimeters, faults: &Faults| {
             let (fix, odometry) = navigators.read(reading, &state, faults, run);
+            let fix = fix.filter(|_| flight.as_ref().is_none_or(|flight| flight.placed));
             let spatial = flight.as_ref().map(|flight| altimeters.read(reading, (&state, flight), faults, run));
             encode(&Navigation { stamp: at, fix, odometry, spatial })
         };
@@ -330,7 +342,7 @@ impl Sim {
                 }
                 (Topic::Frames, &mut self.channels.frames)
             }
-            Eyes::Unrendered(_) => (Topic::Candidates, &mut self.channels.candidates),
+            Eyes::Unrendered(_) | Eyes::Bearings(_) => (Topic::Candidates, &mut self.channels.candidates),
         };
         let bytes = channel.seal(at, &body);
         self.witness.altered(at, otherwise, &body, &bytes, &mut self.out);

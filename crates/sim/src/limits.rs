@@ -39,6 +39,9 @@ pub enum SceneError {
         /// Name of the field.
         what: &'static str,
     },
+    /// Elements of the platform's orbit.
+    #[error("the platform's orbital elements are those of no orbit")]
+    Orbit,
 }
 
 pub(crate) fn within(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {

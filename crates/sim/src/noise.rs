@@ -21,6 +21,7 @@ pub(crate) enum Stream {
     LidarCandidates,
     Wind,
     Spatial,
+    Bearings,
 }
 
 /// One stream.

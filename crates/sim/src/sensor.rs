@@ -3,12 +3,13 @@
 //! One ray per pixel ([`camera::Sweep`]) serves colour, depth and thermal, so the three agree on a pixel's content;
 //! [`lidar`] casts its own rays, [`localisation`] reads the plant. Each sensor has its own stream of noise.
 
+pub(crate) mod bearings;
 pub mod camera;
 pub mod depth;
 pub mod lidar;
 pub mod localisation;
-pub(crate) mod spatial;
 pub mod rgb;
+pub(crate) mod spatial;
 pub mod thermal;
 
 use instrument::Sensor;

@@ -21,7 +21,7 @@ use wire::motion::{Attitude, Motion};
 use wire::time::{Instant, Span};
 
 use crate::fault::{Effect, Fault, Faults, MAX_FAULTS, is_imaging};
-use crate::plant::{Flight, Plant, State};
+use crate::plant::{Flight, Plant};
 use crate::sensor::localisation::wrap_mrad;
 use crate::world::World;
 
@@ -149,7 +149,7 @@ impl Witness {
         };
         self.write(now, event, out);
         if let Some(flight) = plant.flight(world) {
-            self.write(now, Note::Moves { unit: self.unit, motion: motion(&state, &flight) }, out);
+            self.write(now, Note::Moves { unit: self.unit, motion: motion(&flight) }, out);
         }
         if let Some(kept) = plant.kept(world) {
             let [safe, asked, energy, clearance] = [kept.safe, kept.asked, kept.energy, kept.clearance].map(permille);
@@ -258,12 +258,12 @@ impl Witness {
     }
 }
 
-fn motion(state: &State, flight: &Flight) -> Motion {
+fn motion(flight: &Flight) -> Motion {
     let q = flight.attitude;
     Motion {
-        position_mm: state.position.to_array().map(|metres| i64::from(mm(metres))),
+        position_mm: flight.place.map(|metres| (metres * 1000.0).round() as i64),
         attitude: Attitude::new([q.w, q.x, q.y, q.z].map(f64::from)),
-        velocity_mm_s: state.velocity.to_array().map(mm),
+        velocity_mm_s: flight.velocity.map(|speed| (speed * 1000.0).round() as i32),
         rates_urad_s: flight.rates.to_array().map(|rate| libm::roundf(rate * 1e6) as i32),
     }
 }

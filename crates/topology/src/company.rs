@@ -6,11 +6,14 @@ use gateway::GatewayConfig;
 use gateway::fanout::Interest;
 use guest::Conduct;
 use perception::PerceptionConfig;
+use perception::attitude::{Catalogued, SkyConfig};
 use scenario::Scenario;
 use sim::SimConfig;
+use sim::scene::Scene;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Guard;
+use wire::platform::Body;
 use wire::policy::{Check, Policy, Requirement};
 use wire::setup::{Ablation, Setup};
 use wire::time::Span;
@@ -81,10 +84,26 @@ impl Company<'_> {
         self.add(Host::VehicleA, Role::Recorder, recorder, &[], &[Topic::Seals]);
     }
 
+    /// Pass and catalogue of a platform that looks at stars: the places of all that stands still.
+    fn sky(&self, world: &Scene) -> Option<SkyConfig> {
+        let Body::Satellite(numbers) = self.with.platform.body() else { return None };
+        let still = world.objects.iter().filter(|object| !object.moves());
+        let catalogued = still.filter_map(|object| {
+            let [east, north] = *object.path.first()?;
+            Some(Catalogued { class: object.class, place_m: [f64::from(east), f64::from(north)] })
+        });
+        Some(SkyConfig {
+            pass: scenario::pass(&numbers),
+            started_us: sim::sensor::localisation::EPOCH_US,
+            catalogue: catalogued.collect(),
+            view_m: numbers.view_m,
+        })
+    }
+
     /// Sim, perception and autonomy of one unit; a teammate starts elsewhere and is never rendered.
     fn vehicle(&mut self, host: Host, unit: UnitId, draw: &Draw, start: Option<&scenario::Pose>) {
         let under_test = unit == UnitId::A;
-        let rendered = under_test && self.with.rendered;
+        let rendered = under_test && self.with.rendered && self.with.platform.has_camera();
         let (sim, perception) =
             if under_test { (NodeId::SIM, NodeId::PERCEPTION) } else { (NodeId::SIM_C, NodeId::PERCEPTION_C) };
         let node = unit.node();
@@ -112,7 +131,8 @@ impl Company<'_> {
         let config = PerceptionConfig {
             rendered,
             detector,
-            sensors: self.with.platform.sensors(),
+            sensors: self.with.platform.seen_from(),
+            sky: self.sky(&world),
             ..PerceptionConfig::default()
         };
         self.add(

@@ -33,7 +33,7 @@ pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenar
             kelvin: world.ground.temperature_k.get() as f32,
         },
         weather: weather(&world.weather),
-        wind: wind(&world.wind),
+        wind: wind(&scenario.wind),
         perturbation: world.perturbation.as_ref().and_then(scenario::Perturbation::pattern),
     }
 }

@@ -111,6 +111,7 @@ impl Course {
     pub fn bare(&self) -> Bare<'_> {
         let mut world = World::new(Arc::clone(&self.scene));
         let plant = Plant::of(&mut world, &self.scene.start, &self.body, &Fidelity::SHIPPED, 1);
+        let plant = plant.expect("invariant: the trial has made the same plant");
         Bare { course: self, world, plant }
     }
 }

@@ -5,6 +5,7 @@
 //! | message | from | to | over | module |
 //! |---|---|---|---|---|
 //! | `Frames`, `Candidates` | sim | perception | shared memory | [`sensor`] |
+//! | `Bearings` | sim | perception | shared memory | [`bearing`] |
 //! | `Navigation` | sim | perception, autonomy | shared memory | [`sensor`] |
 //! | `Tracks` | perception | autonomy | shared memory | [`track`] |
 //! | `Drive`, `Act` | autonomy | sim | shared memory | [`drive`] |
@@ -22,6 +23,7 @@
 
 pub mod account;
 pub mod audit;
+pub mod bearing;
 pub mod bounds;
 pub mod bus;
 pub mod codec;

@@ -59,7 +59,7 @@ pub struct Spatial {
     /// Height by air pressure above the world's origin, mm.
     #[n(1)]
     pub pressure_up_mm: Option<i32>,
-    /// Distance to what lies below, mm.
+    /// Distance to the surface below, mm.
     #[n(2)]
     pub range_mm: Option<u32>,
     /// Velocity in the level frame by inertial and optical-flow sensors: left and up, mm/s.

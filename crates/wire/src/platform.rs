@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::sensor::{Camera, Lidar};
 
-/// What moves: a platform's body.
+/// A platform's body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Body {
@@ -16,6 +16,8 @@ pub enum Body {
     Wheeled(Vehicle),
     /// It flies on rotors.
     Multirotor(Multirotor),
+    /// It turns in an orbit.
+    Satellite(Satellite),
 }
 
 impl Default for Body {
@@ -57,19 +59,19 @@ pub struct Multirotor {
     pub acceleration_m_s2: [f32; 2],
     /// Greatest tilt, degrees.
     pub tilt_deg: f32,
-    /// What a full battery holds, W·h.
+    /// Capacity of the battery, W·h.
     pub battery_w_h: f32,
     /// Power in a hover, and of everything but the rotors, W.
     pub power_w: [f32; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: f32,
-    /// Time for which it holds its place when nobody leads it, seconds; then it lands.
+    /// Time for which it holds its place without a lead, seconds; then it lands.
     pub loiter_s: f32,
     /// Speed of that descent, m/s.
     pub descent_m_s: f32,
-    /// Greatest horizontal speed of its safe motion, m/s: what a gust may do to a body that holds its place.
+    /// Greatest horizontal speed of its safe motion, m/s: the effect of a gust on a body that holds its place.
     pub drift_m_s: f32,
-    /// Least height above what lies below while somebody leads it, metres.
+    /// Least height above the surface below while it is led, metres.
     pub clearance_m: f32,
     /// Greatest height above the world's origin, metres.
     pub ceiling_m: f32,
@@ -95,13 +97,86 @@ impl Multirotor {
         tilt_deg: 30.0,
         battery_w_h: 40.0,
         power_w: [150.0, 10.0],
-        cruise_m: 2.5,
+        cruise_m: 3.0,
         loiter_s: 20.0,
         descent_m_s: 0.5,
         drift_m_s: 0.5,
         clearance_m: 1.0,
         ceiling_m: 6.0,
     };
+}
+
+/// A small satellite on three wheels, pointed at places of a region that it passes over. Body frame: principal axes, +z the payload's line of
+/// sight, the solar array on the other side. Speeds are those of the point that the payload looks at, in units of the map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Satellite {
+    /// Moments of inertia about x, y and z, kg·m².
+    pub inertia_kg_m2: [f64; 3],
+    /// Greatest torque of a wheel, N·m.
+    pub wheel_torque_n_m: f64,
+    /// Greatest momentum of a wheel, N·m·s.
+    pub wheel_momentum_n_m_s: f64,
+    /// Greatest dipole of a magnetic torquer, A·m².
+    pub torquer_a_m2: f64,
+    /// Natural frequency of the attitude controller, rad/s, and its damping.
+    pub controller: [f64; 2],
+    /// Greatest speed of a set-point, m/s of the map.
+    pub max_speed_m_s: f64,
+    /// Greatest turn of a set-point, rad/s.
+    pub max_turn_rad_s: f64,
+    /// Change of the speed that the controller follows, speeding up and braking, m/s² of the map.
+    pub acceleration_m_s2: [f64; 2],
+    /// Rate and acceleration of a slew to the sun, rad/s and rad/s².
+    pub slew: [f64; 2],
+    /// Greatest rate of the safe motion, rad/s.
+    pub safe_rate_rad_s: f64,
+    /// Time for which it keeps looking at its place without a lead, payload shut, seconds; then it turns its array to the sun.
+    pub hold_s: f64,
+    /// Least angle between the open payload's line of sight and the sun, degrees.
+    pub keep_out_deg: f64,
+    /// Capacity of the battery, W·h; the charge at the start of a run and the least that its safe mode needs, as shares.
+    pub battery: [f64; 3],
+    /// Power of the array at normal incidence, and of the loads, W.
+    pub power_w: [f64; 2],
+    /// Lines of the orbit's elements.
+    pub elements: [Line; 2],
+    /// Start of a run after the elements' epoch, and the time after that at which the satellite is overhead, seconds.
+    pub start_overhead_s: [f64; 2],
+    /// Metres on the ground for each unit of the map.
+    pub scale_m: f64,
+    /// Distance from the line of sight to a catalogued place that is still in view, m of the map.
+    pub view_m: f64,
+}
+
+/// Length of a line of orbital elements.
+const LINE: usize = 69;
+
+/// A line of orbital elements: 69 characters of ASCII.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Line([u8; LINE]);
+
+impl Line {
+    /// The text.
+    pub fn as_str(&self) -> &str {
+        core::str::from_utf8(&self.0).unwrap_or_default()
+    }
+}
+
+impl TryFrom<String> for Line {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Self, Self::Error> {
+        let line = <[u8; LINE]>::try_from(text.as_bytes()).map_err(|_| "69 characters expected")?;
+        if line.is_ascii() { Ok(Line(line)) } else { Err("ASCII expected") }
+    }
+}
+
+impl From<Line> for String {
+    fn from(line: Line) -> Self {
+        line.as_str().to_owned()
+    }
 }
 
 /// Limits of the guards of a body that flies, beside [`Limits`]. Heights are above the world's origin.
@@ -248,6 +323,9 @@ pub struct Limits {
     pub fence_spare_mm: u32,
     /// Clearance of planned ways to the fence beyond its margin, and to obstacles on the map, millimetres.
     pub plan_clearance_mm: u32,
+    /// Set-points are velocities, and rest is a motion of the body's own.
+    #[serde(default)]
+    pub free: bool,
     /// Of a body that flies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub aloft: Option<Aloft>,
@@ -272,6 +350,7 @@ impl Limits {
         standoff_mm: 3000,
         fence_spare_mm: 500,
         plan_clearance_mm: 1500,
+        free: false,
         aloft: None,
     };
 

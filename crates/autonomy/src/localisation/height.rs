@@ -20,29 +20,24 @@ pub(super) struct Height {
     /// Time of the newest reading of each: pressure, fix, velocity.
     heard: [Instant; 3],
     estimate: Option<f64>,
-    left_up: [f64; 2],
-    charge: u16,
+    climb: f64,
     disagrees: bool,
 }
 
 impl Height {
     pub(super) fn new(limits: &Aloft) -> Self {
         let gate_mm = f64::from(limits.height_gate_mm);
-        let (heard, left_up) = ([Instant(0); 3], [0.0; 2]);
-        Height { gate_mm, heard, estimate: None, left_up, charge: 1000, disagrees: false }
+        Height { gate_mm, heard: [Instant(0); 3], estimate: None, climb: 0.0, disagrees: false }
     }
 
     /// Takes the readings of `stamp`, `elapsed` seconds after those before.
     pub(super) fn take(&mut self, reading: &Spatial, stamp: Instant, elapsed: f64) {
-        let Spatial { fix_up_mm, pressure_up_mm, left_up_mm_s, charge, .. } = *reading;
+        let Spatial { fix_up_mm, pressure_up_mm, left_up_mm_s, .. } = *reading;
         let there = [pressure_up_mm.is_some(), fix_up_mm.is_some(), left_up_mm_s.is_some()];
         for (heard, there) in self.heard.iter_mut().zip(there) {
             *heard = if there { stamp } else { *heard };
         }
-        self.charge = charge.unwrap_or(self.charge);
-        if let Some(measured) = left_up_mm_s {
-            self.left_up = measured.map(f64::from);
-        }
+        self.climb = left_up_mm_s.map_or(self.climb, |[_, up]| f64::from(up));
         let sources = [pressure_up_mm.map(f64::from), fix_up_mm.map(|mm| mm as f64)];
         let sources: Vec<f64> = sources.into_iter().flatten().collect();
         let mean = sources.iter().sum::<f64>() / sources.len().max(1) as f64;
@@ -50,7 +45,7 @@ impl Height {
             self.estimate = (!sources.is_empty()).then_some(mean);
             return;
         };
-        let carried = before + self.left_up[1] * elapsed;
+        let carried = before + self.climb * elapsed;
         let gate = self.gate_mm * if self.disagrees { RETURN } else { 1.0 };
         let off = |height: &f64| (height - carried).abs() > gate;
         let apart = sources.windows(2).any(|pair| (pair[0] - pair[1]).abs() > gate);
@@ -72,23 +67,14 @@ impl Height {
     pub(super) fn estimate(&self) -> Option<f64> {
         self.estimate
     }
-
-    /// Velocity in the level frame: left and up, mm/s.
-    pub(super) fn left_up(&self) -> [f64; 2] {
-        self.left_up
-    }
-
-    /// Charge of the battery, permille.
-    pub(super) fn charge(&self) -> u16 {
-        self.charge
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const LIMITS: Aloft = Aloft { cruise_mm: 2500, floor_ceiling_mm: [1000, 6000], climb_mm_s: 800, height_gate_mm: 800 };
+    const LIMITS: Aloft =
+        Aloft { cruise_mm: 2500, floor_ceiling_mm: [1000, 6000], climb_mm_s: 800, height_gate_mm: 800 };
     const LIMIT: Span = Span::ms(300);
 
     /// Climbs for `n` readings from `from`, 20 a second, at 500 mm/s, with the sources displaced by `offset(seconds)`.
@@ -136,7 +122,10 @@ mod tests {
     fn silence_of_a_source_is_a_loss() {
         let mut height = Height::new(&LIMITS);
         let now = climb(&mut height, 0, 3, |_| [0.0; 2]);
-        let deaf = Spatial { pressure_up_mm: None, ..Spatial { fix_up_mm: Some(2500), left_up_mm_s: Some([0, 0]), ..Spatial::default() } };
+        let deaf = Spatial {
+            pressure_up_mm: None,
+            ..Spatial { fix_up_mm: Some(2500), left_up_mm_s: Some([0, 0]), ..Spatial::default() }
+        };
         height.take(&deaf, now + Span::ms(301), 0.3);
         assert_eq!(height.lost(now + Span::ms(301), LIMIT), Some(Because::Silence(now)));
     }

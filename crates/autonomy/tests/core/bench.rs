@@ -315,7 +315,8 @@ impl Bench {
         let time = ReceiverTime(self.now.0.saturating_add_signed(self.time_offset));
         let fix = (!self.no_fix).then_some(Fix { pose, sigma_mm: 40, time });
         let odometry = Some(Odometry { speed_mm_s: self.speed as i32, yaw_rate_mrad_s: 0 });
-        let bytes = self.sim.seal(self.now, &codec::encode(&Navigation { stamp: self.now, fix, odometry, spatial: None }));
+        let bytes =
+            self.sim.seal(self.now, &codec::encode(&Navigation { stamp: self.now, fix, odometry, spatial: None }));
         self.feed(&Input::Bus { topic: Topic::Navigation, bytes });
     }
 

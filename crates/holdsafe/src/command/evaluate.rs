@@ -12,10 +12,13 @@ pub(super) struct Args {
     /// Only check that simulated runs still give the results in references/.
     #[arg(long)]
     reproduce: bool,
+    /// Only this platform: every scenario that it shares with the ground platform, and its own; also live.
+    #[arg(long, value_name = "PLATFORM", conflicts_with = "reproduce")]
+    domain: Option<String>,
     #[command(flatten)]
     of: reproduce::Reproduce,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context) }
+    if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args.domain.as_deref()) }
 }

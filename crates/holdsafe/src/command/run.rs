@@ -94,7 +94,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (platform, guest) = (args.platform(context)?, args.engage.load()?);
-    let wanted = Wanted { policy, platform, cell, rendered, detector, sabotage: args.sabotage, guest };
+    let (where_trained, sabotage) = (args.live && !args.rendered, args.sabotage);
+    let wanted = Wanted { policy, platform, cell, rendered, where_trained, detector, sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }

@@ -4,7 +4,7 @@ use super::lab;
 
 #[test]
 fn quick_measurements_keep_their_form() {
-    let quick: [&[&str]; 9] = [
+    let quick: [&[&str]; 10] = [
         &["window", "--records", "100"],
         &["liveness", "--hours", "1"],
         &["explain", "--runs", "1"],
@@ -14,6 +14,7 @@ fn quick_measurements_keep_their_form() {
         &["kill", "--runs", "1", "--only", "sim", "--twin", "--at-transitions"],
         &["load", "--sessions", "2", "--seconds", "1", "--flood", "100", "--flood-seconds", "1"],
         &["replay", "--runs", "1"],
+        &["plant"],
     ];
     for words in quick {
         let output = lab(&[words, &["--json", "--quiet"]].concat());

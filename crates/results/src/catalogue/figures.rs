@@ -47,7 +47,7 @@ pub(super) fn page(
     text.push_str("\n## One pattern, three domains\n\n");
     text.push_str(
         "Drawn from the same topology and from `platforms/*.toml`. What every domain has in common are the services and what stands between them; what is a domain's own is its \
-         bounds, and its plant behind one narrow interface (`crates/sim/src/plant.rs`). A dashed domain is the paper's, and no platform of it is here.\n\n",
+         bounds, and its kind of body behind one contract (`crates/sim/src/plant/mod.rs`). A dashed domain is the paper's, and no platform of it is here.\n\n",
     );
     block(&mut text, &domains(topology, platforms));
     text

@@ -25,7 +25,7 @@ const NOT_ASSESSED: [(&str, &str); 12] = [
     ("P9", "recovery by consent only"),
     ("P10", "the log verifies and replays"),
     ("P11", "no act on the wrong object"),
-    ("P12", "reserve of energy and least distance to what lies below"),
+    ("P12", "reserve of energy and least distance to the surface below"),
 ];
 
 /// The object of `assess --json`.

@@ -64,6 +64,9 @@ pub struct Reference {
 pub struct ReferenceRow {
     /// Scenario.
     pub scenario: String,
+    /// Platform, where it is not the scenario's own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub platform: Option<String>,
     /// Cell, where it has any.
     pub cell: Option<String>,
     /// Origin of this row's evidence.
@@ -94,8 +97,13 @@ pub struct LiveLatency {
 }
 
 impl ReferenceRow {
-    /// One row of `trials`, all of the same scenario, cell and mode.
-    pub fn new(scenario: &Scenario, cell: Option<String>, mode: Mode, trials: &[&Trial]) -> Self {
+    /// One row of `trials`, all of the same scenario, cell and mode, on its own platform or another one.
+    pub fn new(
+        scenario: &Scenario,
+        (platform, cell): (Option<String>, Option<String>),
+        mode: Mode,
+        trials: &[&Trial],
+    ) -> Self {
         let expected = scenario.expected.to_vec();
         let unexpected = trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64;
         let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
@@ -104,6 +112,7 @@ impl ReferenceRow {
         let name = scenario.name.as_str().to_owned();
         Self {
             scenario: name,
+            platform,
             cell,
             evidence,
             counts,
@@ -133,7 +142,9 @@ impl Reference {
 
 impl LiveLatency {
     fn of(paper: &PaperRow, rows: &[ReferenceRow]) -> Option<Self> {
-        let row = rows.iter().find(|row| row.mode == Mode::Live && row.scenario == paper.scenario)?;
+        let row = rows
+            .iter()
+            .find(|row| row.mode == Mode::Live && row.scenario == paper.scenario && row.platform.is_none())?;
         Some(Self { scenario: row.scenario.clone(), live: row.summary.latency_ms, paper: paper.clone() })
     }
 

@@ -45,7 +45,8 @@ pub fn reference_line(row: &ReferenceRow) -> String {
 }
 
 fn reference_row(row: &ReferenceRow) -> Vec<String> {
-    let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} {cell}", row.scenario));
+    let parts = [Some(&row.scenario), row.platform.as_ref(), row.cell.as_ref()];
+    let name = parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join(" ");
     let mut outcomes = outcomes(&row.summary.outcomes);
     if row.unexpected > 0 {
         outcomes.push_str(&format!(" ({} unexpected)", row.unexpected));

@@ -6,7 +6,7 @@ use wire::sensor::{Camera, Lidar};
 
 use super::check::{at_least, at_most, unless};
 use super::tables::SafeAction;
-use super::{Platform, flight};
+use super::{Platform, flight, space};
 use crate::finding::Finding;
 use crate::value::Located;
 
@@ -24,7 +24,11 @@ const GRAVITY: f64 = 9.81;
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {
     let wheels: [fn(&Platform) -> Vec<Finding>; 3] = [able, stands, stops];
     let groups = [camera, lidar, guards, driving];
-    let of_body = if platform.multirotor.is_some() || platform.aloft.is_some() { flight::check(platform) } else { each(&wheels, platform) };
+    let of_body = match &platform.satellite {
+        Some(table) => space::check(platform, table).into_iter().chain(space::safe(platform)).collect(),
+        None if platform.multirotor.is_some() || platform.aloft.is_some() => flight::check(platform),
+        None => each(&wheels, platform),
+    };
     of_body.into_iter().chain(each(&groups, platform)).collect()
 }
 

@@ -49,19 +49,19 @@ pub struct MultirotorTable {
     pub acceleration_m_s2: Located<[Real<100, 20_000>; 2]>,
     /// Greatest tilt, degrees.
     pub tilt_deg: Located<Real<5_000, 60_000>>,
-    /// What a full battery holds, W·h.
+    /// Capacity of the battery, W·h.
     pub battery_w_h: Real<10, 10_000_000>,
     /// Power in a hover, and of everything but the rotors, W.
     pub power_w: [Real<100, 100_000_000>; 2],
     /// Height at which a run begins, metres above the ground.
     pub cruise_m: Located<Real<500, 100_000>>,
-    /// Time for which it holds its place when nobody leads it, seconds; then it lands.
+    /// Time for which it holds its place without a lead, seconds; then it lands.
     pub loiter_s: Real<0, 3_600_000>,
     /// Speed of that descent, m/s.
     pub descent_m_s: Located<Real<100, 5_000>>,
     /// Greatest horizontal speed of its safe motion, m/s.
     pub drift_m_s: Located<Real<100, 5_000>>,
-    /// Least height above what lies below while somebody leads it, metres.
+    /// Least height above the surface below while it is led, metres.
     pub clearance_m: Located<Real<100, 50_000>>,
 }
 
@@ -193,6 +193,13 @@ fn able(platform: &Platform, body: &MultirotorTable) -> Vec<Finding> {
             "lower `max_speed_mm_s`, or state a faster body",
         ),
         at_most(
+            &b.exclusion_mm,
+            (b.exclusion_mm.get() as f64, body.body_m[0].get() * 1000.0),
+            "mm",
+            "two units may truly be nearer than that (length of the body)",
+            "lower `exclusion_mm`",
+        ),
+        at_most(
             &body.drift_m_s,
             (body.drift_m_s.get(), b.max_speed_mm_s.get() as f64 / 1000.0),
             "m/s",
@@ -218,9 +225,9 @@ fn heights(platform: &Platform, body: &MultirotorTable, aloft: &AloftTable) -> V
         ),
         at_most(
             &aloft.floor_ceiling_mm,
-            (cruise + gate, ceiling),
+            (cruise + gate + margin, ceiling),
             "mm",
-            "a height that is wrong by the gate puts the body above its ceiling",
+            "a height that is wrong by the gate puts the body within the margin of its ceiling (`fence_margin_mm`)",
             "raise the ceiling, lower the gate, or fly lower",
         ),
         unless(
@@ -247,7 +254,7 @@ fn heights(platform: &Platform, body: &MultirotorTable, aloft: &AloftTable) -> V
             &body.clearance_m,
             (body.clearance_m.get() * 1000.0, cruise - gate),
             "mm",
-            "the least height above what lies below is not kept at the height that is flown at",
+            "the least height above the surface below is not kept at the height that is flown at",
             "lower it, or fly higher",
         ),
     ];

@@ -155,6 +155,8 @@ pub enum SafeAction {
     Stop,
     /// Hold the place for a time, or for as long as the battery lets it, then land there: what the plant does by itself when a lease ends.
     LoiterThenLand,
+    /// Shut the payload, keep looking at the place for a time, then turn the array to the sun: what the plant does by itself when a lease ends.
+    HoldThenSun,
 }
 
 impl VehicleTable {
@@ -207,6 +209,7 @@ pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
         standoff_mm: guards.standoff_mm.unsigned() as u32,
         fence_spare_mm: guards.fence_spare_mm.unsigned() as u32,
         plan_clearance_mm: guards.plan_clearance_mm.unsigned() as u32,
+        free: false,
         aloft: None,
     }
 }

@@ -2,25 +2,30 @@
 //!
 //! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the body changes to its
 //! safe motion by itself, and the plant says so once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
-//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled` and `multirotor` are such.
+//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor` and `satellite` are such.
 
+mod air;
 mod multirotor;
+mod satellite;
 mod wheeled;
 
 use std::collections::BTreeMap;
 
 use rapier3d::prelude::*;
+use spacecraft::region::Sky;
 use wire::drive;
 use wire::id::ObjectId;
 use wire::platform::{Body, Vehicle};
 use wire::time::{Instant, Span};
 
 use crate::fidelity::Fidelity;
+use crate::limits::SceneError;
 use crate::scene::Start;
-use crate::wind::Air;
 use crate::world::World;
 
+use air::Air;
 use multirotor::Multirotor;
+use satellite::Satellite;
 use wheeled::Wheeled;
 
 /// The longest lease that is honoured, counted from arrival.
@@ -133,9 +138,9 @@ pub struct Kept {
     pub safe: f32,
     /// The motion that it is asked for, to the same.
     pub asked: f32,
-    /// What is stored, beyond the reserve that the way to safety takes.
+    /// Stored energy, beyond the reserve that the way to safety takes.
     pub energy: f32,
-    /// Distance to what lies below, beyond the least.
+    /// Distance to the surface below, beyond the least.
     pub clearance: f32,
 }
 
@@ -146,13 +151,19 @@ pub struct Flight {
     pub attitude: Rotation,
     /// Rates about the body's axes, rad/s.
     pub rates: Vector,
-    /// Distance to what lies below, metres.
-    pub below: f32,
+    /// East, north and up, metres.
+    pub place: [f64; 3],
+    /// Along the same axes, m/s.
+    pub velocity: [f64; 3],
+    /// True if the unit has a place on the map: a payload that is turned away looks at none.
+    pub placed: bool,
+    /// Distance to the surface below, metres, where a range finder reaches it.
+    pub below: Option<f32>,
     /// Charge of the battery, 0 to 1.
     pub charge: f32,
 }
 
-/// What a kind of body gives.
+/// Contract of a kind of body.
 trait Moves {
     /// The motion within its limits; `None` in the terms of another kind.
     fn able(&self, asked: Motion) -> Option<Motion>;
@@ -172,9 +183,13 @@ trait Moves {
     fn kept(&self, _asked: Motion, _world: &World) -> Option<Kept> {
         None
     }
-    /// Distance that is left to the limits of height, metres.
-    fn height_margin(&self, _world: &World) -> f32 {
-        f32::INFINITY
+    /// Distance that is left to the envelope, metres, of which `fence` is left to the fence.
+    fn margin(&self, _world: &World, fence: f32) -> f32 {
+        fence
+    }
+    /// Attitude (body to the inertial frame) and the references of attitude sensors, of a body that looks at stars.
+    fn sky(&self) -> Option<([f64; 4], Sky)> {
+        None
     }
 }
 
@@ -189,6 +204,7 @@ pub struct Plant {
 enum Kind {
     Wheeled(Box<Wheeled>),
     Multirotor(Box<Multirotor>),
+    Satellite(Box<Satellite>),
 }
 
 impl Plant {
@@ -199,18 +215,32 @@ impl Plant {
     }
 
     /// Puts a platform's body into `world`; `seed` seeds the gusts.
-    pub fn of(world: &mut World, start: &Start, body: &Body, fidelity: &Fidelity, seed: u64) -> Self {
-        let numbers = match body {
-            Body::Wheeled(vehicle) => return Plant::new(world, start, vehicle, fidelity),
-            Body::Multirotor(numbers) => numbers,
+    ///
+    /// # Errors
+    /// Orbital elements that are those of no orbit.
+    pub fn of(
+        world: &mut World,
+        start: &Start,
+        body: &Body,
+        fidelity: &Fidelity,
+        seed: u64,
+    ) -> Result<Self, SceneError> {
+        let kind = match body {
+            Body::Wheeled(vehicle) => return Ok(Plant::new(world, start, vehicle, fidelity)),
+            Body::Multirotor(numbers) => {
+                let air = Air::new(world.scene().wind, seed);
+                Kind::Multirotor(Box::new(Multirotor::new(world, start, numbers, fidelity.load, air)))
+            }
+            Body::Satellite(numbers) => {
+                let made = Satellite::new(world, start, numbers).map_err(|_| SceneError::Orbit)?;
+                Kind::Satellite(Box::new(made))
+            }
         };
-        let air = Air::new(world.scene().wind, seed);
-        let kind = Kind::Multirotor(Box::new(Multirotor::new(world, start, numbers, fidelity.load, air)));
-        Plant { kind, set_point: None }
+        Ok(Plant { kind, set_point: None })
     }
 
     /// Takes a new set-point in place of the last, its motion clamped to the body's limits and its lease to [`MAX_LEASE`] from `now`. False, and
-    /// nothing taken, where it is in the terms of another kind of body.
+    /// the last one kept, where it is in the terms of another kind of body.
     pub fn accept(&mut self, now: Instant, asked: SetPoint) -> bool {
         let able = self.moves().able(asked.motion);
         let until = asked.until.min(now + MAX_LEASE);
@@ -253,6 +283,11 @@ impl Plant {
         self.moves().flight(world)
     }
 
+    /// Attitude (body to the inertial frame) and the references of attitude sensors, of a body that looks at stars.
+    pub fn sky(&self) -> Option<([f64; 4], Sky)> {
+        self.moves().sky()
+    }
+
     /// By how much it keeps to its own terms of safety; none where safety is to stand still.
     pub fn kept(&self, world: &World) -> Option<Kept> {
         self.moves().kept(self.asked(), world)
@@ -261,7 +296,7 @@ impl Plant {
     /// Distance that is left to the envelope, metres; negative outside: the fence, and the limits of height.
     pub fn margin(&self, world: &World) -> f32 {
         let State { position, .. } = self.state(world);
-        world.scene().margin([position.x, position.y]).min(self.moves().height_margin(world))
+        self.moves().margin(world, world.scene().margin([position.x, position.y]))
     }
 
     fn asked(&self) -> Motion {
@@ -272,6 +307,7 @@ impl Plant {
         match &self.kind {
             Kind::Wheeled(body) => &**body,
             Kind::Multirotor(body) => &**body,
+            Kind::Satellite(body) => &**body,
         }
     }
 
@@ -279,6 +315,7 @@ impl Plant {
         match &mut self.kind {
             Kind::Wheeled(body) => &mut **body,
             Kind::Multirotor(body) => &mut **body,
+            Kind::Satellite(body) => &mut **body,
         }
     }
 }

@@ -11,9 +11,9 @@
 use rapier3d::prelude::*;
 use wire::platform::Multirotor as Numbers;
 
+use super::air::Air;
 use super::{Flight, Kept, Motion, Moves, State};
 use crate::scene::Start;
-use crate::wind::Air;
 use crate::world::{DT, World, turn};
 
 const GRAVITY: f32 = 9.81;
@@ -27,15 +27,16 @@ const INTEGRAL: f32 = 2.5;
 const MOST_INTEGRAL: f32 = 4.0;
 /// Least and greatest share of the rotors' thrust that is asked for in the air: below the least no torque can be made.
 const THRUST: [f32; 2] = [0.1, 0.9];
-/// Height above which a body that lands is in the air, metres, beyond its own half height.
-const TOUCH: f32 = 0.05;
+/// Height of its underside below which a body that lands may have touched the ground, metres; and the descent below which it has, m/s.
+const TOUCH: f32 = 0.15;
+const STOPPED: f32 = 0.1;
 /// Reach of the range finder, metres.
 const REACH: f32 = 40.0;
 
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    /// Somebody leads it.
+    /// It follows set-points.
     Led,
     /// It holds its place, for so many seconds so far.
     Loiters(f32),
@@ -73,7 +74,11 @@ impl Multirotor {
         let mass = numbers.mass_kg * load;
         let inertia = Vector::from(numbers.inertia_kg_m2.map(|i| i * load));
         let body = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false);
-        let handle = world.physics.bodies.insert(body.additional_mass_properties(MassProperties::new(Vector::ZERO, mass, inertia)));
+        let handle = world.physics.bodies.insert(body.additional_mass_properties(MassProperties::new(
+            Vector::ZERO,
+            mass,
+            inertia,
+        )));
         let [length, width, height] = numbers.body_m.map(|edge| edge / 2.0);
         let shell = ColliderBuilder::cuboid(length, width, height).density(0.0).friction(0.7);
         let shell = world.physics.insert_collider(shell, Some(handle));
@@ -96,7 +101,7 @@ impl Multirotor {
         &world.physics.bodies[self.handle]
     }
 
-    /// Height above what lies below, metres; of the body's underside.
+    /// Height above the surface below, metres; of the body's underside.
     fn below(&self, world: &World) -> f32 {
         let centre = self.rigid(world).translation();
         let hit = world.view(self.handle).cast(centre, -Vector::Z, REACH);
@@ -108,12 +113,12 @@ impl Multirotor {
         1.1 * self.numbers.power_w[0] * (height / self.numbers.descent_m_s + 2.0)
     }
 
-    /// The velocity of this motion in the level frame, and the turn; what the body does by itself included.
-    fn wanted(&mut self, motion: Motion, below: f32) -> Option<(Vector, f32)> {
+    /// The velocity of this motion in the level frame, and the turn; the body's own safe motion included.
+    fn wanted(&mut self, motion: Motion, (below, sinks): (f32, f32)) -> Option<(Vector, f32)> {
         // As a flight controller does: with what is left for the way down it goes down, whoever leads it.
         let low = self.energy < 2.0 * self.reserve(below.max(0.0));
         self.phase = match (motion, self.phase) {
-            (_, Phase::Lands) if below < TOUCH => Phase::Landed,
+            (_, Phase::Lands) if below < TOUCH && sinks < STOPPED => Phase::Landed,
             (_, Phase::Landed) if low => Phase::Landed,
             (_, _) if low => Phase::Lands,
             (Motion::Velocity { .. } | Motion::Course { .. }, _) => Phase::Led,
@@ -164,7 +169,7 @@ impl Multirotor {
         (thrust, Vector::from(inertia_kg_m2) * error * RATE + rates * spin_drag_n_m_s)
     }
 
-    /// Lets the rotors follow what thrust and torques take of each, and gives thrust and torques as they are.
+    /// Lets the rotors follow their shares of thrust and torques, and gives thrust and torques as they are.
     fn spin(&mut self, asked: Option<(f32, Vector)>) -> (f32, Vector) {
         let Numbers { arm_m, thrust_n, torque_n_m, rotor_s, .. } = self.numbers;
         let share = match asked {
@@ -222,10 +227,11 @@ impl Moves for Multirotor {
 
     fn push(&mut self, motion: Motion, world: &mut World) {
         let below = self.below(world);
-        let wanted = self.wanted(motion, below);
+        let wanted = self.wanted(motion, (below, -self.rigid(world).linvel().z));
         let wanted = wanted.filter(|_| self.energy > 0.0);
         let body = self.rigid(world);
-        let (level, velocity, rotation, rates) = (level(body.rotation()), body.linvel(), *body.rotation(), body.angvel());
+        let (level, velocity, rotation, rates) =
+            (level(body.rotation()), body.linvel(), *body.rotation(), body.angvel());
         let asked = wanted.map(|(velocity, turn)| {
             self.track(velocity);
             self.control(body, level, turn)
@@ -266,14 +272,17 @@ impl Moves for Multirotor {
         Some(Flight {
             attitude: *body.rotation(),
             rates: body.rotation().inverse() * body.angvel(),
-            below: self.below(world),
+            place: body.translation().to_array().map(f64::from),
+            velocity: body.linvel().to_array().map(f64::from),
+            placed: true,
+            below: Some(self.below(world)).filter(|below| *below < REACH - self.numbers.body_m[2]),
             charge: self.energy / (self.numbers.battery_w_h * 3600.0),
         })
     }
 
-    /// The floor is a matter of what lies below: see `kept`.
-    fn height_margin(&self, world: &World) -> f32 {
-        self.numbers.ceiling_m - self.rigid(world).translation().z
+    /// The floor follows from the surface below: see `kept`.
+    fn margin(&self, world: &World, fence: f32) -> f32 {
+        fence.min(self.numbers.ceiling_m - self.rigid(world).translation().z)
     }
 
     fn kept(&self, asked: Motion, world: &World) -> Option<Kept> {
@@ -294,7 +303,7 @@ impl Moves for Multirotor {
     }
 }
 
-/// Rate at which the heading turns, rad/s: that of the body's x axis about the world's z, to which a roll of a body that leans ahead adds nothing.
+/// Rate at which the heading turns, rad/s: that of the body's x axis about the world's z, which a roll of a body that leans ahead leaves as it is.
 fn heading_rate(body: &RigidBody) -> f32 {
     let ahead = body.rotation() * Vector::X;
     let moves = body.angvel().cross(ahead);
@@ -335,7 +344,7 @@ mod tests {
             let scene = Scene { objects: Vec::new(), wind, ..Scene::default() };
             let mut world = World::new(Arc::new(scene));
             let start = world.scene().start;
-            let plant = Plant::of(&mut world, &start, &Body::Multirotor(body), &Fidelity::SHIPPED, 1);
+            let plant = Plant::of(&mut world, &start, &Body::Multirotor(body), &Fidelity::SHIPPED, 1).unwrap();
             Flown { world, plant, steps: 0 }
         }
 

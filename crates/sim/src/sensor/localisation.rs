@@ -17,7 +17,7 @@ pub const SIGMA_MM: u16 = 40;
 /// Deviation of heading, milliradians.
 const SIGMA_MRAD: f32 = 4.0;
 /// The receiver's time at the start of a run, microseconds of its count.
-const EPOCH_US: u64 = 1_400_000_000_000_000;
+pub const EPOCH_US: u64 = 1_400_000_000_000_000;
 /// Deviation of the receiver's time against the stamp of the reading, microseconds.
 const SIGMA_US: f32 = 300.0;
 /// Deviation of speed, mm/s.

@@ -1,4 +1,4 @@
-//! Readings of a body that leaves the ground: height by satellite receiver and by air pressure, distance to what lies below, velocity by inertial
+//! Readings of a body that leaves the ground: height by satellite receiver and by air pressure, distance to the surface below, velocity by inertial
 //! and optical-flow sensors, charge of the battery.
 //!
 //! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the velocity with odometry; the
@@ -18,8 +18,8 @@ const FIX_UP_M: f32 = 0.06;
 const PRESSURE_M: f32 = 0.08;
 /// Deviation of the range finder, metres.
 const RANGE_M: f32 = 0.02;
-/// Reach of the range finder, metres.
-const REACH_M: f32 = 30.0;
+/// Height from which on there is no air pressure to speak of, metres.
+const AIR_M: f64 = 50_000.0;
 /// Deviation of velocity, m/s.
 const VELOCITY_M_S: f32 = 0.02;
 
@@ -42,21 +42,21 @@ impl Altimeters {
     /// Reading `n`, under the faults in force `run` after the start.
     pub(crate) fn read(&mut self, n: u64, (state, flight): (&State, &Flight), faults: &Faults, run: Span) -> Spatial {
         let effect = |sensor: Sensor| faults.at(run, sensor);
-        let (fix, odometry, height) =
-            (effect(Sensor::Localisation), effect(Sensor::Odometry), effect(Sensor::Height));
+        let (fix, odometry, height) = (effect(Sensor::Localisation), effect(Sensor::Odometry), effect(Sensor::Height));
         self.noise.seek(n);
         let mut drawn = |deviation: f32, gain: f32| self.noise.normal() * deviation * gain;
         let level = state.rotation.inverse() * state.velocity;
-        let up = state.position.z;
-        let fix_up = up + drawn(FIX_UP_M, fix.noise);
-        let pressure_up = up + drawn(PRESSURE_M, height.noise);
-        let range = flight.below + drawn(RANGE_M, 1.0);
+        let up = flight.place[2];
+        let fix_up = up + f64::from(drawn(FIX_UP_M, fix.noise));
+        let pressure_up = up as f32 + drawn(PRESSURE_M, height.noise);
+        let range = drawn(RANGE_M, 1.0);
         let left_up = [level.y, level.z].map(|v| mm(v + drawn(VELOCITY_M_S, odometry.noise)));
         let displaced = height.displaced_mm[0].clamp(-1_000_000_000, 1_000_000_000) as i32;
         let now = Spatial {
-            fix_up_mm: Some(i64::from(mm(fix_up))),
-            pressure_up_mm: Some(mm(pressure_up).saturating_add(displaced)),
-            range_mm: (flight.below < REACH_M).then(|| mm(range).max(0) as u32),
+            fix_up_mm: Some((fix_up * 1000.0) as i64),
+            // Where there is air.
+            pressure_up_mm: (up < AIR_M).then(|| mm(pressure_up).saturating_add(displaced)),
+            range_mm: flight.below.map(|below| mm(below + range).max(0) as u32),
             left_up_mm_s: Some(left_up),
             charge: Some((flight.charge * 1000.0) as u16),
         };

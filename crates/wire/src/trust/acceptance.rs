@@ -6,6 +6,7 @@
 
 use super::{Attributed, BusMessage, Ordered, Record, SessionRecord, SignedReport, Statement};
 use crate::audit::Seal;
+use crate::bearing::Bearings;
 use crate::command::{Intent, IntentHash, Request};
 use crate::drive::{Act, Drive};
 use crate::feed::Feed;
@@ -35,6 +36,12 @@ impl Provenance for SignedReport<'_> {
 }
 
 impl Provenance for Candidates {
+    fn product(&self) -> Option<ProductMode> {
+        Some(self.mode)
+    }
+}
+
+impl Provenance for Bearings {
     fn product(&self) -> Option<ProductMode> {
         Some(self.mode)
     }

@@ -5,6 +5,7 @@ use instrument::{
 };
 use minicbor::bytes::ByteSlice;
 use wire::audit::{Head, Seal, SealedHead};
+use wire::bearing::{Bearings, Direction};
 use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
@@ -70,12 +71,17 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("feed", feeds()),
         ("frames", frames()),
         ("candidates", candidates()),
+        ("bearings", bearings()),
         ("navigation", navigation()),
         ("tracks", tracks()),
-        ("drive", vec![named!("left-turn", Drive, drive()),
-            named!("velocity", Drive, moving(SetPoint::Velocity { mm_s: [1200, -300, 80], turn_mrad_s: -200 })),
-            named!("rest", Drive, moving(SetPoint::Rest)),
-        ]),
+        (
+            "drive",
+            vec![
+                named!("left-turn", Drive, drive()),
+                named!("velocity", Drive, moving(SetPoint::Velocity { mm_s: [1200, -300, 80], turn_mrad_s: -200 })),
+                named!("rest", Drive, moving(SetPoint::Rest)),
+            ],
+        ),
         ("act", vec![named!("confirmed", Act, act())]),
         ("entry", entries()),
         ("seal", seals()),
@@ -338,8 +344,35 @@ fn navigation() -> Vec<Named> {
         named!("odometry-lost", Navigation, Navigation { stamp, fix, odometry: None, spatial: None }),
         named!("neither", Navigation, Navigation { stamp, fix: None, odometry: None, spatial: None }),
         named!("aloft", Navigation, Navigation { stamp, fix, odometry, spatial: Some(spatial()) }),
-        named!("aloft-without-pressure", Navigation, Navigation { spatial: Some(Spatial { pressure_up_mm: None, ..spatial() }), stamp, fix, odometry }),
-        named!("aloft-without-anything", Navigation, Navigation { stamp, fix: None, odometry: None, spatial: Some(Spatial::default()) }),
+        named!(
+            "aloft-without-pressure",
+            Navigation,
+            Navigation { spatial: Some(Spatial { pressure_up_mm: None, ..spatial() }), stamp, fix, odometry }
+        ),
+        named!(
+            "aloft-without-anything",
+            Navigation,
+            Navigation { stamp, fix: None, odometry: None, spatial: Some(Spatial::default()) }
+        ),
+    ]
+}
+
+fn bearings() -> Vec<Named> {
+    let all = Bearings {
+        frame: FrameId(12),
+        stamp: Instant(1_200_000),
+        mode: ProductMode::Live,
+        stars: Some(Attitude::new([0.5, -0.5, 0.5, 0.5])),
+        sun: Some(Direction::new([0.0, 0.6, -0.8])),
+        horizon: Some(Direction::new([0.0, 0.0, 1.0])),
+        field: Some(Direction::new([1.0, 0.0, 0.0])),
+    };
+    let eclipse = Bearings { stars: None, sun: Some(Direction::default()), ..all };
+    let no_field = Bearings { field: None, ..all };
+    vec![
+        named!("all", Bearings, all),
+        named!("no-stars-and-the-sun-hidden", Bearings, eclipse),
+        named!("no-field", Bearings, no_field),
     ]
 }
 
@@ -659,7 +692,10 @@ fn witnesses() -> Vec<(&'static str, Any)> {
                 },
             }),
         ),
-        ("margins", Any::Instrument(Note::Margins { unit: UnitId::A, safe: -40, asked: 1000, energy: 29_000, clearance: 1500 })),
+        (
+            "margins",
+            Any::Instrument(Note::Margins { unit: UnitId::A, safe: -40, asked: 1000, energy: 29_000, clearance: 1500 }),
+        ),
         ("object", Any::Instrument(Note::Object { object: ObjectId(4), class: Class::Obstacle, x_mm: 100, y_mm: 200 })),
         (
             "plant-act",

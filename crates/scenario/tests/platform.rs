@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use wire::platform::{Body, Limits, Multirotor, Sensors, Vehicle};
-
-use crate::{
+use scenario::{
     Name, Problems, find_root, load_platform, parse_platform, platform_files, platform_schema, platform_template,
 };
+use wire::platform::{Body, Limits, Multirotor, Sensors, Vehicle};
 
 fn root() -> PathBuf {
     find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -18,7 +17,7 @@ fn ground() -> String {
 }
 
 /// The ground platform with one of its lines changed.
-fn with(line: &str, changed: &str) -> Result<crate::Platform, Problems> {
+fn with(line: &str, changed: &str) -> Result<scenario::Platform, Problems> {
     let text = ground();
     assert_eq!(text.matches(line).count(), 1, "{line} is not one line");
     parse_platform("ground.toml", "ground", &text.replace(line, changed))
@@ -84,7 +83,11 @@ const APART: [(&str, &str, &str); 46] = [
     ("corridor_mm = 1200", "corridor_mm = 449", "the vehicle is wider than the way that is kept free ahead"),
     ("standoff_mm = 3000", "standoff_mm = 799", "the vehicle's front reaches the obstacle"),
     ("plan_clearance_mm = 1500", "plan_clearance_mm = 499", "a planned way leaves too little room"),
-    ("action = \"stop\"", "action = \"loiter\"", "unknown variant `loiter`, expected `stop` or `loiter-then-land`"),
+    (
+        "action = \"stop\"",
+        "action = \"loiter\"",
+        "unknown variant `loiter`, expected one of `stop`, `loiter-then-land`, `hold-then-sun`",
+    ),
     ("mass_kg = 300.0", "mass_kg = -1", "-1 is out of range, expected 1 to 10000"),
     ("mass_kg = 300.0", "mass_kg = nan", "NaN is not a finite number"),
     ("steering_rad_s = 1.5", "wheels = 6", "unknown field `wheels`"),
@@ -126,14 +129,22 @@ const APART_ALOFT: [(&str, &str, &str); 17] = [
     ("thrust_n = 5.0 ", "thrust_n = 3.0 ", "nine tenths of the rotors' thrust do not hold the body up"),
     ("max_speed_m_s = 3.0", "max_speed_m_s = 2.9", "the body never reaches `max_speed_mm_s`"),
     ("drift_m_s = 0.5", "drift_m_s = 3.1", "the safe motion is faster than the largest speed"),
-    ("floor_ceiling_mm = [1000, 6000]", "floor_ceiling_mm = [1701, 6000]", "a height that is wrong by the gate puts the body below"),
-    ("floor_ceiling_mm = [1000, 6000]", "floor_ceiling_mm = [1000, 3299]", "a height that is wrong by the gate puts the body above"),
-    ("cruise_m = 2.5", "cruise_m = 3.4", "a run begins further from the height that is flown at than the gate"),
+    (
+        "floor_ceiling_mm = [1500, 6000]",
+        "floor_ceiling_mm = [2201, 6000]",
+        "a height that is wrong by the gate puts the body below",
+    ),
+    (
+        "floor_ceiling_mm = [1500, 6000]",
+        "floor_ceiling_mm = [1500, 4799]",
+        "a height that is wrong by the gate puts the body within",
+    ),
+    ("cruise_m = 3.0", "cruise_m = 3.9", "a run begins further from the height that is flown at than the gate"),
     ("height_gate_mm = 800", "height_gate_mm = 1001", "heights are believed that are wrong by more than the margin"),
     ("climb_mm_s = 800", "climb_mm_s = 1001", "the guards' climb is faster than the body's"),
-    ("clearance_m = 1.0", "clearance_m = 1.8", "the least height above what lies below is not kept"),
+    ("clearance_m = 1.0", "clearance_m = 2.3", "the least height above the surface below is not kept"),
     ("action = \"loiter-then-land\"", "action = \"stop\"", "a body that flies does not stop in the air"),
-    ("exclusion_mm = 1000", "exclusion_mm = 100001", "100001 is out of range"),
+    ("exclusion_mm = 500", "exclusion_mm = 501", "two units may truly be nearer than that"),
     ("mass_kg = 1.0", "mass_kg = 0", "0 is out of range"),
     ("corridor_mm = 1200", "corridor_mm = 249", "the vehicle is wider than the way that is kept free ahead"),
     ("reaction_ms = 350", "reaction_ms = 149", "the unit reacts no sooner"),
@@ -152,15 +163,58 @@ fn each_mistake_in_the_air_is_told_at_its_value() {
     }
 }
 
+/// Each line of the space platform with a value just beyond the limit that another value sets, and the reason.
+const APART_IN_ORBIT: [(&str, &str, &str); 10] = [
+    (
+        "acceleration_m_s2 = [1.5, 3.5]",
+        "acceleration_m_s2 = [1.5, 2.9]",
+        "the line of sight brakes less than `braking_mm_s2`",
+    ),
+    ("wheel_torque_n_m = 0.004", "wheel_torque_n_m = 0.0005", "the wheels cannot brake the line of sight as stated"),
+    ("wheel_momentum_n_m_s = 0.015", "wheel_momentum_n_m_s = 0.002", "the wheels saturate at the largest speed"),
+    ("max_speed_m_s = 3.0", "max_speed_m_s = 2.9", "the line of sight never reaches `max_speed_mm_s`"),
+    ("safe_rate_rad_s = 0.05", "safe_rate_rad_s = 0.01", "the safe motion is slower than the way into it"),
+    (
+        "battery = [75.0, 0.8, 0.3]",
+        "battery = [75.0, 0.2, 0.3]",
+        "a run begins below the charge that the safe mode needs",
+    ),
+    ("97.5000 250.0000", "97.5001 250.0000", "the elements are those of no orbit"),
+    ("0  9991\"", "0  999\"", "a line of elements has 69 characters"),
+    ("exclusion_mm = 0 ", "exclusion_mm = 1 ", "two units may truly"),
+    ("action = \"hold-then-sun\"", "action = \"stop\"", "a satellite neither stops nor lands"),
+];
+
+#[test]
+fn each_mistake_in_orbit_is_told_at_its_value() {
+    let text = fs::read_to_string(root().join("platforms/space.toml")).unwrap();
+    for (line, changed, reason) in APART_IN_ORBIT {
+        assert_eq!(text.matches(line).count(), 1, "{line} is not one line");
+        let problems = parse_platform("space.toml", "space", &text.replace(line, changed));
+        let problems = problems.err().unwrap_or_else(|| panic!("{changed} is taken"));
+        let told = problems.all().iter().find(|problem| problem.message().starts_with(reason));
+        let told = told.unwrap_or_else(|| panic!("{changed}: {problems}"));
+        assert!(!told.remedy().is_empty() && told.line_column().is_some());
+    }
+}
+
 #[test]
 fn body_on_rotors_comes_with_its_limits_of_height() {
     let text = fs::read_to_string(root().join("platforms/air.toml")).unwrap();
     let (before, aloft) = text.split_once("[aloft]").unwrap();
-    let problems = parse_platform("air.toml", "air", &format!("{before}[safe]{}", aloft.split_once("[safe]").unwrap().1)).unwrap_err();
-    assert!(problems.all().iter().any(|p| p.message().starts_with("a body on rotors without limits of height")), "{problems}");
+    let problems =
+        parse_platform("air.toml", "air", &format!("{before}[safe]{}", aloft.split_once("[safe]").unwrap().1))
+            .unwrap_err();
+    assert!(
+        problems.all().iter().any(|p| p.message().starts_with("a body on rotors without limits of height")),
+        "{problems}"
+    );
     let ground = ground().replace("[safe]", &format!("[aloft]{}[safe]", aloft.split_once("[safe]").unwrap().0));
     let problems = parse_platform("ground.toml", "ground", &ground).unwrap_err();
-    assert!(problems.all().iter().any(|p| p.message().starts_with("limits of height without a body that flies")), "{problems}");
+    assert!(
+        problems.all().iter().any(|p| p.message().starts_with("limits of height without a body that flies")),
+        "{problems}"
+    );
 }
 
 #[test]
@@ -191,14 +245,14 @@ fn air_has_the_numbers_of_wire() {
     let platform = load_platform(&root().join("platforms/air.toml")).unwrap();
     assert_eq!(platform.body(), Body::Multirotor(Multirotor::SIH));
     let limits = platform.limits();
-    assert_eq!((limits.rear_axle_mm, limits.aloft.unwrap().cruise_mm), (0, 2500));
+    assert_eq!((limits.rear_axle_mm, limits.aloft.unwrap().cruise_mm), (0, 3000));
 }
 
 #[test]
 fn shipped_platforms_load_and_fit_their_schema() {
     let validator = jsonschema::validator_for(&platform_schema()).unwrap();
     let files = platform_files(&root()).unwrap();
-    assert!(files.len() >= 3, "{files:?}");
+    assert!(files.len() >= 4, "{files:?}");
     for file in files {
         load_platform(&file).unwrap_or_else(|problems| panic!("{}", problems.render(false)));
         let value: serde_json::Value = toml::from_str(&fs::read_to_string(&file).unwrap()).unwrap();

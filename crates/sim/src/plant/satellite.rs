@@ -1,0 +1,449 @@
+//! A small satellite on three reaction wheels, pointed at places of a region that it passes over.
+//!
+//! Its numbers are the platform's ([`Numbers`]), its physics the `spacecraft` crate's. The unit's place is where its payload looks, on the map of the
+//! region: set-points move that point. Its attitude controller knows attitude and rates as it does from its own sensors.
+//!
+//! Its safe motion needs no message: it shuts the payload, keeps looking at its place for a time, so that contact is not lost, and then turns the
+//! array to the sun, slowly.
+
+use rapier3d::prelude::*;
+use spacecraft::attitude::{self, Body, Environment, State as Attitude, Wheel};
+use spacecraft::orbit::{Elements, OrbitError};
+use spacecraft::pointing::{Controller, Limits, Reference, desaturation, sun_pointing};
+use spacecraft::power::{Power, lit};
+use spacecraft::region::{Pass, Region, Sky};
+use spacecraft::vector::{dot, norm};
+use wire::platform::{Line, Satellite as Numbers};
+
+use super::{Flight, Kept, Motion, Moves, State};
+use crate::scene::Start;
+use crate::world::{DT, World, turn};
+
+/// Length of a step, seconds.
+const STEP_S: f64 = DT as f64;
+/// Steps between two looks at sun and field, which change slowly.
+const SKY_STEPS: u64 = 10;
+/// Gain of the law that takes momentum out of the wheels, 1/s.
+const DESATURATION: f64 = 0.001;
+/// Angle from which on a reference goes with its goal, rad.
+const CAUGHT: f64 = 0.002;
+/// Sine of the elevation of the satellite, seen from the region, below which the payload is turned away: 10°.
+const LEAST_ELEVATION: f64 = 0.17;
+/// Furthest that a place on the map is told, m.
+const FURTHEST: f64 = 1.0e5;
+/// Distance to a limit that does not apply, m.
+const NO_LIMIT: f32 = 1.0e4;
+
+/// State of the body's own safe motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// It follows set-points, payload open.
+    Led,
+    /// It keeps looking at its place, payload shut, for so many seconds so far.
+    Holds(f64),
+    /// It points its array at the sun, or turns there.
+    Suns,
+}
+
+/// The satellite, its controller and its surroundings.
+#[derive(Clone)]
+pub(super) struct Satellite {
+    numbers: Numbers,
+    /// Stand-ins in the world of the scene, which has no satellites in it.
+    handle: RigidBodyHandle,
+    shell: ColliderHandle,
+    region: Region,
+    body: Body,
+    attitude: Attitude,
+    reference: Reference,
+    phase: Phase,
+    steps: u64,
+    /// Heading of the body's x axis on the map, which stays.
+    along: f64,
+    /// Place on the map that the controller looks at, direction of its way there, and speed that it tracks along and across that. Only the line of sight
+    /// follows the way: to turn the body about it would take ten times the wheels' momentum.
+    aim: [f64; 2],
+    heading: f64,
+    turn: f64,
+    tracked: [f64; 2],
+    sky: Sky,
+    /// Where the payload truly looks.
+    seen: State,
+    charge_j: f64,
+}
+
+impl Satellite {
+    /// Puts it into its orbit, looking at `start` and moving with it.
+    pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers) -> Result<Self, OrbitError> {
+        let handle = world.physics.bodies.insert(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.0, 1000.0)));
+        let shell = world.physics.insert_collider(ColliderBuilder::ball(0.1).sensor(true), Some(handle));
+        let region = Region::new(&pass(numbers))?;
+        let (aim, heading) = ([f64::from(start.east), f64::from(start.north)], f64::from(start.heading));
+        let (before, now) = (region.at(-STEP_S), region.at(0.0));
+        let goal = |moment| region.looking_at(moment, aim, heading);
+        let reference = Reference::moving(goal(&before), goal(&now), STEP_S);
+        let attitude = Attitude { rates_rad_s: reference.rates_rad_s, ..Attitude::at_rest(reference.attitude) };
+        let sky = region.sky(&now);
+        let mut satellite = Satellite {
+            numbers: *numbers,
+            handle,
+            shell,
+            body: body(numbers),
+            attitude,
+            reference,
+            phase: Phase::Holds(0.0),
+            steps: 0,
+            along: heading,
+            aim,
+            heading,
+            turn: 0.0,
+            tracked: [0.0; 2],
+            sky,
+            seen: State { position: Vector::ZERO, rotation: Rotation::IDENTITY, velocity: Vector::ZERO, yaw_rate: 0.0 },
+            charge_j: numbers.battery[0] * numbers.battery[1] * 3600.0,
+            region,
+        };
+        satellite.look(true);
+        Ok(satellite)
+    }
+
+    fn seconds(&self) -> f64 {
+        self.steps as f64 * STEP_S
+    }
+
+    /// Where the payload truly looks now, and how that moved since the last step.
+    fn look(&mut self, first: bool) {
+        // Turned away, it looks at no place: the last one stays.
+        if self.phase == Phase::Suns {
+            (self.seen.velocity, self.seen.yaw_rate) = (Vector::ZERO, 0.0);
+            return;
+        }
+        let moment = self.region.at(self.seconds());
+        let before = self.seen;
+        let place = self.region.aim(&moment, self.attitude.attitude).map_or([FURTHEST; 2], |(place, _)| place);
+        let [east, north] = place.map(|m| m.clamp(-FURTHEST, FURTHEST) as f32);
+        let (sin, cos) = libm::sincos(self.heading);
+        let position = Vector::new(east, north, 0.0);
+        self.seen = State {
+            position,
+            rotation: turn([cos as f32, sin as f32]),
+            velocity: if first { Vector::ZERO } else { (position - before.position) / DT },
+            yaw_rate: self.turn as f32,
+        };
+    }
+
+    /// What it does by itself, and the speed that is wanted in the level frame with the turn.
+    fn wanted(&mut self, motion: Motion) -> ([f64; 2], f64) {
+        let [east, north, up] = self.region.at(self.seconds()).local_m;
+        // Whoever leads it: a region near its horizon is no longer looked at.
+        let sunk = up < LEAST_ELEVATION * (east * east + north * north + up * up).sqrt();
+        self.phase = match (motion, self.phase) {
+            (_, _) if sunk => Phase::Suns,
+            (Motion::Velocity { .. } | Motion::Course { .. }, _) => Phase::Led,
+            (Motion::Rest, Phase::Led) => Phase::Holds(0.0),
+            (Motion::Rest, Phase::Holds(s)) if s >= self.numbers.hold_s => Phase::Suns,
+            (Motion::Rest, Phase::Holds(s)) => Phase::Holds(s + STEP_S),
+            (Motion::Rest, Phase::Suns) => Phase::Suns,
+        };
+        match (motion, self.phase) {
+            (Motion::Velocity { along: [x, y, _], turn }, Phase::Led) => {
+                ([f64::from(x), f64::from(y)], f64::from(turn))
+            }
+            (Motion::Velocity { .. } | Motion::Course { .. } | Motion::Rest, _) => ([0.0; 2], 0.0),
+        }
+    }
+
+    /// Moves the place that it is to look at.
+    fn track(&mut self, wanted: [f64; 2], turn: f64) {
+        let [faster, slower] = self.numbers.acceleration_m_s2;
+        let size = |v: [f64; 2]| (v[0] * v[0] + v[1] * v[1]).sqrt();
+        let most = if size(wanted) < size(self.tracked) { slower } else { faster } * STEP_S;
+        let change = [wanted[0] - self.tracked[0], wanted[1] - self.tracked[1]];
+        let share = most / size(change).max(most);
+        self.tracked = [self.tracked[0] + share * change[0], self.tracked[1] + share * change[1]];
+        self.turn = turn;
+        self.heading = libm::remainder(self.heading + turn * STEP_S, core::f64::consts::TAU);
+        let (sin, cos) = libm::sincos(self.heading);
+        let [x, y] = self.tracked;
+        self.aim = [self.aim[0] + (x * cos - y * sin) * STEP_S, self.aim[1] + (x * sin + y * cos) * STEP_S];
+    }
+
+    /// The reference of the next step.
+    fn goal(&self) -> Reference {
+        let later = self.region.at(self.seconds() + STEP_S);
+        let goal = match self.phase {
+            Phase::Led | Phase::Holds(_) => self.region.looking_at(&later, self.aim, self.along),
+            Phase::Suns => sun_pointing(self.sky.sun.unwrap_or([1.0, 0.0, 0.0]), [0.0, 0.0, 1.0]),
+        };
+        let [rate_rad_s, acceleration_rad_s2] = self.numbers.slew;
+        let near = attitude::quaternion::angle(self.reference.attitude, goal) < CAUGHT;
+        if near && self.phase != Phase::Suns {
+            let moved = Reference::moving(self.reference.attitude, goal, STEP_S);
+            let change = spacecraft::vector::sub(moved.rates_rad_s, self.reference.rates_rad_s);
+            let acceleration_rad_s2 = spacecraft::vector::scale(change, 1.0 / STEP_S);
+            let most = [acceleration_rad_s2.map(f64::abs).into_iter().fold(0.0, f64::max)];
+            // A jump of the goal is no acceleration that wheels could follow.
+            let calm = most[0] < 10.0 * self.numbers.slew[1];
+            return Reference { acceleration_rad_s2: if calm { acceleration_rad_s2 } else { [0.0; 3] }, ..moved };
+        }
+        self.reference.towards(&Reference::at_rest(goal), &Limits { rate_rad_s, acceleration_rad_s2 }, STEP_S)
+    }
+
+    fn field_body(&self) -> [f64; 3] {
+        attitude::quaternion::rotate_back(self.attitude.attitude, self.sky.field_t)
+    }
+
+    fn power(&self) -> Power {
+        let ([battery_w_h, ..], [panel_w, load_w]) = (self.numbers.battery, self.numbers.power_w);
+        Power { battery_w_h, panel_w, load_w }
+    }
+
+    /// Angle of the line of sight to the sun beyond the least, in parts of the least; by night there is none.
+    fn keeps_out(&self) -> f64 {
+        let sight = attitude::quaternion::rotate(self.attitude.attitude, [0.0, 0.0, 1.0]);
+        let least = self.numbers.keep_out_deg.to_radians();
+        self.sky.sun.map_or(1.0, |sun| (libm::acos(dot(sight, sun).clamp(-1.0, 1.0)) - least) / least)
+    }
+}
+
+impl Moves for Satellite {
+    fn able(&self, asked: Motion) -> Option<Motion> {
+        let (most, turns) = (self.numbers.max_speed_m_s as f32, self.numbers.max_turn_rad_s as f32);
+        match asked {
+            Motion::Velocity { along: [x, y, _], turn } => {
+                let share = most / (x * x + y * y).sqrt().max(most);
+                Some(Motion::Velocity { along: [x * share, y * share, 0.0], turn: turn.clamp(-turns, turns) })
+            }
+            Motion::Rest => Some(Motion::Rest),
+            Motion::Course { .. } => None,
+        }
+    }
+
+    fn push(&mut self, motion: Motion, _world: &mut World) {
+        let (wanted, turn) = self.wanted(motion);
+        self.track(wanted, turn);
+        let moment = self.region.at(self.seconds());
+        if self.steps.is_multiple_of(SKY_STEPS) {
+            self.sky = self.region.sky(&moment);
+        }
+        let (next, field_body) = (self.goal(), self.field_body());
+        let [frequency_rad_s, damping] = self.numbers.controller;
+        let controller = Controller { frequency_rad_s, damping };
+        let torques = controller.torques(&self.body, &self.attitude, &self.reference.leading_to(&next));
+        let dipole = desaturation(&self.body, self.attitude.wheels_n_m_s, field_body, DESATURATION);
+        let around = Environment { field_t: self.sky.field_t, position_m: moment.position_m };
+        attitude::step(&mut self.attitude, &self.body, torques, dipole, &around, STEP_S);
+        let share = self.sky.sun.map_or(0.0, |sun| lit(self.attitude.attitude, sun, false));
+        self.charge_j = self.power().step(self.charge_j, share, STEP_S);
+        self.reference = next;
+        self.steps += 1;
+        self.look(false);
+    }
+
+    fn state(&self, _world: &World) -> State {
+        self.seen
+    }
+
+    fn body(&self) -> RigidBodyHandle {
+        self.handle
+    }
+
+    fn shell(&self) -> ColliderHandle {
+        self.shell
+    }
+
+    fn flight(&self, _world: &World) -> Option<Flight> {
+        let moment = self.region.at(self.seconds());
+        let axis = |axis: [f64; 3]| {
+            let local = self.region.to_local(&moment, attitude::quaternion::rotate(self.attitude.attitude, axis));
+            Vector::from(local.map(|part| part as f32))
+        };
+        let turned = Matrix::from_cols(axis([1.0, 0.0, 0.0]), axis([0.0, 1.0, 0.0]), axis([0.0, 0.0, 1.0]));
+        let later = self.region.at(self.seconds() + 1.0);
+        Some(Flight {
+            place: moment.local_m,
+            velocity: [0, 1, 2].map(|k: usize| later.local_m[k] - moment.local_m[k]),
+            attitude: Rotation::from_mat3(&turned),
+            rates: Vector::from(self.attitude.rates_rad_s.map(|rate| rate as f32)),
+            placed: self.phase != Phase::Suns && self.seen.position.x < FURTHEST as f32,
+            below: None,
+            charge: (self.charge_j / self.power().full_j()) as f32,
+        })
+    }
+
+    fn sky(&self) -> Option<([f64; 4], Sky)> {
+        Some((self.attitude.attitude, self.sky))
+    }
+
+    fn kept(&self, asked: Motion, _world: &World) -> Option<Kept> {
+        let led = self.phase == Phase::Led;
+        let rate = norm(self.attitude.rates_rad_s) / self.numbers.safe_rate_rad_s;
+        let speed = f64::from(self.seen.velocity.length());
+        // Open, the payload is safe at rest alone.
+        let open = if led { 1.0 - speed / (0.2 * self.numbers.max_speed_m_s) } else { 1.0 };
+        let wheels = self.attitude.wheels_n_m_s.map(f64::abs).into_iter().fold(0.0, f64::max);
+        let room = 1.0 - wheels / self.numbers.wheel_momentum_n_m_s;
+        let least = self.numbers.battery[2];
+        let charge = self.charge_j / self.power().full_j();
+        Some(Kept {
+            safe: (1.0 - rate).min(open) as f32,
+            asked: match asked {
+                Motion::Velocity { along: [x, y, _], .. } => {
+                    1.0 - (x * x + y * y).sqrt() / (0.2 * self.numbers.max_speed_m_s as f32)
+                }
+                Motion::Course { .. } | Motion::Rest => 1.0,
+            },
+            energy: ((charge - least) / least) as f32,
+            clearance: if led { room.min(self.keeps_out()) } else { room } as f32,
+        })
+    }
+
+    /// The fence is where the payload may look; shut, it looks nowhere.
+    fn margin(&self, _world: &World, fence: f32) -> f32 {
+        if self.phase == Phase::Led { fence } else { NO_LIMIT }
+    }
+}
+
+/// The pass of these numbers.
+fn pass(numbers: &Numbers) -> Pass {
+    let [one, two] = numbers.elements.map(|line: Line| String::from(line));
+    let [start_s, overhead_s] = numbers.start_overhead_s;
+    Pass { elements: Elements::new(&one, &two), start_s, overhead_s, scale_m: numbers.scale_m }
+}
+
+fn body(numbers: &Numbers) -> Body {
+    let wheel = Wheel {
+        max_torque_n_m: numbers.wheel_torque_n_m,
+        max_momentum_n_m_s: numbers.wheel_momentum_n_m_s,
+        ..Wheel::RWP015
+    };
+    Body { inertia_kg_m2: numbers.inertia_kg_m2, wheels: [wheel; 3], torquers_a_m2: [numbers.torquer_a_m2; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use wire::platform::Body as Kind;
+    use wire::time::{Instant, Span};
+
+    use super::*;
+    use crate::fidelity::Fidelity;
+    use crate::plant::{Plant, SetPoint};
+    use crate::scene::Scene;
+
+    fn numbers() -> Numbers {
+        let line = |text: &str| Line::try_from(text.to_owned()).unwrap();
+        Numbers {
+            inertia_kg_m2: [0.06, 0.10, 0.13],
+            wheel_torque_n_m: 0.004,
+            wheel_momentum_n_m_s: 0.015,
+            torquer_a_m2: 0.3,
+            controller: [1.0, 1.0],
+            max_speed_m_s: 3.0,
+            max_turn_rad_s: 1.2,
+            acceleration_m_s2: [1.5, 3.5],
+            slew: [0.01, 0.002],
+            safe_rate_rad_s: 0.05,
+            hold_s: 20.0,
+            keep_out_deg: 30.0,
+            battery: [75.0, 0.8, 0.3],
+            power_w: [40.0, 15.0],
+            elements: [
+                line("1 99999U 25001A   25172.50000000  .00002000  00000-0  10000-3 0  9991"),
+                line("2 99999  97.5000 250.0000 0010000  90.0000 270.0000 15.18000000    10"),
+            ],
+            start_overhead_s: [1600.0, 5.0],
+            scale_m: 1000.0,
+            view_m: 30.0,
+        }
+    }
+
+    struct Flown {
+        world: World,
+        plant: Plant,
+        steps: u64,
+    }
+
+    impl Flown {
+        fn new(numbers: Numbers) -> Self {
+            let mut world = World::new(Arc::new(Scene { objects: Vec::new(), ..Scene::default() }));
+            let start = world.scene().start;
+            let plant = Plant::of(&mut world, &start, &Kind::Satellite(numbers), &Fidelity::SHIPPED, 1).unwrap();
+            Flown { world, plant, steps: 0 }
+        }
+
+        fn fly(&mut self, seconds: f64, along: Option<[f32; 3]>, turn: f32) -> Vec<State> {
+            (0..(seconds * 100.0) as u64)
+                .map(|_| {
+                    self.steps += 1;
+                    let now = Instant(self.steps * 10_000);
+                    if let Some(along) = along {
+                        let motion = Motion::Velocity { along, turn };
+                        assert!(self.plant.accept(now, SetPoint { motion, until: now + Span::ms(300) }));
+                    }
+                    self.plant.step(now, &mut self.world);
+                    self.plant.state(&self.world)
+                })
+                .collect()
+        }
+
+        fn kept(&self) -> Kept {
+            self.plant.kept(&self.world).unwrap()
+        }
+    }
+
+    #[test]
+    fn line_of_sight_stays_on_its_place_while_the_ground_passes() {
+        let mut flown = Flown::new(numbers());
+        let start = flown.plant.state(&flown.world).position;
+        let states = flown.fly(15.0, None, 0.0);
+        let off = states.iter().map(|s| (s.position - start).length()).fold(0.0, f32::max);
+        assert!(off < 0.05, "{off} km on the ground");
+        assert!(flown.kept().safe > 0.5 && flown.kept().clearance > 0.5, "{:?}", flown.kept());
+    }
+
+    #[test]
+    fn line_of_sight_follows_velocity_and_turn() {
+        let mut flown = Flown::new(numbers());
+        let states = flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
+        let (last, most) = (states.last().unwrap(), states.iter().map(|s| s.velocity.length()).fold(0.0, f32::max));
+        assert!((last.speed() - 3.0).abs() < 0.05 && most < 3.2, "{last:?}, at most {most}");
+        let turned = flown.fly(3.0, Some([2.0, 0.0, 0.0]), 0.5);
+        let last = turned.last().unwrap();
+        assert!((last.speed() - 2.0).abs() < 0.1 && (last.yaw_rate - 0.5).abs() < 1e-3, "{last:?}");
+    }
+
+    /// Brakes, keeps looking with the payload shut, then turns its array to the sun; with no message, and never fast.
+    #[test]
+    fn lease_end_holds_and_then_faces_the_sun() {
+        let mut flown = Flown::new(numbers());
+        flown.fly(3.0, Some([3.0, 0.0, 0.0]), 0.0);
+        assert!(flown.kept().safe < 0.0 && flown.plant.margin(&flown.world) < 100.0);
+        flown.fly(1.5, None, 0.0);
+        assert!(flown.kept().safe > 0.0 && flown.plant.margin(&flown.world) > 1000.0, "{:?}", flown.kept());
+        for _ in 0..400 {
+            flown.fly(1.0, None, 0.0);
+            assert!(flown.kept().safe > 0.0 && flown.kept().clearance > 0.0, "{:?}", flown.kept());
+        }
+        let (attitude, sky) = flown.plant.sky().unwrap();
+        let array = attitude::quaternion::rotate(attitude, [0.0, 0.0, -1.0]);
+        let off = libm::acos(dot(array, sky.sun.unwrap()).clamp(-1.0, 1.0)).to_degrees();
+        assert!(off < 1.0, "{off} degrees off the sun");
+        assert!(!flown.plant.flight(&flown.world).unwrap().placed);
+    }
+
+    #[test]
+    fn region_near_its_horizon_is_looked_at_no_longer() {
+        let mut flown = Flown::new(Numbers { hold_s: 3600.0, ..numbers() });
+        flown.fly(400.0, Some([0.0; 3]), 0.0);
+        assert!(!flown.plant.flight(&flown.world).unwrap().placed);
+        assert!(flown.kept().safe > 0.0, "{:?}", flown.kept());
+    }
+
+    #[test]
+    fn wheels_terms_are_refused() {
+        let mut flown = Flown::new(numbers());
+        assert!(!flown.plant.accept(Instant(0), SetPoint::course((1.0, 0.0), Instant(300_000))));
+    }
+}
