@@ -102,7 +102,7 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
     );
     let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
     let failing = joined(unit.guards(bounds).iter().filter(|guard| !guard.holds).map(|guard| guard.told()));
-    line(text, format_args!("         authority {authority}  failing {failing}  speed {}", motion(&state)));
+    line(text, format_args!("         authority {authority}  failing {failing}  speed {}", motion(state)));
     let (pose, pose_freshness) = unit.pose.get();
     line(
         text,

@@ -255,6 +255,9 @@ fn waived(run: &RunObject) -> String {
 const DOMAINS: [&str; 2] = ["air", "space"];
 
 /// The shared scenarios on the platforms of other domains, against the classes that are stated for the ground platform.
+///
+/// At most partly reproduced: no reference run in these domains is of rendered sensors, so the results say nothing of the paper's
+/// confidence-weighted perception there.
 fn domains(results: &Results) -> Answer {
     let references =
         results.given().iter().filter_map(|g| if let Found::Reference(r) = &g.found { Some(r) } else { None });
@@ -271,7 +274,7 @@ fn domains(results: &Results) -> Answer {
         let others: Vec<&&&ReferenceRow> = shared.iter().filter(|row| row.unexpected > 0).collect();
         carried += usize::from(others.is_empty());
         lines.push(format!(
-            "{domain}: {} of {} rows in the classes that are stated for the ground platform, {trials} trials",
+            "{domain}: {} of {} rows in the classes that are stated for them, {trials} trials",
             shared.len() - others.len(),
             shared.len(),
         ));
@@ -284,9 +287,10 @@ fn domains(results: &Results) -> Answer {
     let status = match carried {
         0 if lines.len() == DOMAINS.len() => return missing(),
         0 => Status::NotReproduced,
-        n if n == DOMAINS.len() => Status::Reproduced,
         _ => Status::PartlyReproduced,
     };
+    let gap = "No row in these domains is of rendered sensors, and scenarios without a class there are left out: this says nothing of a detector.";
+    lines.push(gap.to_owned());
     Answer { status, lines }
 }
 
@@ -331,7 +335,8 @@ mod tests {
 
     #[test]
     fn domains_count_when_every_shared_row_is_as_stated() {
-        assert_eq!(domains(&reference(&[("air", 0), ("air", 0), ("space", 0)])).status, Status::Reproduced);
+        assert_eq!(domains(&reference(&[("air", 0), ("air", 0), ("space", 0)])).status, Status::PartlyReproduced);
+        assert_eq!(domains(&reference(&[("air", 1), ("space", 1)])).status, Status::NotReproduced);
         assert_eq!(domains(&reference(&[("air", 0), ("air", 1), ("space", 0)])).status, Status::PartlyReproduced);
         assert_eq!(domains(&reference(&[("air", 0)])).status, Status::PartlyReproduced);
         assert_eq!(domains(&reference(&[("air", 1)])).status, Status::NotReproduced);

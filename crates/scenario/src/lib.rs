@@ -242,8 +242,3 @@ fn default_policy() -> Located<Name> {
 fn default_platform() -> Located<Name> {
     Located::nowhere(Name::constant("ground"))
 }
-
-#[cfg(test)]
-mod step_tests;
-#[cfg(test)]
-mod tests;

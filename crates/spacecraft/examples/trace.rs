@@ -1,7 +1,7 @@
-//! Trace: what the crate says of one orbit, its passes, the sun, the magnetic field and four slews, as JSON for
-//! `referee/*.py`.
+//! Trace: the crate's values for one orbit, its passes, the sun, the magnetic field and four slews, as JSON for
+//! `tools/referee/spacecraft/*.py`.
 //!
-//! `cargo run --release --example trace -- orbit|sun|field|slew`
+//! `cargo run --release -p spacecraft --example trace -- orbit|sun|field|slew`
 
 use spacecraft::attitude::quaternion::{NONE, about, angle};
 use spacecraft::attitude::{Body, Environment, State, step};

@@ -32,6 +32,7 @@ impl Host {
 
 /// Role of a participant.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a run has one of each role, made where it begins")]
 pub enum Role {
     /// World, plant and sensors.
     Sim(SimConfig),

@@ -11,6 +11,7 @@ use crate::sensor::{Camera, Lidar};
 /// A platform's body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[expect(clippy::large_enum_variant, reason = "a run has one of them, which is copied where it begins")]
 pub enum Body {
     /// It drives on wheels.
     Wheeled(Vehicle),

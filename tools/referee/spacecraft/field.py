@@ -1,4 +1,4 @@
-"""Dipole against the whole of IGRF-14 (ppigrf) at 500 km. Run: ../../spvenv/bin/python field.py"""
+"""Dipole against the whole of IGRF-14 (ppigrf) at 500 km. Run: python field.py"""
 
 from datetime import datetime
 

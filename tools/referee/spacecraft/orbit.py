@@ -1,4 +1,4 @@
-"""Orbit after a day against sgp4's Python, places and passes against skyfield. Run: ../../spvenv/bin/python orbit.py"""
+"""Orbit after a day against sgp4's Python, places and passes against skyfield. Run: python orbit.py"""
 
 import math
 

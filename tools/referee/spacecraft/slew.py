@@ -1,6 +1,6 @@
 """Slews of 77 degrees against Basilisk 2.12.1 (spacecraft + reactionWheelStateEffector) under the same torques, and,
 where torques from outside count, against scipy on the momentum in the inertial frame.
-Run: ../../spvenv/bin/python slew.py
+Run: python slew.py
 """
 
 import numpy as np

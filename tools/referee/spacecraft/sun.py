@@ -1,4 +1,4 @@
-"""Sun direction against ERFA (VSOP2000 Earth, IAU 2006/2000A), turned to TEME. Run: ../../spvenv/bin/python sun.py"""
+"""Sun direction against ERFA (VSOP2000 Earth, IAU 2006/2000A), turned to TEME. Run: python sun.py"""
 
 import erfa
 import numpy as np

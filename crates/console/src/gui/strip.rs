@@ -80,7 +80,7 @@ fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
         &format!("AGE {} {age} {word}", unit.unit),
     );
     way(ui, unit);
-    let moves = format!("{}, route {} %", text::motion(&state), state.progress / 10);
+    let moves = format!("{}, route {} %", text::motion(state), state.progress / 10);
     cell(
         ui,
         CELLS[7],

@@ -46,6 +46,9 @@ pub struct Args {
     #[arg(long, value_delimiter = ',', value_name = "PROCESS",
           value_parser = clap::builder::PossibleValuesParser::new(PROCESSES.map(|(name, _)| name)))]
     pub(super) only: Vec<String>,
+    /// A platform in place of `ground`, by name or by file; live runs are unrendered where no network is trained for its views.
+    #[arg(long, conflicts_with = "at_transitions")]
+    platform: Option<String>,
     /// Live runs at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
     jobs: usize,
@@ -110,7 +113,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// One variation of the null attack for each process that is to be killed.
 fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Result<Vec<Planned>, Failure> {
-    let wanted = Wanted { rendered: mode == Mode::Live, ..Wanted::default() };
+    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
+    let wanted = Wanted { platform, rendered: mode == Mode::Live, where_trained: true, ..Wanted::default() };
     let mut all = Vec::new();
     for (name, process) in PROCESSES {
         if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
@@ -118,9 +122,10 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
         }
         let expected = [owed(process)?.ends_in].map(class);
         let twin = if mode == Mode::Twin { " --twin" } else { "" };
+        let on = args.platform.as_ref().map_or_else(String::new, |name| format!(" --platform {name}"));
         for mut one in plan::of_scenario(context, &nominal.killing(process, &expected), &wanted)? {
             one.variation.cell = Some(name.to_owned());
-            one.command = Some(format!("lab kill --only {name} --runs 1{twin}"));
+            one.command = Some(format!("lab kill --only {name} --runs 1{on}{twin}"));
             all.push(one);
         }
     }

@@ -13,7 +13,7 @@ use crate::value::Located;
 /// By how much the brakes are weaker on the steepest ground that a scene may have, m/s².
 const SLOPE_M_S2: f64 = 1.0;
 /// A navigation period and a step of the plant with its actuators.
-const READING_AND_PLANT_MS: i64 = 100;
+pub(super) const READING_AND_PLANT_MS: i64 = 100;
 /// Four deviations of a fix.
 const FOUR_DEVIATIONS_MM: i64 = 160;
 /// Share of a suspension's length by which it can give.

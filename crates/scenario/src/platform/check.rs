@@ -161,7 +161,9 @@ fn margins(platform: &Platform) -> Vec<Finding> {
     let margin = b.fence_margin_mm.get() as f64;
     let stale = speed * b.freshness_ms.get() as f64 / 1000.0;
     let lasts = (b.product_limit_ms.get() + b.control_period_ms.get()).max(b.set_point_lease_ms.get());
-    let blind = speed * (lasts - g.reaction_ms.get()).max(0) as f64 / 1000.0 + FIX_ERROR_MM as f64;
+    // A slower body reacts later, which is no time in which its place may be older.
+    let reaction = g.reaction_ms.get().min(b.control_period_ms.get() + body::READING_AND_PLANT_MS);
+    let blind = speed * (lasts - reaction).max(0) as f64 / 1000.0 + FIX_ERROR_MM as f64;
     let found = [
         at_most(
             &b.degraded_speed_mm_s,

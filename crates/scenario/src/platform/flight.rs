@@ -160,9 +160,9 @@ fn paired(platform: &Platform) -> Vec<Finding> {
 fn able(platform: &Platform, body: &MultirotorTable) -> Vec<Finding> {
     let b = &platform.bounds;
     let [_, slower] = body.acceleration_m_s2.map(|a| a.get());
-    let leans = GRAVITY * body.tilt_deg.get().to_radians().tan();
+    let leans = GRAVITY * libm::tan(body.tilt_deg.get().to_radians());
     let weight = body.mass_kg.get() * GRAVITY;
-    let level = weight / body.tilt_deg.get().to_radians().cos();
+    let level = weight / libm::cos(body.tilt_deg.get().to_radians());
     let found = [
         at_least(
             &body.acceleration_m_s2,

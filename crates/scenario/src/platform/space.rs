@@ -101,6 +101,15 @@ pub(super) fn check(platform: &Platform, table: &SatelliteTable) -> Vec<Finding>
         );
         return short.into_iter().collect();
     };
+    let mixed = platform.multirotor.is_some() || platform.aloft.is_some();
+    if let Some(found) = unless(
+        &table.elements,
+        !mixed,
+        || "a satellite beside a body on rotors or limits of height".to_owned(),
+        "take out `[multirotor]` and `[aloft]`",
+    ) {
+        return vec![found];
+    }
     let Ok(region) = Region::new(&pass(&body)) else {
         let none =
             unless(&table.elements, false, || "the elements are those of no orbit".to_owned(), "check the lines");

@@ -2,7 +2,7 @@
 //!
 //! Its three numbers are the first degree of IGRF-14 at 2025.0 with their yearly change (IAGA Division V, *IGRF-14*,
 //! 2024, doi:10.5281/zenodo.14012302). Higher degrees are left out: at 500 km they are a quarter of the field in the
-//! mean, 9° of its direction, and over the South Atlantic up to three quarters and 35° (`referee/field.py`).
+//! mean, 9° of its direction, and over the South Atlantic up to three quarters and 35° (`tools/referee/spacecraft/field.py`).
 
 use super::{to_earth_fixed, to_teme};
 use crate::date::Date;

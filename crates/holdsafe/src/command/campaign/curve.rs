@@ -27,6 +27,9 @@ pub(in crate::command) struct Args {
     /// A policy file in place of the scenario's own; only the lines under it.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
+    /// A platform in place of the scenario's own, by name or by file.
+    #[arg(long)]
+    platform: Option<String>,
     /// Only the line of this cell.
     #[arg(long)]
     cell: Option<String>,
@@ -55,7 +58,8 @@ struct Line {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (rendered, guest) = (args.rendered, args.engage.load()?);
-    let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
+    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
+    let wanted = Wanted { policy, platform, cell, rendered, detector, guest, ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());

@@ -176,7 +176,9 @@ fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Fa
         out::print_json("reference", reference)?;
     } else {
         out::say(format_args!("{}", reference_table(reference)));
-        out::say(format_args!("{}", latency_table(&reference.live_latency_ms)));
+        if !reference.live_latency_ms.is_empty() {
+            out::say(format_args!("{}", latency_table(&reference.live_latency_ms)));
+        }
     }
     if context.talk == Talk::Normal {
         link::note!("seed {}, run directory {}", context.seed, dir.display());

@@ -3,7 +3,8 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use super::*;
+use evidence::trial::Outcome;
+use scenario::*;
 
 pub(super) fn root() -> PathBuf {
     find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()

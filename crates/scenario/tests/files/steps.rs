@@ -1,6 +1,7 @@
 //! Answers to bad steps, and the events that a level of knowledge lets a scenario wait for.
 
-use super::*;
+use evidence::trial::Knowledge;
+use scenario::*;
 
 /// A valid scenario with two steps, at a level.
 fn with(level: &str, first: &str, second: &str) -> Result<Scenario, Problems> {
@@ -107,7 +108,7 @@ fn steps_waiting_for_each_other_are_refused() {
 /// It is the level that their kinds need.
 #[test]
 fn default_level_is_that_of_the_attacks() {
-    let level = |file: &str| load(&find(&tests::root(), file).unwrap()).unwrap().level();
+    let level = |file: &str| load(&find(&crate::scenarios::root(), file).unwrap()).unwrap().level();
     let levels = ["loss", "replay", "teammate", "cut_at_arming"].map(level);
     assert_eq!(levels, [Knowledge::Blind, Knowledge::OnPath, Knowledge::Insider, Knowledge::WhiteBox]);
 }
