@@ -38,18 +38,20 @@ pub(super) fn run(context: &Context, domain: Option<&str>) -> Result<Exit, Failu
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
     let mut told = Told { dir: &dir, json: context.json, exit: Exit::Fine, rows: Vec::new() };
-    let batch = |label: &str, mode: Mode, planned: &[Planned], n: u64, jobs: usize| {
-        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs, out: Some(&dir) };
+    let batch = |label: &str, mode: Mode, planned: &[Planned], n: u64, (out, jobs): (&Path, usize)| {
+        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs, out: Some(out) };
         batch.run(context.talk, &context.stop)
     };
     for Part { scenario, platform, twin, .. } in &plans {
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
+        // A scenario is kept once for each platform that it runs on.
+        let out = platform.as_ref().map_or_else(|| dir.clone(), |platform| dir.join(platform));
         let mut trials = Vec::new();
         // One variation at a time, so that its verdict is printed before the next one runs.
         for one in twin {
             let cell = one.variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
             let label = format!("{}{cell} ({})", labelled(scenario, platform), mode.name());
-            let own = batch(&label, mode, std::slice::from_ref(one), TWIN_TRIALS, 1)?;
+            let own = batch(&label, mode, std::slice::from_ref(one), TWIN_TRIALS, (&out, 1))?;
             told.row(one, platform, mode, &own);
             trials.extend(own);
         }
@@ -57,7 +59,7 @@ pub(super) fn run(context: &Context, domain: Option<&str>) -> Result<Exit, Failu
     }
     plans.retain(|part| !part.live.is_empty());
     let live: Vec<Planned> = plans.iter().flat_map(|part| part.live.clone()).collect();
-    let trials = batch("live", Mode::Live, &live, 1, LIVE_PER_CORE * parallel::cores())?;
+    let trials = batch("live", Mode::Live, &live, 1, (&dir, LIVE_PER_CORE * parallel::cores()))?;
     let mut left = trials.as_slice();
     for Part { scenario, platform, live, .. } in &plans {
         let own = left.split_off(..live.len()).unwrap_or_default();
