@@ -8,6 +8,7 @@ use wire::event::{Account, Event};
 use wire::id::TrackId;
 use wire::measured::Measured;
 use wire::mode::{Because, Guard, Mode};
+use wire::platform::Aloft;
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
 use wire::session::SessionBody;
@@ -99,9 +100,8 @@ impl Autonomy {
     fn room(&self, now: Instant) -> Option<f64> {
         let limits = &self.identity.limits;
         let around = self.fence.spare(&self.placed(now)?, &self.bounds, limits);
-        let height = limits.aloft.as_ref().zip(self.localisation.height());
         let margin = f64::from(self.bounds.fence_margin_mm);
-        Some(height.map_or(around, |(aloft, height)| around.min(flight::spare(height, aloft, margin))))
+        Some(self.height().map_or(around, |(aloft, height)| around.min(flight::spare(height, aloft, margin))))
     }
 
     /// Judges the guards and lets the machine follow from them. After the run is over it no longer follows.
@@ -261,15 +261,18 @@ impl Autonomy {
 
     /// The set-point in the terms of the plant.
     fn asked(&self, SetPoint { speed, curvature }: SetPoint) -> drive::SetPoint {
-        let limits = &self.identity.limits;
-        if !limits.free {
+        if !self.identity.limits.free {
             return drive::SetPoint::Course { speed_mm_s: speed as i32, curvature_um: (curvature * 1e9) as i32 };
         }
         if matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost() {
             return drive::SetPoint::Rest;
         }
-        let height = limits.aloft.as_ref().zip(self.localisation.height());
-        flight::velocity(SetPoint { speed, curvature }, height)
+        flight::velocity(SetPoint { speed, curvature }, self.height())
+    }
+
+    /// Limits of height and the height, of a unit that flies.
+    fn height(&self) -> Option<(&Aloft, f64)> {
+        self.identity.limits.aloft.as_ref().zip(self.localisation.height())
     }
 
     /// True if the unit does not know where it is.

@@ -1,6 +1,6 @@
 //! A unit that moves freely: its way in terms of a velocity, and the height that goes with it in the air.
 //!
-//! Where to and how fast is `navigation`'s, as on wheels: the unit goes ahead and turns. Standing still is no rest there, so rest is a motion that
+//! Direction and speed are `navigation`'s, as on wheels: the unit goes ahead and turns. Standing still is no rest there, so rest is a motion that
 //! the plant has by itself.
 
 use wire::drive::SetPoint;

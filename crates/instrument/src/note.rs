@@ -150,7 +150,7 @@ pub enum Note {
         #[n(1)] safe: i32,
         /// The set-point that the plant holds: to the same.
         #[n(2)] asked: i32,
-        /// What is stored: beyond the reserve that the way to safety takes.
+        /// Stored energy, beyond the reserve that the way to safety takes.
         #[n(3)] energy: i32,
         /// Distance to what it must not touch: beyond the least.
         #[n(4)] clearance: i32,

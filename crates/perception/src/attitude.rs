@@ -17,8 +17,8 @@ use wire::time::Instant;
 use crate::corroborate::Sighting;
 use crate::pose::Placement;
 
-/// Angle from its computed direction within which a reading supports the attitude, rad: sun, horizon, field. Five deviations of sun and horizon
-/// sensors; of the field the error of its model, which is a dipole here and there.
+/// Angle from its computed direction within which a reading supports the attitude, rad: sun, horizon, field. Seven deviations of a
+/// reading on each axis, of which that of the field is the error of its model; a dipole here and there.
 const SUPPORTS: [f64; 3] = [0.015, 0.015, 0.12];
 /// Angle from which on it contradicts it, as a multiple of that.
 const CONTRADICTS: f64 = 2.0;
@@ -195,8 +195,26 @@ mod tests {
     fn star_tracker_that_is_led_astray_is_contradicted() {
         let mut watch = watch();
         let bearings = seen(&watch, 0.035);
-        // Sun and horizon: its sightings, if any, do not stand.
-        assert!(judged(&mut watch, &bearings).iter().all(|sighting| !sighting.stands()));
+        // The place is in view still; sun and horizon no longer support it.
+        assert_eq!(judged(&mut watch, &bearings), []);
+        let bearings = seen(&watch, 0.014);
+        assert!(judged(&mut watch, &bearings)[0].stands(), "within the limits of sun and horizon sensors");
+    }
+
+    #[test]
+    fn one_sensor_that_is_led_astray_speaks_against_the_place() {
+        let mut watch = watch();
+        let honest = seen(&watch, 0.0);
+        let other = Some(Direction::new([1.0, 0.0, 0.0]));
+        let (sun, horizon, field) = (Modality::Depth, Modality::Thermal, Modality::Lidar);
+        for (against, bearings) in [
+            (sun, Bearings { sun: other, ..honest }),
+            (horizon, Bearings { horizon: other, ..honest }),
+            (field, Bearings { field: other, ..honest }),
+        ] {
+            let [sighting] = judged(&mut watch, &bearings)[..] else { panic!("{against:?}: one place in view") };
+            assert!(!sighting.stands() && sighting.vetoed.has(against), "{against:?}: {sighting:?}");
+        }
     }
 
     #[test]

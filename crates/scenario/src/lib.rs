@@ -75,7 +75,7 @@ pub use order::Order;
 pub use perturbation::Perturbation;
 pub use platform::{
     AloftTable, Bound, BoundsTable, CameraTable, GuardsTable, Length, LidarTable, MultirotorTable, Platform,
-    SafeAction, SafeTable, SatelliteTable, Small, Tightened, VehicleTable, pass, platform_schema, platform_template,
+    SafeAction, SafeTable, SatelliteTable, Small, Tightened, VehicleTable, platform_schema, platform_template,
 };
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};

@@ -21,7 +21,7 @@ use wire::sensor::{Camera, Lidar};
 use super::value::{Located, Name, Text, Whole};
 
 pub use flight::{AloftTable, MultirotorTable, Small};
-pub use space::{SatelliteTable, pass};
+pub use space::SatelliteTable;
 pub use tables::{CameraTable, GuardsTable, LidarTable, SafeAction, SafeTable, VehicleTable};
 pub use template::{platform_schema, platform_template};
 

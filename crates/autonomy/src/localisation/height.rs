@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn jump_or_drift_of_either_source_loses_the_height_and_moves_it_little() {
+    fn jump_or_drift_of_a_source_loses_the_height() {
         for offset in [|_: f64| [1000.0, 0.0], |_: f64| [0.0, -1000.0], |t: f64| [(t - 3.0) * 200.0, 0.0]] {
             let mut height = Height::new(&LIMITS);
             climb(&mut height, 0, 60, |_| [0.0; 2]);

@@ -18,7 +18,7 @@ pub(super) const READING_AND_PLANT_MS: i64 = 100;
 const FOUR_DEVIATIONS_MM: i64 = 160;
 /// Share of a suspension's length by which it can give.
 const SUSPENSION_TRAVEL: f64 = 0.8;
-const GRAVITY: f64 = 9.81;
+pub(super) const GRAVITY: f64 = 9.81;
 
 /// Every mistake in the tables beside the bounds.
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {

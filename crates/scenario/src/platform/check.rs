@@ -3,6 +3,8 @@
 //!
 //! Times are milliseconds, ways millimetres, unless a name says otherwise.
 
+use spacecraft::attitude::are_moments;
+
 use super::{BoundsTable, Platform, body};
 use crate::finding::{Finding, finding};
 use crate::value::Located;
@@ -56,6 +58,12 @@ pub(super) fn at_most<T>(
         || format!("{why}: at most {} {unit} expected, got {}", told(most), told(got)),
         remedy,
     )
+}
+
+/// A finding at `at` unless these are the moments of inertia of a body.
+pub(super) fn inertia<T>(at: &Located<T>, moments: [f64; 3]) -> Option<Finding> {
+    let why = || "no body has these moments of inertia: each is positive and below the sum of the other two".to_owned();
+    unless(at, are_moments(moments), why, "give the moments about the three principal axes")
 }
 
 /// The same where it is below `least`.

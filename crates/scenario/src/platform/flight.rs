@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use wire::platform::{Aloft, Multirotor};
 
 use super::Platform;
-use super::check::{at_least, at_most, unless};
+use super::body::GRAVITY;
+use super::check::{at_least, at_most, inertia, unless};
 use super::tables::SafeAction;
 use crate::finding::Finding;
 use crate::value::{Located, Real, Whole};
@@ -24,7 +25,7 @@ pub struct MultirotorTable {
     /// Mass, kg.
     pub mass_kg: Located<Real<10, 100_000>>,
     /// Moments of inertia about x, y and z, kg·m².
-    pub inertia_kg_m2: [Small; 3],
+    pub inertia_kg_m2: Located<[Small; 3]>,
     /// Length, width and height of the body, metres.
     pub body_m: [Metres; 3],
     /// Lever of each rotor about x and about y, metres.
@@ -32,7 +33,7 @@ pub struct MultirotorTable {
     /// Greatest thrust of a rotor, N.
     pub thrust_n: Located<Real<50, 1_000_000>>,
     /// Greatest torque of a rotor about z, N·m.
-    pub torque_n_m: Small,
+    pub torque_n_m: Located<Small>,
     /// Time constant of a rotor, seconds.
     pub rotor_s: Real<5, 500>,
     /// Drag by airspeed, N·s/m.
@@ -125,7 +126,6 @@ impl AloftTable {
     }
 }
 
-const GRAVITY: f64 = 9.81;
 /// Share of the rotors' thrust that is left for torques.
 const SPARE: f64 = 0.9;
 
@@ -164,6 +164,13 @@ fn able(platform: &Platform, body: &MultirotorTable) -> Vec<Finding> {
     let weight = body.mass_kg.get() * GRAVITY;
     let level = weight / libm::cos(body.tilt_deg.get().to_radians());
     let found = [
+        inertia(&body.inertia_kg_m2, body.inertia_kg_m2.map(|i| i.get())),
+        unless(
+            &body.torque_n_m,
+            body.torque_n_m.get() > 0.0,
+            || "rotors without a torque cannot turn the body about z".to_owned(),
+            "state the greatest torque of a rotor",
+        ),
         at_least(
             &body.acceleration_m_s2,
             (slower, b.braking_mm_s2.get() as f64 / 1000.0),

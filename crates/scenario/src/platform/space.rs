@@ -4,12 +4,12 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spacecraft::orbit::Elements;
-use spacecraft::region::{Pass, Region};
+use sim::plant::pass;
+use spacecraft::region::Region;
 use wire::platform::{Line, Satellite};
 
 use super::Platform;
-use super::check::{at_least, at_most, unless};
+use super::check::{at_least, at_most, inertia, unless};
 use super::tables::SafeAction;
 use crate::finding::Finding;
 use crate::value::{Located, Real, Text};
@@ -83,13 +83,6 @@ impl SatelliteTable {
     }
 }
 
-/// The pass of a satellite's numbers, as simulation and flight software know it.
-pub fn pass(numbers: &Satellite) -> Pass {
-    let [one, two] = numbers.elements.map(String::from);
-    let [start_s, overhead_s] = numbers.start_overhead_s;
-    Pass { elements: Elements::new(&one, &two), start_s, overhead_s, scale_m: numbers.scale_m }
-}
-
 /// Every mistake in the table.
 pub(super) fn check(platform: &Platform, table: &SatelliteTable) -> Vec<Finding> {
     let Some(body) = table.body() else {
@@ -129,6 +122,7 @@ fn turns(platform: &Platform, table: &SatelliteTable, body: &Satellite, height_m
     let passes = 7600.0 / height_m;
     let rate = body.max_speed_m_s * per_m + passes;
     let found = [
+        inertia(&table.inertia_kg_m2, body.inertia_kg_m2),
         at_least(
             &table.acceleration_m_s2,
             (slower, b.braking_mm_s2.get() as f64 / 1000.0),

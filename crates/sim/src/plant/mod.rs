@@ -5,6 +5,8 @@
 //! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor` and `satellite` are such.
 
 mod air;
+#[cfg(test)]
+mod flown;
 mod multirotor;
 mod satellite;
 mod wheeled;
@@ -26,6 +28,7 @@ use crate::world::World;
 use air::Air;
 use multirotor::Multirotor;
 use satellite::Satellite;
+pub use satellite::pass;
 use wheeled::Wheeled;
 
 /// The longest lease that is honoured, counted from arrival.

@@ -320,58 +320,18 @@ fn level(rotation: &Rotation) -> Rotation {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use wire::platform::Body;
-    use wire::time::{Instant, Span};
+    use wire::time::Instant;
 
-    use crate::fidelity::Fidelity;
-    use crate::plant::{Kept, Motion, Plant, SetPoint, State};
-    use crate::scene::Scene;
+    use crate::plant::SetPoint;
+    use crate::plant::flown::Flown;
     use crate::wind::Wind;
-    use crate::world::World;
 
     const NUMBERS: wire::platform::Multirotor = wire::platform::Multirotor::SIH;
 
-    struct Flown {
-        world: World,
-        plant: Plant,
-        steps: u64,
-    }
-
-    impl Flown {
-        fn new(wind: Wind, body: wire::platform::Multirotor) -> Self {
-            let scene = Scene { objects: Vec::new(), wind, ..Scene::default() };
-            let mut world = World::new(Arc::new(scene));
-            let start = world.scene().start;
-            let plant = Plant::of(&mut world, &start, &Body::Multirotor(body), &Fidelity::SHIPPED, 1).unwrap();
-            Flown { world, plant, steps: 0 }
-        }
-
-        /// Flies for so many seconds under this velocity, or without a lead; gives the states on the way.
-        fn fly(&mut self, seconds: f32, along: Option<[f32; 3]>, turn: f32) -> Vec<State> {
-            (0..(seconds * 100.0) as u64)
-                .map(|_| {
-                    self.steps += 1;
-                    let now = Instant(self.steps * 10_000);
-                    if let Some(along) = along {
-                        let motion = Motion::Velocity { along, turn };
-                        assert!(self.plant.accept(now, SetPoint { motion, until: now + Span::ms(300) }));
-                    }
-                    self.plant.step(now, &mut self.world);
-                    self.plant.state(&self.world)
-                })
-                .collect()
-        }
-
-        fn kept(&self) -> Kept {
-            self.plant.kept(&self.world).unwrap()
-        }
-    }
-
     #[test]
     fn hover_stays_where_it_is() {
-        let mut flown = Flown::new(Wind::default(), NUMBERS);
+        let mut flown = Flown::new(Wind::default(), Body::Multirotor(NUMBERS));
         let start = flown.plant.state(&flown.world).position;
         let states = flown.fly(5.0, None, 0.0);
         let off = states.iter().map(|s| (s.position - start).length()).fold(0.0, f32::max);
@@ -382,7 +342,7 @@ mod tests {
     #[test]
     fn velocity_is_followed_in_all_axes_and_a_turn() {
         for along in [[3.0, 0.0, 0.0], [-2.0, 1.0, 0.0], [0.0, -3.0, 0.5], [1.0, 0.0, -0.2]] {
-            let mut flown = Flown::new(Wind::default(), NUMBERS);
+            let mut flown = Flown::new(Wind::default(), Body::Multirotor(NUMBERS));
             let states = flown.fly(5.0, Some(along), 0.0);
             let last = states.last().unwrap();
             let got = last.rotation.inverse() * last.velocity;
@@ -392,14 +352,14 @@ mod tests {
             let asked = rapier3d::prelude::Vector::from(along).length();
             assert!(most < 1.1 * asked, "{along:?}: overshoot to {most}");
         }
-        let mut flown = Flown::new(Wind::default(), NUMBERS);
+        let mut flown = Flown::new(Wind::default(), Body::Multirotor(NUMBERS));
         let turned = flown.fly(3.0, Some([0.0; 3]), 0.5);
         assert!((turned.last().unwrap().yaw_rate - 0.5).abs() < 0.02, "{:?}", turned.last());
     }
 
     #[test]
     fn wheels_terms_are_refused() {
-        let mut flown = Flown::new(Wind::default(), NUMBERS);
+        let mut flown = Flown::new(Wind::default(), Body::Multirotor(NUMBERS));
         assert!(!flown.plant.accept(Instant(0), SetPoint::course((1.0, 0.0), Instant(300_000))));
         assert_eq!(flown.plant.set_point(), None);
     }
@@ -408,7 +368,7 @@ mod tests {
     #[test]
     fn lease_end_loiters_and_then_lands() {
         let body = wire::platform::Multirotor { loiter_s: 3.0, ..NUMBERS };
-        let mut flown = Flown::new(Wind::default(), body);
+        let mut flown = Flown::new(Wind::default(), Body::Multirotor(body));
         flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
         assert!(flown.kept().safe < 0.0, "{:?}", flown.kept());
         let braked = flown.fly(0.3 + 2.5, None, 0.0);
@@ -426,7 +386,7 @@ mod tests {
     #[test]
     fn an_empty_battery_shortens_the_loiter() {
         let body = wire::platform::Multirotor { battery_w_h: 0.75, loiter_s: 1000.0, ..NUMBERS };
-        let mut flown = Flown::new(Wind::default(), body);
+        let mut flown = Flown::new(Wind::default(), Body::Multirotor(body));
         let states = flown.fly(30.0, None, 0.0);
         let last = states.last().unwrap();
         assert!(last.velocity.length() < 0.05 && last.position.z < 0.5, "{last:?}");
@@ -437,7 +397,7 @@ mod tests {
     #[test]
     fn gusts_move_a_hover_within_its_drift() {
         let wind = Wind { east_m_s: 2.0, north_m_s: 0.0, gust_m_s: 1.0, length_m: 50.0 };
-        let mut flown = Flown::new(wind, NUMBERS);
+        let mut flown = Flown::new(wind, Body::Multirotor(NUMBERS));
         flown.fly(10.0, None, 0.0);
         let states = flown.fly(10.0, None, 0.0);
         let most = states.iter().map(|s| s.velocity.length()).fold(0.0, f32::max);

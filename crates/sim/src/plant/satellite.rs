@@ -13,7 +13,7 @@ use spacecraft::pointing::{Controller, Limits, Reference, desaturation, sun_poin
 use spacecraft::power::{Power, lit};
 use spacecraft::region::{Pass, Region, Sky};
 use spacecraft::vector::{dot, norm};
-use wire::platform::{Line, Satellite as Numbers};
+use wire::platform::Satellite as Numbers;
 
 use super::{Flight, Kept, Motion, Moves, State};
 use crate::scene::Start;
@@ -67,7 +67,7 @@ pub(super) struct Satellite {
     turn: f64,
     tracked: [f64; 2],
     sky: Sky,
-    /// Where the payload truly looks.
+    /// True place that the payload looks at, and its motion.
     seen: State,
     charge_j: f64,
 }
@@ -111,7 +111,7 @@ impl Satellite {
         self.steps as f64 * STEP_S
     }
 
-    /// Where the payload truly looks now, and how that moved since the last step.
+    /// Takes the true place that the payload looks at now, and its motion since the last step.
     fn look(&mut self, first: bool) {
         // Turned away, it looks at no place: the last one stays.
         if self.phase == Phase::Suns {
@@ -132,7 +132,7 @@ impl Satellite {
         };
     }
 
-    /// What it does by itself, and the speed that is wanted in the level frame with the turn.
+    /// Changes the phase, and gives the speed that is wanted in the level frame with the turn.
     fn wanted(&mut self, motion: Motion) -> ([f64; 2], f64) {
         let [east, north, up] = self.region.at(self.seconds()).local_m;
         // Whoever leads it: a region near its horizon is no longer looked at.
@@ -181,9 +181,9 @@ impl Satellite {
             let moved = Reference::moving(self.reference.attitude, goal, STEP_S);
             let change = spacecraft::vector::sub(moved.rates_rad_s, self.reference.rates_rad_s);
             let acceleration_rad_s2 = spacecraft::vector::scale(change, 1.0 / STEP_S);
-            let most = [acceleration_rad_s2.map(f64::abs).into_iter().fold(0.0, f64::max)];
+            let most = acceleration_rad_s2.map(f64::abs).into_iter().fold(0.0, f64::max);
             // A jump of the goal is no acceleration that wheels could follow.
-            let calm = most[0] < 10.0 * self.numbers.slew[1];
+            let calm = most < 10.0 * self.numbers.slew[1];
             return Reference { acceleration_rad_s2: if calm { acceleration_rad_s2 } else { [0.0; 3] }, ..moved };
         }
         self.reference.towards(&Reference::at_rest(goal), &Limits { rate_rad_s, acceleration_rad_s2 }, STEP_S)
@@ -304,9 +304,9 @@ impl Moves for Satellite {
     }
 }
 
-/// The pass of these numbers.
-fn pass(numbers: &Numbers) -> Pass {
-    let [one, two] = numbers.elements.map(|line: Line| String::from(line));
+/// The pass of a satellite's numbers, as simulation and flight software know it.
+pub fn pass(numbers: &Numbers) -> Pass {
+    let [one, two] = numbers.elements.map(String::from);
     let [start_s, overhead_s] = numbers.start_overhead_s;
     Pass { elements: Elements::new(&one, &two), start_s, overhead_s, scale_m: numbers.scale_m }
 }
@@ -322,15 +322,13 @@ fn body(numbers: &Numbers) -> Body {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use wire::platform::Body as Kind;
-    use wire::time::{Instant, Span};
+    use wire::platform::{Body as Kind, Line};
+    use wire::time::Instant;
 
     use super::*;
-    use crate::fidelity::Fidelity;
-    use crate::plant::{Plant, SetPoint};
-    use crate::scene::Scene;
+    use crate::plant::SetPoint;
+    use crate::plant::flown::Flown;
+    use crate::wind::Wind;
 
     fn numbers() -> Numbers {
         let line = |text: &str| Line::try_from(text.to_owned()).unwrap();
@@ -359,43 +357,9 @@ mod tests {
         }
     }
 
-    struct Flown {
-        world: World,
-        plant: Plant,
-        steps: u64,
-    }
-
-    impl Flown {
-        fn new(numbers: Numbers) -> Self {
-            let mut world = World::new(Arc::new(Scene { objects: Vec::new(), ..Scene::default() }));
-            let start = world.scene().start;
-            let plant = Plant::of(&mut world, &start, &Kind::Satellite(numbers), &Fidelity::SHIPPED, 1).unwrap();
-            Flown { world, plant, steps: 0 }
-        }
-
-        fn fly(&mut self, seconds: f64, along: Option<[f32; 3]>, turn: f32) -> Vec<State> {
-            (0..(seconds * 100.0) as u64)
-                .map(|_| {
-                    self.steps += 1;
-                    let now = Instant(self.steps * 10_000);
-                    if let Some(along) = along {
-                        let motion = Motion::Velocity { along, turn };
-                        assert!(self.plant.accept(now, SetPoint { motion, until: now + Span::ms(300) }));
-                    }
-                    self.plant.step(now, &mut self.world);
-                    self.plant.state(&self.world)
-                })
-                .collect()
-        }
-
-        fn kept(&self) -> Kept {
-            self.plant.kept(&self.world).unwrap()
-        }
-    }
-
     #[test]
-    fn line_of_sight_stays_on_its_place_while_the_ground_passes() {
-        let mut flown = Flown::new(numbers());
+    fn line_of_sight_keeps_its_place_over_passing_ground() {
+        let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));
         let start = flown.plant.state(&flown.world).position;
         let states = flown.fly(15.0, None, 0.0);
         let off = states.iter().map(|s| (s.position - start).length()).fold(0.0, f32::max);
@@ -405,7 +369,7 @@ mod tests {
 
     #[test]
     fn line_of_sight_follows_velocity_and_turn() {
-        let mut flown = Flown::new(numbers());
+        let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));
         let states = flown.fly(4.0, Some([3.0, 0.0, 0.0]), 0.0);
         let (last, most) = (states.last().unwrap(), states.iter().map(|s| s.velocity.length()).fold(0.0, f32::max));
         assert!((last.speed() - 3.0).abs() < 0.05 && most < 3.2, "{last:?}, at most {most}");
@@ -417,7 +381,7 @@ mod tests {
     /// Brakes, keeps looking with the payload shut, then turns its array to the sun; with no message, and never fast.
     #[test]
     fn lease_end_holds_and_then_faces_the_sun() {
-        let mut flown = Flown::new(numbers());
+        let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));
         flown.fly(3.0, Some([3.0, 0.0, 0.0]), 0.0);
         assert!(flown.kept().safe < 0.0 && flown.plant.margin(&flown.world) < 100.0);
         flown.fly(1.5, None, 0.0);
@@ -435,7 +399,7 @@ mod tests {
 
     #[test]
     fn region_near_its_horizon_is_looked_at_no_longer() {
-        let mut flown = Flown::new(Numbers { hold_s: 3600.0, ..numbers() });
+        let mut flown = Flown::new(Wind::default(), Kind::Satellite(Numbers { hold_s: 3600.0, ..numbers() }));
         flown.fly(400.0, Some([0.0; 3]), 0.0);
         assert!(!flown.plant.flight(&flown.world).unwrap().placed);
         assert!(flown.kept().safe > 0.0, "{:?}", flown.kept());
@@ -443,7 +407,7 @@ mod tests {
 
     #[test]
     fn wheels_terms_are_refused() {
-        let mut flown = Flown::new(numbers());
+        let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));
         assert!(!flown.plant.accept(Instant(0), SetPoint::course((1.0, 0.0), Instant(300_000))));
     }
 }

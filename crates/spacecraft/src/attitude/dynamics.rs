@@ -18,7 +18,7 @@ pub const MOST_STEP_S: f64 = 0.1;
 /// Most parts of a step; their length then exceeds [`MOST_STEP_S`].
 const MOST_PARTS: f64 = 1000.0;
 
-/// What acts on the body from outside, constant over a step.
+/// Surroundings that act on the body, constant over a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Environment {
     /// Magnetic field, TEME, tesla.

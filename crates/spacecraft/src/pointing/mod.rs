@@ -63,19 +63,6 @@ pub fn desaturation(body: &Body, wheels_n_m_s: Vector, field_t: Vector, gain: f6
     limited(scale(cross(wheels_n_m_s, field_t), gain / square), body.torquers_a_m2)
 }
 
-/// Dipole that slows a tumble, body axes, A m²: against the change of the field in body axes, tesla, from `before` to
-/// `now` in `dt` seconds (B-dot: Stickler and Alfriend, *Elementary Magnetic Attitude Control System*, Journal of
-/// Spacecraft and Rockets 13, 1976). `gain` is the torque by rate of turn, N m s: about twice the orbit's rate times
-/// the least inertia (Avanzini and Giulietti, *Magnetic detumbling of a rigid spacecraft*, Journal of Guidance,
-/// Control, and Dynamics 35, 2012).
-pub fn detumble(body: &Body, before_t: Vector, now_t: Vector, dt: f64, gain: f64) -> Vector {
-    let square = dot(now_t, now_t);
-    if dt.is_nan() || dt <= 0.0 || square.is_nan() || square <= 0.0 {
-        return [0.0; 3];
-    }
-    limited(scale(sub(now_t, before_t), -gain / (dt * square)), body.torquers_a_m2)
-}
-
 /// The attitude whose +z axis points from `position` to `target` and whose +x axis lies along `along` as far as
 /// possible; all in TEME. Where a direction is missing, or both are the same, the frame's own axes take its place.
 pub fn look_at(position_m: Vector, target_m: Vector, along: Vector) -> Quaternion {

@@ -2,7 +2,7 @@
 //! memory where it has no platform, and once live; those that other platforms share on these too; each row as it comes, a table, and a run
 //! directory.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use evidence::trial::Trial;
 use parallel::progress::Talk;
@@ -44,8 +44,7 @@ pub(super) fn run(context: &Context, domain: Option<&str>) -> Result<Exit, Failu
     };
     for Part { scenario, platform, twin, .. } in &plans {
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
-        // A scenario is kept once for each platform that it runs on.
-        let out = platform.as_ref().map_or_else(|| dir.clone(), |platform| dir.join(platform));
+        let out = kept_in(&dir, platform);
         let mut trials = Vec::new();
         // One variation at a time, so that its verdict is printed before the next one runs.
         for one in twin {
@@ -132,6 +131,11 @@ fn live(context: &Context, scenario: &Scenario, platform: Option<Chosen>) -> Res
     Ok(planned)
 }
 
+/// Folder of the twin's recordings: a scenario is kept once for each platform that it runs on.
+fn kept_in(dir: &Path, platform: &Option<String>) -> PathBuf {
+    platform.as_ref().map_or_else(|| dir.to_owned(), |platform| dir.join(platform))
+}
+
 fn labelled(scenario: &Scenario, platform: &Option<String>) -> String {
     let name = scenario.name.as_str();
     platform.as_ref().map_or_else(|| name.to_owned(), |platform| format!("{name}.{platform}"))
@@ -186,4 +190,31 @@ fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Fa
         link::note!("seed {}, run directory {}", context.seed, dir.display());
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use parallel::progress::Stop;
+
+    use super::*;
+
+    #[test]
+    fn no_recording_of_the_evaluation_has_the_place_of_another() {
+        let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let (talk, stop) = (Talk::Quiet, Stop::default());
+        let context = Context { json: false, seed: 1, talk, root: Some(root), stop, program: "" };
+        let parts = everywhere(&context).unwrap();
+        let mut places = BTreeSet::new();
+        for Part { scenario, platform, twin, .. } in &parts {
+            let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
+            for one in twin {
+                let (folder, name) = (kept_in(Path::new("run"), platform), scenario.name.as_str());
+                let cell = one.variation.cell.clone();
+                assert!(places.insert((folder.join(mode.name()).join(name), cell)), "{name} on {platform:?}");
+            }
+        }
+        assert!(parts.iter().any(|part| part.platform.is_some()), "no other platform shares a scenario");
+    }
 }
