@@ -62,7 +62,13 @@ impl Pair {
     fn new() -> Self {
         let (units, now) = (vec![UnitId::A, UnitId::B], Instant(1_000_000));
         let operators = vec![NodeId::OPERATOR];
-        let of_gateway = GatewayConfig { units: units.clone(), interests: Vec::new(), operators, mandates: Vec::new() };
+        let of_gateway = GatewayConfig {
+            units: units.clone(),
+            interests: Vec::new(),
+            operators,
+            mandates: Vec::new(),
+            contacts: Vec::new(),
+        };
         let of_console = ConsoleConfig {
             units,
             awaited: Vec::new(),

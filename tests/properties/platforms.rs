@@ -2,12 +2,14 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about one note")]
 
+use adversary::AdversaryConfig;
 use holdsafe_tests::on;
 use instrument::{Any, Note};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use topology::{Role, RunSecret, Topology, lay_out};
 use wire::platform::{Body, Limits, Sensors, Vehicle};
+use wire::time::Span;
 
 /// Scenarios that state classes on the courier.
 const STATED: [&str; 10] = [
@@ -132,4 +134,56 @@ fn courier_ends_in_the_stated_classes() {
             ready.expect(1..3);
         }
     }
+}
+
+/// Rise, set and distance by Skyfield 1.54 of the same elements and stations.
+#[test]
+fn contact_plan_of_ground_stations_agrees_with_an_independent_program() {
+    let ready = on("contact_gap", "space").remove(0);
+    let topology = lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1));
+    let plan: Vec<(u64, u64)> = topology.contacts.iter().map(|contact| (contact.from.0, contact.until.0)).collect();
+    assert_eq!(plan.len(), 2, "{plan:?}");
+    assert_eq!(plan[0].0, 0);
+    assert!(plan[0].1.abs_diff(27_975_700) < 10_000, "sets at {} µs", plan[0].1);
+    assert!(plan[1].0.abs_diff(58_439_868) < 10_000, "rises at {} µs", plan[1].0);
+    let relays = topology.members.iter().filter_map(|member| match &member.role {
+        Role::Adversary(AdversaryConfig::DatagramRelay(config)) => Some(config.medium.clone()),
+        Role::Adversary(AdversaryConfig::StreamRelay(config)) => Some(config.medium.clone()),
+        _ => None,
+    });
+    for medium in relays {
+        for (ms, travel_us) in [(500, 4_217), (10_500, 4_439), (27_500, 4_822), (60_500, 4_784)] {
+            let travel = medium.travel(Span::ms(ms)).expect("it carries then").0;
+            assert!(travel.abs_diff(travel_us) < 30, "{travel} µs at {ms} ms");
+        }
+        assert_eq!(medium.travel(Span::s(40)), None);
+    }
+}
+
+/// Both ends of the link know the plan, and a platform that no station loses from sight has none.
+#[test]
+fn unit_and_gateway_know_the_contact_plan() {
+    let known = |scenario: &str, platform: &str| {
+        let ready = on(scenario, platform).remove(0);
+        let topology = lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1));
+        let contacts = topology.contacts.clone();
+        let told = topology.members.iter().filter(|member| match &member.role {
+            Role::Autonomy(config) => told(config).contacts == contacts,
+            Role::Gateway(config) => told(config).contacts == [(wire::id::UnitId::A, contacts.clone())],
+            _ => false,
+        });
+        (contacts.iter().count(), told.count())
+    };
+    assert_eq!(known("contact_gap", "space"), (2, 2));
+    assert_eq!(known("nominal", "space"), (0, 2));
+}
+
+#[test]
+fn ground_stations_need_an_orbit() {
+    let root = holdsafe_tests::root();
+    let scenario = holdsafe_tests::shipped("contact_gap").scenario;
+    let problems =
+        scenario::Setup::load_on(&root, &scenario, &root.join("platforms/air.toml"), None, false).unwrap_err();
+    let told = problems.render(false);
+    assert!(told.contains("the platform `air` is in no orbit") && told.contains("conditions.station"), "{told}");
 }

@@ -63,6 +63,7 @@ const MAY_KNOW: [(&str, &[&str]); 35] = [
             "console",
             "evidence",
             "scenario",
+            "spacecraft",
         ],
     ),
     ("stacks", &["wire", "link", "broker", "evidence", "scenario"]),

@@ -2,7 +2,7 @@
 
 from math import hypot
 
-from links import timely
+from links import gap, timely
 from log import IMAGING, OLD, SLACK, kind_name
 from place import located, truth
 
@@ -50,7 +50,8 @@ def lease(log, t):
     """A grant came within its length; and before the gateway wrote it, something of the unit no older than Tf had."""
     granted = log.bounds["lease_ms"] * 1000
     for node, limit in (("unit-a", granted), ("gateway", granted + log.bounds["freshness_ms"] * 1000)):
-        if not any(t - limit - SLACK <= at <= t for at in timely(log, node)):
+        heard = [at for at in timely(log, node) if at <= t]
+        if not heard or t > (gap(log, heard[-1]) or heard[-1] + limit + SLACK):
             return "without supervision: nothing timely at " + node
 
 

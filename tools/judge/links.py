@@ -6,6 +6,7 @@ A relay's word alone is no receipt.
 from log import CLOCKS, within
 
 LINK_SILENT = 350_000  # a link with a record each way every 100 ms is never silent for so long by itself
+CONTACT_NEAR, CONTACT_TAKEN_UP = 2_050_000, 2_050_000  # when supervision may be given over a gap, and has to be given anew
 DRIFT = 1_000  # clocks of two hosts differ by less than a thousandth
 
 
@@ -33,6 +34,17 @@ def timely(log, node):
         if a["t"] - taken.get(a["hash"], a["t"]) <= limit and a["hash"] not in forged and a["t"] < log.end:
             times.append(a["t"])
     return times
+
+
+def gap(log, last):
+    """Until when the plan of contacts lets a unit go on that was last heard of near the end of one: soon after the next has begun."""
+    relay = log.of("started", by="relay-telemetry")
+    zero = relay[0]["t_us"] if relay else 0
+    plan = [(zero + c["from"], zero + c["until"]) for c in log.head["contacts"]]
+    for (_, end), (begin, _) in zip(plan, plan[1:]):
+        if last < begin and last >= end - CONTACT_NEAR - log.bounds["freshness_ms"] * 1000:
+            return begin + CONTACT_TAKEN_UP + log.bounds["control_period_ms"] * 1000
+    return None
 
 
 DATAGRAM = ("delay", "drop", "duplicate", "reorder", "replay", "corrupt", "reoriginate", "inject")

@@ -8,7 +8,7 @@ import json
 import math
 from bisect import bisect_right
 
-from links import timely
+from links import gap, timely
 from log import IMAGING, NOMINAL_MODES, OLD, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
 
 
@@ -78,11 +78,12 @@ def p3_link(log):
         times += [t for span in gone for t in span if t < log.end]
         times = sorted(times + [0, log.end])
         for before, after in zip(times, times[1:]):
-            if after - before <= th or any(a <= before and after <= b for a, b in gone):
+            due = gap(log, before) or before + th
+            if after <= due or any(a <= before and after <= b for a, b in gone):
                 continue
-            t = log.able("unit-a", before + th)
+            t = log.able("unit-a", due)
             if log.mode_at(t) not in RESTING_MODES:
-                yield "P3", before + th, "nothing timely at %s and no hold" % node
+                yield "P3", due, "nothing timely at %s and no hold" % node
 
 
 def p3_operator(log):

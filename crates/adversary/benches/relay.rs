@@ -152,10 +152,10 @@ impl Relay {
         let leg =
             RelayLeg { at: LoopbackAddr::ANY_PORT, upstream: LoopbackAddr::try_from(upstream).expect("loopback") };
         let (relay, node, config) = if path == "relay_datagram" {
-            let config = AdversaryConfig::DatagramRelay(DatagramRelayConfig { actions: Vec::new() });
+            let config = AdversaryConfig::DatagramRelay(DatagramRelayConfig::default());
             (RelaySpec { datagram: Some(leg), stream: None }, NodeId::RELAY_TELEMETRY, config)
         } else {
-            let config = AdversaryConfig::StreamRelay(StreamRelayConfig { actions: Vec::new() });
+            let config = AdversaryConfig::StreamRelay(StreamRelayConfig::default());
             (RelaySpec { datagram: None, stream: Some(leg) }, NodeId::RELAY_COMMAND, config)
         };
         let setup = Setup {

@@ -1,6 +1,7 @@
 //! Configuration of an autonomy core: its mission and its surroundings. World frame, millimetres.
 
 use serde::{Deserialize, Serialize};
+use wire::contact::Contacts;
 use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::platform::Limits;
 use wire::roster::RosterError;
@@ -43,6 +44,9 @@ pub struct AutonomyConfig {
     /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
+    /// Contact plan of the link to the supervisor.
+    #[serde(default)]
+    pub contacts: Contacts,
     /// The platform's limits of guards and driving.
     #[serde(default)]
     pub limits: Limits,

@@ -347,6 +347,7 @@ impl Autonomy {
             mission: &self.mission,
             commands: &self.commands,
             watched: self.session.as_ref().and_then(|session| session.watched()),
+            contact: self.lease.contact(now),
         };
         let signed = sources.signed(now, self.reports);
         self.send(now, report_body(&signed));

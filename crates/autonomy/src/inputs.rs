@@ -132,8 +132,8 @@ impl Autonomy {
     fn session_record(&mut self, now: Instant, peer: PeerId, record: &SessionRecord<'_>, evidence: Evidence) {
         match &record.outer.body {
             SessionBody::Grant(length) => {
-                let longest = Span::ms(self.identity.bounds.lease_ms);
-                self.lease.grant(*length, longest, evidence.received, evidence.age);
+                let usual = Span::ms(self.identity.bounds.lease_ms);
+                self.lease.grant(*length, usual, evidence.received, evidence.age);
                 self.status.lease_waived = evidence.waived;
             }
             SessionBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),

@@ -166,7 +166,7 @@ impl Autonomy {
             fence,
             map,
             bounds,
-            lease: Lease::default(),
+            lease: Lease::new(config.contacts, now),
             teammates: Teammates::default(),
             seals: Seals::new(setup.node, setup.boot, seal_limit),
             gates: Gates {

@@ -174,12 +174,12 @@ impl Localisation {
         self.height.as_ref()?.estimate()
     }
 
-    /// Height, velocity and charge of a unit that leaves the ground, as it reports them.
+    /// Height, velocity, charge and attitude of a unit that leaves the ground, as it reports them.
     pub fn flight(&self) -> Option<ReportedMotion> {
-        let Spatial { fix_up_mm, left_up_mm_s, charge, .. } = self.spatial?;
+        let Spatial { fix_up_mm, left_up_mm_s, charge, attitude, sunlit, .. } = self.spatial?;
         let estimate = self.height().map(|height| height.round() as i64);
         let (up_mm, left_up_mm_s) = (estimate.or(fix_up_mm)?, left_up_mm_s.unwrap_or_default());
-        Some(ReportedMotion { up_mm, left_up_mm_s, charge: charge.unwrap_or_default() })
+        Some(ReportedMotion { up_mm, left_up_mm_s, charge: charge.unwrap_or_default(), attitude, sunlit })
     }
 
     /// Checks that were waived on the way of the newest reading.

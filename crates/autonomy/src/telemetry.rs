@@ -9,7 +9,7 @@ use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::Waived;
 use wire::refusal::Reason;
-use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::report::{Report, ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::ProductMode;
 use wire::settings::Settings;
 use wire::sign::Purpose;
@@ -64,6 +64,8 @@ pub struct Sources<'a> {
     pub commands: &'a CommandGate,
     /// The display's challenge, with its first sight.
     pub watched: Option<Echo>,
+    /// Contact by the plan.
+    pub contact: Option<ReportedContact>,
 }
 
 impl Sources<'_> {
@@ -97,6 +99,7 @@ impl Sources<'_> {
             measured: self.measured,
             settings: self.status.settings,
             motion: self.localisation.flight(),
+            contact: self.contact,
         }
     }
 

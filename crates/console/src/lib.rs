@@ -8,6 +8,7 @@ pub mod act;
 pub mod age;
 pub mod alarm;
 pub mod alarms;
+mod aloft;
 pub mod display;
 #[cfg(feature = "gui")]
 pub mod gui;

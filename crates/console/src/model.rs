@@ -420,5 +420,6 @@ fn state_of(report: &Report) -> State {
         nonce: report.command_nonce,
         progress: report.progress,
         motion: report.motion,
+        contact: report.contact,
     }
 }

@@ -100,7 +100,9 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
             "progress_permille": state.progress,
             "motion": state.motion.map(|of| json!({
                 "up_mm": of.up_mm, "left_up_mm_s": of.left_up_mm_s, "charge_permille": of.charge,
+                "attitude": of.attitude.map(|attitude| attitude.parts()), "sunlit": of.sunlit,
             })),
+            "contact": state.contact.map(|of| json!({ "left_ms": left(of.left), "next_ms": of.next.map(left) })),
         })),
         "place": labelled(&of.pose, json!({ "x_mm": pose.x_mm, "y_mm": pose.y_mm, "yaw_mrad": pose.yaw_mrad })),
         "tracks": of.tracks.iter().map(|of| track(of, true))

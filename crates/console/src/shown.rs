@@ -15,7 +15,7 @@ use wire::motion::ReportedMotion;
 use wire::person::Role;
 use wire::policy::Waived;
 use wire::refusal::Reason;
-use wire::report::{ReportedAuthority, ReportedTrack};
+use wire::report::{ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
@@ -48,8 +48,10 @@ pub struct State {
     pub nonce: Nonce,
     /// Share of the route driven, permille.
     pub progress: u16,
-    /// Height, velocity and charge of a unit that leaves the ground.
+    /// Height, velocity, charge and attitude of a unit that leaves the ground.
     pub motion: Option<ReportedMotion>,
+    /// Contact by the unit's plan, where the link has one.
+    pub contact: Option<ReportedContact>,
 }
 
 /// Origin of a report, apart from its age.

@@ -6,7 +6,6 @@ use std::fmt::Write;
 
 use wire::bounds::Bounds;
 use wire::event::Freshness;
-use wire::motion::ReportedMotion;
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
 use wire::time::{Instant, Span};
@@ -14,8 +13,9 @@ use wire::time::{Instant, Span};
 use crate::act::Answer;
 use crate::age::Labelled;
 use crate::alarm::{self, ShownAlarm};
+use crate::aloft;
 use crate::life::{Life, ShownCommand};
-use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit, State};
+use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit};
 
 /// The text of `shown`.
 pub fn lines(shown: &Shown) -> String {
@@ -102,7 +102,14 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
     );
     let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
     let failing = joined(unit.guards(bounds).iter().filter(|guard| !guard.holds).map(|guard| guard.told()));
-    line(text, format_args!("         authority {authority}  failing {failing}  speed {}", motion(state)));
+    line(
+        text,
+        format_args!("         authority {authority}  failing {failing}  speed {}", aloft::speed(state.speed_mm_s)),
+    );
+    let aloft = aloft::words(state, unit.state.age());
+    if !aloft.is_empty() {
+        line(text, format_args!("         {}", aloft.join("  ")));
+    }
     let (pose, pose_freshness) = unit.pose.get();
     line(
         text,
@@ -174,23 +181,6 @@ fn line(text: &mut String, content: core::fmt::Arguments<'_>) {
 fn joined(items: impl Iterator<Item = String>) -> String {
     let items: Vec<String> = items.collect();
     if items.is_empty() { "none".to_owned() } else { items.join(", ") }
-}
-
-/// Speed; of a unit that leaves the ground with its height and its charge.
-pub(crate) fn motion(state: &State) -> String {
-    let speed = speed(state.speed_mm_s);
-    match state.motion {
-        Some(ReportedMotion { up_mm, charge, .. }) => {
-            format!("{speed}, height {:.1} m, battery {} %", up_mm as f64 / 1000.0, charge / 10)
-        }
-        None => speed,
-    }
-}
-
-/// A speed, mm/s, in metres a second; a speed that rounds to zero has no sign.
-fn speed(mm_s: i32) -> String {
-    let tenths = (f64::from(mm_s) / 100.0).round() as i32;
-    format!("{:.1} m/s", f64::from(tenths) / 10.0)
 }
 
 fn metres(mm: i32) -> f64 {

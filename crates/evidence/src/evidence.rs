@@ -1,6 +1,7 @@
 //! The evidence of one trial, as the oracle is given it.
 
 use wire::bounds::Bounds;
+use wire::contact::Contacts;
 use wire::sensor::Camera;
 
 use crate::mission::Script;
@@ -38,6 +39,8 @@ pub struct Evidence {
     pub operators: Vec<(wire::id::NodeId, Micros)>,
     /// The operator's script, and the required progress of the mission.
     pub script: Script,
+    /// Contact plan of the link between the unit and the gateway, from the start of its relays.
+    pub contacts: Contacts,
     /// Nodes that were killed on purpose; they owe no closing account.
     pub killed: Vec<wire::id::NodeId>,
 }

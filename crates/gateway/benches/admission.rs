@@ -192,6 +192,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         measured: Measured::default(),
         settings: None,
         motion: None,
+        contact: None,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&SessionMessage {

@@ -148,8 +148,13 @@ impl Cell {
             others.map(|step| ids[(n + step) % ids.len()]).collect::<Vec<_>>()
         };
         let interests = ids.iter().enumerate().map(|(n, unit)| Interest { unit: *unit, hears: hears(n) }).collect();
-        let config =
-            GatewayConfig { units: ids.to_vec(), interests, operators: vec![NodeId::OPERATOR], mandates: Vec::new() };
+        let config = GatewayConfig {
+            units: ids.to_vec(),
+            interests,
+            operators: vec![NodeId::OPERATOR],
+            mandates: Vec::new(),
+            contacts: Vec::new(),
+        };
         let gateway = Gateway::new(setup(ids), config, Instant(0)).expect("a gateway");
         let units = ids.iter().enumerate().map(|(n, id)| Unit::new(n, *id)).collect();
         Self { gateway, units, told: 0 }
@@ -298,5 +303,6 @@ fn report(origin: NodeId, n: u64, stamp: PeerStamp) -> Report {
         measured: Measured::default(),
         settings: None,
         motion: None,
+        contact: None,
     }
 }

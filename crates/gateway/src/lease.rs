@@ -2,10 +2,12 @@
 //!
 //! A unit drives only while it is supervised, and it is supervised only while we hear it: no grant before its first
 //! accepted report, none while its newest one may be older than *Tf*, and none while a HOLD for it is unacknowledged.
-//! So a stop never has to cross the failed link: silence is enough. Keeping the lease's time is left to the unit.
+//! So a stop never has to cross the failed link: silence is enough. Where the link carries in planned contacts only, a grant near the end
+//! of one spans the time to the next (`wire::contact`). Keeping the lease's time is left to the unit.
 
 use wire::bounds::Bounds;
 use wire::command::IntentHash;
+use wire::contact::Contacts;
 use wire::id::UnitId;
 use wire::session::SessionBody;
 use wire::time::{Instant, Span};
@@ -20,14 +22,18 @@ const MAX_HOLDS: usize = 4;
 pub struct Leases {
     length: Span,
     freshness: Span,
+    started: Instant,
+    /// Contact plans of units whose links have one.
+    contacts: Vec<(UnitId, Contacts)>,
     /// Intents of the HOLDs sent and not yet acknowledged as executed, oldest first.
     holds: Vec<(UnitId, IntentHash)>,
 }
 
 impl Leases {
-    /// Leases under these bounds.
-    pub fn new(bounds: &Bounds) -> Self {
-        Self { length: Span::ms(bounds.lease_ms), freshness: bounds.freshness(), holds: Vec::new() }
+    /// Leases under these bounds, and under contact plans that begin at `started`.
+    pub fn new(bounds: &Bounds, contacts: Vec<(UnitId, Contacts)>, started: Instant) -> Self {
+        let (length, freshness) = (Span::ms(bounds.lease_ms), bounds.freshness());
+        Self { length, freshness, started, contacts, holds: Vec::new() }
     }
 
     /// A HOLD went out: no grants until the unit says that it has executed it.
@@ -59,6 +65,11 @@ impl Leases {
     pub fn grant(&self, session: &Session, now: Instant) -> Option<SessionBody<'static>> {
         let fresh = session.telemetry_age(now).is_some_and(|age| age <= self.freshness);
         let supervised = session.listens() && fresh && !self.holding(session.unit());
-        supervised.then_some(SessionBody::Grant(self.length))
+        supervised.then(|| SessionBody::Grant(self.length(session.unit(), now)))
+    }
+
+    fn length(&self, unit: UnitId, now: Instant) -> Span {
+        let plan = self.contacts.iter().find(|(of, _)| *of == unit);
+        plan.map_or(self.length, |(_, contacts)| contacts.lease(now.since(self.started), self.length))
     }
 }

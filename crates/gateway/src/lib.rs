@@ -25,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use wire::account::Accounts;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
+use wire::contact::Contacts;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
@@ -57,6 +58,9 @@ pub struct GatewayConfig {
     /// Identities that are admitted for a time only.
     #[serde(default)]
     pub mandates: Vec<Validity>,
+    /// Contact plans of units whose links carry at times only.
+    #[serde(default)]
+    pub contacts: Vec<(UnitId, Contacts)>,
 }
 
 /// Reason that a gateway cannot be made.
@@ -130,7 +134,7 @@ impl Gateway {
         let mut gateway = Self {
             boundary: Boundary::new(setup.policy.clone(), setup.bounds, keys.clone()),
             sessions: Sessions::default(),
-            leases: Leases::new(&setup.bounds),
+            leases: Leases::new(&setup.bounds, config.contacts.clone(), now),
             staging: Staging::new(rules),
             requests: setup.gates(Topic::Intents, freshness)?,
             keys,

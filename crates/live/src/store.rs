@@ -252,6 +252,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "planned": evidence.planned,
         "operators": evidence.operators,
         "script": evidence.script,
+        "contacts": evidence.contacts,
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,
         "custody": flaws,

@@ -75,6 +75,7 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
         stall_limit: super::OVERSLEPT_US,
         operators: topology.operators(),
         script: topology.script.clone(),
+        contacts: topology.contacts.clone(),
         killed: topology.killed(),
     };
     let verdict = judge(&evidence);

@@ -17,7 +17,7 @@ use wire::mode::{Cause, Mode};
 
 use super::arrived::Receipt;
 use super::receipt;
-use super::{Timeline, link};
+use super::{Timeline, contact, link};
 
 /// A limit that has a way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -159,7 +159,9 @@ fn spells(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<(Limit
         }
     }
     for (limit, node) in [(Limit::Uplink, NodeId::GATEWAY), (Limit::Downlink, evidence.under.node())] {
-        spells.extend(link::silences(evidence, receipt, node).into_iter().map(|s| (limit, went_on(line, s, moving))));
+        let silences = link::silences(evidence, receipt, node).into_iter();
+        let owed = silences.filter(|(last, at)| contact::spans(evidence, *last).is_none_or(|due| *at > due));
+        spells.extend(owed.map(|silence| (limit, went_on(line, silence, moving))));
     }
     let ends = line.changes.iter().skip(1).map(|c| c.at).chain([evidence.duration]);
     let held = line.changes.iter().zip(ends).filter(|(c, _)| c.to == Mode::PrepareToAct);

@@ -16,7 +16,7 @@ use wire::mode::Mode;
 use super::SLACK;
 use super::arrived::Receipt;
 use super::timeline::Timeline;
-use super::{finding, life, link, place, reaction_ms};
+use super::{contact, finding, life, link, place, reaction_ms};
 
 /// Between two entries of the plant's truth, and some more.
 const TRUTH_GAP: Micros = 250_000;
@@ -81,7 +81,8 @@ fn supervision(evidence: &Evidence, receipt: &Receipt, at: Micros) -> Option<Str
     [(evidence.under.node(), lease), (NodeId::GATEWAY, heard)].into_iter().find_map(|(node, limit)| {
         let timely = link::timely(evidence, receipt, node);
         let last = timely.into_iter().take_while(|t| *t <= at).last();
-        let silent = last.is_none_or(|last| at - last > limit * 1000 + SLACK);
+        let until = |last: Micros| contact::spans(evidence, last).unwrap_or(last + limit * 1000 + SLACK);
+        let silent = last.is_none_or(|last| at > until(last));
         silent.then(|| format!("with nothing timely at {node} for more than {limit} ms"))
     })
 }

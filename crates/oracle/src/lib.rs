@@ -33,6 +33,7 @@
 mod approach;
 mod arrived;
 mod conservation;
+mod contact;
 mod content;
 mod datagram;
 mod delivery;

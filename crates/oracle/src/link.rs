@@ -14,7 +14,7 @@ use wire::mode::Mode;
 
 use super::arrived::Receipt;
 use super::timeline::Timeline;
-use super::{finding, life, process_fault, stale};
+use super::{contact, finding, life, process_fault, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
 pub(super) const SILENCE: Micros = 350_000;
@@ -55,7 +55,8 @@ pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
     arrivals(evidence, target).into_iter().map(|a| a.at).collect()
 }
 
-/// P3: when no timely record has come through for *Th*, in either direction, the unit holds.
+/// P3: when no timely record has come through for *Th*, in either direction, the unit holds; after the end of a planned contact, soon after the
+/// next one has begun.
 ///
 /// A timely record passed the guard at the target, was not made or changed by the adversary, and came within *Tf* of being
 /// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and the response owed of a dead end is
@@ -64,13 +65,17 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let mut found = Vec::new();
     for node in [NodeId::GATEWAY, evidence.under.node()] {
-        let silences = silences(evidence, receipt, node).into_iter();
-        for (before, _) in silences.filter(|(before, at)| at - before > th) {
+        for (before, at) in silences(evidence, receipt, node) {
+            let due = contact::spans(evidence, before).unwrap_or(before + th);
+            if at <= due {
+                continue;
+            }
             // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-            let mode = line.mode_at(process_fault::can_judge(evidence, evidence.under.node(), before + th));
+            let mode = line.mode_at(process_fault::can_judge(evidence, evidence.under.node(), due));
             if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
-                let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
-                found.push(finding(Property::P3, before + th, what));
+                let silent = (due - before) / 1000;
+                let what = format!("nothing timely at {node} for {silent} ms and still {}", mode.name());
+                found.push(finding(Property::P3, due, what));
             }
         }
     }

@@ -96,7 +96,7 @@ pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
     ThreatId, Whole,
 };
-pub use varies::{Conditions, Models, Varies};
+pub use varies::{Conditions, MAX_STATIONS, Models, Station, Varies};
 pub use weakness::{Misset, Weakness, Weaknesses};
 
 /// The version of the scenario format that this build reads.

@@ -9,6 +9,7 @@ use parallel::progress::Stop;
 use perception::detector::Brought;
 use wire::bounds::Bounds;
 use wire::person::Role;
+use wire::platform::Body;
 use wire::policy::Policy;
 use wire::sensor::Camera;
 
@@ -74,6 +75,7 @@ impl Setup {
     ) -> Result<Self, Problems> {
         let platform = load_platform(platform)?;
         tighten(scenario, &platform)?;
+        orbits(scenario, &platform)?;
         let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
@@ -149,6 +151,17 @@ fn tighten(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
     );
     let remedy = "shorten the lease, or give Th more time (docs/reference/bounds.md, The three bounds)";
     Err(Problem::with_file(&file, message, remedy).into())
+}
+
+/// Refuses ground stations for a platform that no station loses from sight.
+fn orbits(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
+    if scenario.conditions.station.is_empty() || matches!(platform.body(), Body::Satellite(_)) {
+        return Ok(());
+    }
+    let message =
+        format!("the scenario has ground stations, and the platform `{}` is in no orbit", platform.name.as_str());
+    let remedy = "take `conditions.station` out, or set `platform = \"space\"`";
+    Err(Problem::with_file(&format!("{}.toml", scenario.name.as_str()), message, remedy).into())
 }
 
 /// Reads a policy file.

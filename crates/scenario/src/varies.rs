@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::value::{List, Located, Millis, Real, Share};
 
+/// Most ground stations of a scenario.
+pub const MAX_STATIONS: usize = 4;
+
 /// Conditions of the telemetry link all along, both ways, from the first datagram to the last. They are no attack: no injection
 /// is made, no receipt is owed, and a trip that they cause in quiet hours is a false trip.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -14,6 +17,21 @@ pub struct Conditions {
     pub loss: Located<Share>,
     /// Longest uniform random delay of a datagram, beside the link's own.
     pub jitter_ms: Located<Millis>,
+    /// Ground stations through which the link to a satellite goes, command path included; without any it always carries. At each time the nearest
+    /// one serves; in between neither path carries.
+    pub station: List<Station, MAX_STATIONS>,
+}
+
+/// A ground station.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Station {
+    /// Latitude, degrees, positive to the north.
+    pub latitude_deg: Real<-90_000, 90_000>,
+    /// Longitude, degrees, positive to the east.
+    pub longitude_deg: Real<-180_000, 180_000>,
+    /// Least elevation at which it sees the satellite, degrees.
+    pub least_elevation_deg: Real<0, 90_000>,
 }
 
 /// Factors by which the twin's models of sensors and plant are taken to be off, 1 as they ship. No service knows of them. They

@@ -309,11 +309,12 @@ impl Sim {
         let next = FrameId(self.frame.0 + 1);
         self.witness.faults(at, run, (&self.faults, false), next, &mut self.out);
         let (state, flight) = (self.plant.state(&self.world), self.plant.flight(&self.world));
+        let sunlit = self.plant.sky().map(|(_, sky)| sky.sun.is_some());
         let reading = self.steps / NAVIGATION_STEPS;
         let read = |navigators: &mut Navigators, altimeters: &mut Altimeters, faults: &Faults| {
             let (fix, odometry) = navigators.read(reading, &state, faults, run);
             let fix = fix.filter(|_| flight.as_ref().is_none_or(|flight| flight.placed));
-            let spatial = flight.as_ref().map(|flight| altimeters.read(reading, (&state, flight), faults, run));
+            let spatial = flight.as_ref().map(|flight| altimeters.read(reading, (&state, flight, sunlit), faults, run));
             encode(&Navigation { stamp: at, fix, odometry, spatial })
         };
         let otherwise = |calm: &Faults| read(&mut self.navigators.clone(), &mut self.altimeters.clone(), calm);

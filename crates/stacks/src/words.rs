@@ -166,6 +166,7 @@ impl Speakers {
             measured: Measured::default(),
             settings: None,
             motion: None,
+            contact: None,
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

@@ -5,7 +5,7 @@ pub(super) mod planned;
 
 use adversary::plan::{
     DatagramAction, DatagramRelayConfig, Direction, InsiderBrokerConfig, InsiderGatewayConfig, InsiderTeammateConfig,
-    Place, StreamRelayConfig, Tampering, Timed,
+    Medium, Place, StreamRelayConfig, Tampering, Timed,
 };
 use evidence::cue::{Cue, Watched};
 use instrument::{Sensor, StepName};
@@ -35,15 +35,15 @@ pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
 }
 
 /// The plan of the relay on the telemetry path.
-pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
+pub(super) fn datagrams(s: &Scenario, phase: u64, medium: Medium) -> DatagramRelayConfig {
     let planned = acts(s, phase).filter_map(|act| if let Act::Datagram(action) = act { Some(action) } else { None });
-    DatagramRelayConfig { actions: planned.chain(conditions(s)).collect() }
+    DatagramRelayConfig { actions: planned.chain(conditions(s)).collect(), medium }
 }
 
 /// The plan of the relay on the command path.
-pub(super) fn stream(s: &Scenario, phase: u64) -> StreamRelayConfig {
+pub(super) fn stream(s: &Scenario, phase: u64, medium: Medium) -> StreamRelayConfig {
     let planned = acts(s, phase).filter_map(|act| if let Act::Stream(action) = act { Some(action) } else { None });
-    StreamRelayConfig { actions: planned.collect() }
+    StreamRelayConfig { actions: planned.collect(), medium }
 }
 
 /// The plan of the hostile broker, when the scenario has one.

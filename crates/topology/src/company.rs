@@ -10,6 +10,7 @@ use perception::attitude::{Catalogued, SkyConfig};
 use scenario::Scenario;
 use sim::SimConfig;
 use sim::scene::Scene;
+use wire::contact::Contacts;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Guard;
@@ -18,6 +19,7 @@ use wire::policy::{Check, Policy, Requirement};
 use wire::setup::{Ablation, Setup};
 use wire::time::Span;
 
+use super::contact::Contacted;
 use super::draw::Draw;
 use super::keys::{self, RunSecret};
 use super::member::{BusEndpoint, Host, Member, Role};
@@ -30,6 +32,7 @@ pub(super) struct Company<'a> {
     pub(super) seed: u64,
     pub(super) secret: &'a RunSecret,
     pub(super) public_keys: Vec<(NodeId, [u8; 32])>,
+    pub(super) contacted: Contacted,
     pub(super) members: Vec<Member>,
 }
 
@@ -168,10 +171,16 @@ impl Company<'_> {
             teammates: others.collect(),
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
+            contacts: self.contacts(unit),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
             limits: self.with.platform.limits(),
             guest: self.guest(unit),
         }
+    }
+
+    /// Teammates are in contact all along.
+    fn contacts(&self, unit: UnitId) -> Contacts {
+        if unit == UnitId::A { self.contacted.contacts.clone() } else { Contacts::default() }
     }
 
     /// The guest that drives the unit under test.
@@ -202,6 +211,7 @@ impl Company<'_> {
             units,
             operators: OPERATORS.to_vec(),
             mandates: station::mandates(self.scenario),
+            contacts: vec![(UnitId::A, self.contacted.contacts.clone())],
         };
         let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
         let stations = std::iter::once(console).chain(station::channel(self.scenario));
@@ -223,9 +233,9 @@ impl Company<'_> {
     }
 
     pub(super) fn adversary(&mut self, draw: &Draw) {
-        let relay = attack::datagrams(self.scenario, draw.phase_ms);
+        let relay = attack::datagrams(self.scenario, draw.phase_ms, self.contacted.medium.clone());
         self.hostile(Host::Adversary, NodeId::RELAY_TELEMETRY, AdversaryConfig::DatagramRelay(relay));
-        let stream = attack::stream(self.scenario, draw.phase_ms);
+        let stream = attack::stream(self.scenario, draw.phase_ms, self.contacted.medium.clone());
         self.hostile(Host::Adversary, NodeId::RELAY_COMMAND, AdversaryConfig::StreamRelay(stream));
         if let Some(config) = attack::teammate(self.scenario, draw.phase_ms) {
             let member = self.hostile(Host::Insider, NodeId::INSIDER_B, AdversaryConfig::InsiderTeammate(config));

@@ -5,6 +5,7 @@
 
 mod attack;
 mod company;
+mod contact;
 mod control;
 mod draw;
 mod keys;
@@ -26,6 +27,7 @@ use evidence::verification::{Held, HeldClock, Life};
 use evidence::{Plan, Planned, Under};
 use guest::Guest;
 use scenario::Scenario;
+use wire::contact::Contacts;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
 use wire::person::Role as Person;
@@ -85,6 +87,8 @@ pub struct Topology {
     pub planned: Vec<Plan>,
     /// Script of the operator, as the oracle is told of it.
     pub script: Script,
+    /// Contact plan of the link between the unit and the gateway.
+    pub contacts: Contacts,
     /// For how long identities are admitted.
     pub mandates: Vec<Validity>,
     /// Length of the trial, microseconds.
@@ -218,7 +222,9 @@ impl Topology {
 pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Topology {
     let draw = Draw::of(scenario, seed);
     let public_keys = secret.public_keys();
-    let mut company = Company { scenario, with, seed, secret, public_keys, members: Vec::new() };
+    let contacted = contact::plan(scenario, with);
+    let contacts = contacted.contacts.clone();
+    let mut company = Company { scenario, with, seed, secret, public_keys, contacted, members: Vec::new() };
     company.vehicle_a(&draw);
     company.control();
     company.adversary(&draw);
@@ -231,6 +237,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
         cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned::of(scenario, draw.phase_ms),
         script: script::presumed(scenario),
+        contacts,
         mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,

@@ -28,6 +28,7 @@ pub mod bounds;
 pub mod bus;
 pub mod codec;
 pub mod command;
+pub mod contact;
 pub mod core;
 pub mod drive;
 pub mod event;

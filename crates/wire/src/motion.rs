@@ -68,6 +68,12 @@ pub struct Spatial {
     /// Charge of the battery, permille.
     #[n(4)]
     pub charge: Option<u16>,
+    /// Attitude, body to the world's level axes.
+    #[n(5)]
+    pub attitude: Option<Attitude>,
+    /// True in sunlight, false in the Earth's shadow; absent near the ground.
+    #[n(6)]
+    pub sunlit: Option<bool>,
 }
 
 /// State of a body that leaves the ground, as it reports it.
@@ -82,4 +88,10 @@ pub struct ReportedMotion {
     /// Charge of the battery, permille.
     #[n(2)]
     pub charge: u16,
+    /// Attitude, body to the world's level axes.
+    #[n(3)]
+    pub attitude: Option<Attitude>,
+    /// True in sunlight, false in the Earth's shadow; absent near the ground.
+    #[n(4)]
+    pub sunlit: Option<bool>,
 }

@@ -55,6 +55,17 @@ pub struct ReportedAuthority {
     pub left: Span,
 }
 
+/// Contact with the supervisor, as planned when the report was made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct ReportedContact {
+    /// Time left in this contact; zero between contacts.
+    #[n(0)]
+    pub left: Span,
+    /// Time to the next one; absent if the plan has no other.
+    #[n(1)]
+    pub next: Option<Span>,
+}
+
 /// A unit's state, 10 times a second.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Report {
@@ -122,6 +133,9 @@ pub struct Report {
     /// Of a body that leaves the ground.
     #[n(20)]
     pub motion: Option<ReportedMotion>,
+    /// Contact by the unit's own plan; absent where the link always carries.
+    #[n(21)]
+    pub contact: Option<ReportedContact>,
 }
 
 impl Report {

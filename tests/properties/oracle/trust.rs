@@ -3,9 +3,11 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::trial::Outcome;
-use evidence::{Planned, Property};
+use evidence::{Evidence, Planned, Property};
 use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
+use oracle::judge;
 use wire::command::CommandKind;
+use wire::contact::{Contact, Contacts};
 use wire::core::Side;
 use wire::event::Event;
 use wire::id::{FrameId, NodeId, PeerId};
@@ -44,6 +46,28 @@ fn p3_nothing_timely_for_longer_than_the_bound() {
     let guard = NodeId::UNIT_A.guard();
     log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && Some(w.entry.node) == guard));
     assert_eq!(log.breaks(), [Property::P3]);
+}
+
+#[test]
+fn p3_silence_is_spanned_from_the_end_of_a_planned_contact_into_the_next_alone() {
+    let silent = |from: u64, to: u64, contacts: &[(u64, u64)]| {
+        let mut log = Log::whole();
+        let guard = NodeId::UNIT_A.guard();
+        let within = |at: u64| at > from * 1_000 && at < to * 1_000;
+        log.entries.retain(|w| !(within(w.at) && Some(w.entry.node) == guard));
+        let contact = |(from, until): &(u64, u64)| Contact { from: Span::ms(*from), until: Span::ms(*until) };
+        let contacts = Contacts::new(contacts.iter().map(contact).collect()).unwrap();
+        let findings = judge(&Evidence { contacts, ..log.evidence(Vec::new()) }).findings;
+        findings.iter().map(|f| f.property).collect::<Vec<_>>()
+    };
+    assert_eq!(silent(5_000, 7_000, &[(0, 5_000), (7_000, 20_000)]), []);
+    assert_eq!(
+        silent(5_000, 9_500, &[(0, 5_000), (7_000, 20_000)]),
+        [Property::P3],
+        "the next contact brought nothing"
+    );
+    assert_eq!(silent(5_000, 7_000, &[(0, 8_000), (9_000, 20_000)]), [Property::P3], "three seconds before the end");
+    assert_eq!(silent(5_000, 7_000, &[(0, 5_000)]), [Property::P3], "no other contact follows");
 }
 
 #[test]

@@ -147,7 +147,12 @@ pub fn topic(bytes: &[u8]) -> bool {
 pub fn relay(bytes: &[u8]) -> bool {
     let Some((plan, mut rest)) = bytes.split_first() else { return false };
     let flips = plan % 4 == 3;
-    let mut relay = StreamRelay::new(setup(), StreamRelayConfig { actions: actions(plan % 4) }, START).expect("a plan");
+    let mut relay = StreamRelay::new(
+        setup(),
+        StreamRelayConfig { actions: actions(plan % 4), ..StreamRelayConfig::default() },
+        START,
+    )
+    .expect("a plan");
     let (mut came, mut went) = (BTreeMap::new(), BTreeMap::new());
     let mut now = START;
     while let Some((op, more)) = rest.split_first() {

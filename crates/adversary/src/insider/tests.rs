@@ -253,6 +253,7 @@ fn report_of_c() -> Vec<u8> {
         measured: Measured::default(),
         settings: None,
         motion: None,
+        contact: None,
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

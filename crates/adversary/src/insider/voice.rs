@@ -100,6 +100,7 @@ impl Voice {
             sessions_lost: 0,
             measured: Measured::default(),
             motion: None,
+            contact: None,
             settings: None,
         }
     }

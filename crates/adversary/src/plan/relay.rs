@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, MAX_COPIES, MAX_HOLD_MS, PlanError, Timed, at_most, repeats, share, within};
+use super::{Direction, MAX_COPIES, MAX_HOLD_MS, Medium, PlanError, Timed, at_most, repeats, share, within};
 
 /// Plan of the relay in the telemetry path.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -11,6 +11,9 @@ pub struct DatagramRelayConfig {
     /// Actions; where several are open, they apply in this order.
     #[serde(default)]
     pub actions: Vec<Timed<DatagramAction>>,
+    /// The medium in which it stands.
+    #[serde(default)]
+    pub medium: Medium,
 }
 
 /// Action on datagrams, or datagrams sent beside them.
@@ -146,6 +149,7 @@ impl DatagramRelayConfig {
     /// Every magnitude within its bounds.
     pub fn check(&self) -> Result<(), PlanError> {
         at_most(self.actions.len())?;
+        self.medium.check()?;
         self.actions.iter().try_for_each(|timed| {
             timed.check_window(timed.action.counted().is_none())?;
             timed.action.check(timed.direction)
@@ -231,6 +235,9 @@ pub struct StreamRelayConfig {
     /// Actions; where several are open, they apply in this order.
     #[serde(default)]
     pub actions: Vec<Timed<StreamAction>>,
+    /// The medium in which it stands.
+    #[serde(default)]
+    pub medium: Medium,
 }
 
 /// Action on a byte stream. Order within a direction is always kept.
@@ -266,6 +273,7 @@ impl StreamRelayConfig {
     /// Every magnitude within its bounds.
     pub fn check(&self) -> Result<(), PlanError> {
         at_most(self.actions.len())?;
+        self.medium.check()?;
         self.actions.iter().try_for_each(|timed| {
             timed.check_window(timed.action.lasts())?;
             timed.action.check()

@@ -2,7 +2,7 @@
 //!
 //! Without an open action a datagram leaves in the same turn as it came, unchanged. Held datagrams wait in one bounded
 //! queue ordered by (due, arrival). Every act is journaled with the hash of the bytes as they are sent; a datagram
-//! that merely passes is only counted.
+//! that merely passes is only counted, as is one that the medium loses.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use super::passing::{Actor, Passing};
 use super::{Tally, forge};
 use crate::opening::Opening;
 use crate::outbox::Outbox;
-use crate::plan::{DatagramAction, DatagramRelayConfig, PlanError, Timed};
+use crate::plan::{DatagramAction, DatagramRelayConfig, Medium, PlanError, Timed};
 use crate::schedule::stream;
 
 /// Most datagrams held at once; further ones are dropped and counted.
@@ -29,6 +29,8 @@ const MAX_CAPTURED: usize = 4096;
 #[derive(Debug)]
 pub struct DatagramRelay {
     plan: Arc<[Timed<DatagramAction>]>,
+    medium: Arc<Medium>,
+    started: Instant,
     captures: bool,
     /// Beginning and end of each action.
     openings: Vec<Opening>,
@@ -61,6 +63,8 @@ impl DatagramRelay {
             openings: config.actions.iter().map(opening).collect(),
             actors: (0..config.actions.len()).map(|i| Actor::new(stream(setup.seed, i))).collect(),
             plan: config.actions.into(),
+            medium: Arc::new(config.medium),
+            started: now,
             held: BTreeMap::new(),
             arrivals: 0,
             captured: VecDeque::new(),
@@ -75,6 +79,8 @@ impl DatagramRelay {
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
             plan: Arc::clone(&self.plan),
+            medium: Arc::clone(&self.medium),
+            started: self.started,
             captures: self.captures,
             openings: self.openings.clone(),
             actors: self.actors.clone(),
@@ -99,6 +105,10 @@ impl DatagramRelay {
 
     fn pass(&mut self, now: Instant, from: Side, bytes: &[u8]) {
         self.tally.came[from as usize] += 1;
+        let Some(travel) = self.medium.travel(now.since(self.started)) else {
+            self.tally.dropped[from as usize] += 1;
+            return;
+        };
         let towards = from.other();
         let plan = Arc::clone(&self.plan);
         let mut passing = Passing::new(bytes);
@@ -118,7 +128,7 @@ impl DatagramRelay {
             self.outbox.attack(now, *action, towards, &passing.bytes, *delay);
         }
         self.remember(now, towards, bytes);
-        let mut due = now + passing.hold;
+        let mut due = now + passing.hold + travel;
         let bytes: Arc<[u8]> = passing.bytes.into();
         self.send(now, due, Datagram { towards, bytes: Arc::clone(&bytes) });
         for _ in 0..passing.copies {

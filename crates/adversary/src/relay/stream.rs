@@ -2,7 +2,7 @@
 //!
 //! A stream keeps its order: a piece is never due before the one ahead of it. When a piece may leave is settled when it
 //! comes, by the windows that are known then: one that waits for something does not reach pieces that are already held.
-//! An empty piece is the end of its direction.
+//! An empty piece is the end of its direction. When the medium stops to carry, every connection ends, and none begins until it carries again.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -18,7 +18,7 @@ use wire::time::{Instant, Span};
 use super::{SIDES, Tally, forge};
 use crate::opening::Opening;
 use crate::outbox::Outbox;
-use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
+use crate::plan::{Medium, PlanError, StreamAction, StreamRelayConfig, Timed};
 use crate::schedule::{chance, stream};
 
 /// Most bytes held for one direction of a connection; beyond, the connection is cut.
@@ -30,6 +30,10 @@ const MAX_CONNECTIONS: usize = 64;
 #[derive(Debug)]
 pub struct StreamRelay {
     plan: Arc<[Timed<StreamAction>]>,
+    medium: Arc<Medium>,
+    started: Instant,
+    /// Times at which the medium stops to carry, in order.
+    ends: VecDeque<Instant>,
     /// Beginning and end of each action.
     openings: Vec<Opening>,
     rngs: Vec<ChaCha8Rng>,
@@ -47,6 +51,8 @@ struct Lane {
     pieces: VecDeque<(Instant, Vec<u8>)>,
     bytes: usize,
     last_due: Instant,
+    /// Arrival of the newest piece, if no action holds it.
+    arrives: Instant,
     /// No more passes: the end was sent, or the direction was ended here.
     ended: bool,
     /// Name and place, as the bytes leave: the key that both this journal and the far end's ingress observer can give.
@@ -89,6 +95,9 @@ impl StreamRelay {
             rngs: (0..config.actions.len()).map(|i| stream(setup.seed, i)).collect(),
             strikes: config.actions.iter().map(strike).collect(),
             plan: config.actions.into(),
+            ends: config.medium.ends().map(|end| now + end).collect(),
+            medium: Arc::new(config.medium),
+            started: now,
             connections: BTreeMap::new(),
             cut: VecDeque::new(),
             tally: Tally::default(),
@@ -101,6 +110,9 @@ impl StreamRelay {
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
             plan: Arc::clone(&self.plan),
+            medium: Arc::clone(&self.medium),
+            started: self.started,
+            ends: self.ends.clone(),
             openings: self.openings.clone(),
             rngs: self.rngs.clone(),
             strikes: self.strikes.clone(),
@@ -128,12 +140,17 @@ impl StreamRelay {
             self.tally.dropped[from as usize] += 1;
             return;
         }
+        let travel = self.medium.travel(now.since(self.started));
         let room = self.connections.contains_key(&connection) || self.connections.len() < MAX_CONNECTIONS;
         self.connections.entry(connection).or_default();
         if !room || (!self.outbox.is_quiet() && self.cutting(now)) {
             self.tally.dropped[from as usize] += 1;
             return self.reset(now, connection);
         }
+        let Some(travel) = travel else {
+            self.tally.dropped[from as usize] += 1;
+            return self.hang_up(connection);
+        };
         let lane = self.connections.get(&connection).map(|lanes| &lanes[towards as usize]);
         if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
@@ -142,7 +159,7 @@ impl StreamRelay {
             return;
         }
         let (bytes, damaged) = self.damaged(now, towards, bytes);
-        self.queue(now, connection, towards, bytes, damaged);
+        self.queue(now, travel, (connection, towards), bytes, damaged);
     }
 
     /// True if connections are cut at `now`.
@@ -168,18 +185,21 @@ impl StreamRelay {
         (bytes, damaged)
     }
 
-    fn queue(&mut self, now: Instant, connection: SessionId, towards: Side, bytes: Vec<u8>, damaged: bool) {
+    fn queue(&mut self, now: Instant, travel: Span, way: (SessionId, Side), bytes: Vec<u8>, damaged: bool) {
+        let (connection, towards) = way;
         let Some(lanes) = self.connections.get_mut(&connection) else { return };
         let lane = &mut lanes[towards as usize];
         if lane.bytes + bytes.len() > MAX_HELD_BYTES {
             self.tally.dropped[towards.other() as usize] += 1;
             return self.reset(now, connection);
         }
+        lane.arrives = lane.arrives.max(now + travel);
+        let earliest = lane.arrives.max(lane.last_due);
         let due = if self.outbox.is_quiet() {
-            now.max(lane.last_due)
+            earliest
         } else {
             let actions = self.plan.iter().zip(&self.openings).map(|(timed, opening)| (&timed.action, opening));
-            due(actions, now, now.max(lane.last_due), towards, bytes.len())
+            due(actions, now, earliest, towards, bytes.len())
         };
         lane.last_due = due;
         lane.bytes += bytes.len();
@@ -187,7 +207,7 @@ impl StreamRelay {
             let event = lane.tampered(StreamEffect::Damaged, towards, &bytes, due.since(now));
             self.outbox.write(now, event);
         }
-        if due > now {
+        if due > lane.arrives {
             let event = lane.tampered(StreamEffect::Held, towards, &bytes, due.since(now));
             self.outbox.write(now, event);
         }
@@ -197,11 +217,19 @@ impl StreamRelay {
 
     /// Cuts a connection in both directions and forgets the bytes it held.
     fn reset(&mut self, now: Instant, connection: SessionId) {
+        for side in SIDES {
+            if let Some(lanes) = self.connections.get(&connection) {
+                self.outbox.write(now, lanes[side as usize].tampered(StreamEffect::Reset, side, &[], Span::ZERO));
+            }
+        }
+        self.hang_up(connection);
+    }
+
+    /// Ends a connection in both directions and forgets the bytes it held.
+    fn hang_up(&mut self, connection: SessionId) {
         let Some(lanes) = self.connections.remove(&connection) else { return };
         for side in SIDES {
-            let lane = &lanes[side as usize];
-            self.tally.dropped[side.other() as usize] += lane.pieces.len() as u64;
-            self.outbox.write(now, lane.tampered(StreamEffect::Reset, side, &[], Span::ZERO));
+            self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
@@ -214,6 +242,14 @@ impl StreamRelay {
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Stream { side, .. } = input { Some(side.other()) } else { None };
         self.outbox.notice(&mut self.openings, now, input, passes);
+    }
+
+    /// Ends every connection when the medium carries no more.
+    fn lose(&mut self, now: Instant) {
+        if self.ends.pop_front_if(|end| *end <= now).is_some() {
+            let open: Vec<SessionId> = self.connections.keys().copied().collect();
+            open.into_iter().for_each(|connection| self.hang_up(connection));
+        }
     }
 
     /// Half-closes, resets and cuts that are due.
@@ -317,6 +353,7 @@ fn due<'a>(
 impl Core for StreamRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
+        self.lose(now);
         if !self.outbox.is_quiet() {
             self.notice(now, input);
             self.strike(now);
@@ -338,7 +375,7 @@ impl Core for StreamRelay {
         let strikes = self.strikes.iter().zip(&self.openings).filter(|(strikes, _)| **strikes);
         let strikes = strikes.filter_map(|(_, opening)| opening.opens());
         let begins = self.openings.iter().filter_map(Opening::due);
-        held.chain(strikes.chain(begins).filter(|_| !self.outbox.is_quiet())).min()
+        held.chain(self.ends.front().copied()).chain(strikes.chain(begins).filter(|_| !self.outbox.is_quiet())).min()
     }
 
     fn output(&mut self) -> Option<Output> {

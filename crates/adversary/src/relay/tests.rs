@@ -1,5 +1,6 @@
 //! The relays as attacks, and their account under any plan.
 
+mod medium;
 mod windows;
 
 use instrument::{Action, Any, Note, StreamEffect};
@@ -206,13 +207,19 @@ fn a_half_close_ends_one_direction_only() {
 
 #[test]
 fn a_plan_beyond_its_bounds_is_refused() {
-    let config = DatagramRelayConfig { actions: vec![timed(0, 0, DatagramAction::Loss { permille: 5 })] };
+    let config = DatagramRelayConfig {
+        actions: vec![timed(0, 0, DatagramAction::Loss { permille: 5 })],
+        ..DatagramRelayConfig::default()
+    };
     assert!(config.check().is_err(), "a window without length");
-    let config = DatagramRelayConfig { actions: vec![timed(0, 1, DatagramAction::Loss { permille: 1001 })] };
+    let config = DatagramRelayConfig {
+        actions: vec![timed(0, 1, DatagramAction::Loss { permille: 1001 })],
+        ..DatagramRelayConfig::default()
+    };
     assert!(config.check().is_err());
     let hello = DatagramAction::Inject { content: Content::ClientHello, count: 1, every_ms: 0 };
     let down = Timed { direction: Direction::Down, ..timed(0, 1, hello) };
-    assert!(DatagramRelayConfig { actions: vec![down] }.check().is_err());
+    assert!(DatagramRelayConfig { actions: vec![down], ..DatagramRelayConfig::default() }.check().is_err());
 }
 
 proptest! {
@@ -318,11 +325,21 @@ fn timed<A>(start_ms: u64, duration_ms: u64, action: A) -> Timed<A> {
 }
 
 fn datagrams(actions: Vec<Timed<DatagramAction>>) -> DatagramRelay {
-    DatagramRelay::new(setup(NodeId::RELAY_TELEMETRY, 1), DatagramRelayConfig { actions }, start()).unwrap()
+    DatagramRelay::new(
+        setup(NodeId::RELAY_TELEMETRY, 1),
+        DatagramRelayConfig { actions, ..DatagramRelayConfig::default() },
+        start(),
+    )
+    .unwrap()
 }
 
 fn streams(actions: Vec<Timed<StreamAction>>) -> StreamRelay {
-    StreamRelay::new(setup(NodeId::RELAY_COMMAND, 2), StreamRelayConfig { actions }, start()).unwrap()
+    StreamRelay::new(
+        setup(NodeId::RELAY_COMMAND, 2),
+        StreamRelayConfig { actions, ..StreamRelayConfig::default() },
+        start(),
+    )
+    .unwrap()
 }
 
 fn start() -> Instant {

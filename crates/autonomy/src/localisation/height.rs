@@ -85,9 +85,8 @@ mod tests {
             let reading = Spatial {
                 fix_up_mm: Some(fix as i64),
                 pressure_up_mm: Some(pressure as i32),
-                range_mm: None,
                 left_up_mm_s: Some([0, 500]),
-                charge: Some(900),
+                ..Spatial::default()
             };
             height.take(&reading, at(i), 0.05);
         }

@@ -294,6 +294,7 @@ impl Bench {
             measured: Measured::default(),
             settings: None,
             motion: None,
+            contact: None,
         }
     }
 
@@ -461,6 +462,7 @@ fn config() -> AutonomyConfig {
         teammates: vec![UnitId::B, UnitId::C],
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
+        contacts: wire::contact::Contacts::default(),
         supervisor: PeerId::GATEWAY,
         limits: Limits::GROUND,
         guest: None,

@@ -13,9 +13,9 @@ use super::theme::Palette;
 use super::view_state::ViewState;
 use super::words::{self, seconds};
 use crate::age::Labelled;
+use crate::aloft;
 use crate::shown::{Shown, ShownLink, ShownUnit, State};
 use crate::skew::Rate;
-use crate::text;
 
 /// Height of a unit's line, points.
 const LINE: f32 = 28.0;
@@ -34,6 +34,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown) {
             name(ui, view_state, unit.unit);
             unit_cells(ui, shown.at, unit);
         });
+        aloft_line(ui, unit);
     }
     for unit in &shown.silent {
         line(ui, |ui| {
@@ -80,12 +81,33 @@ fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
         &format!("AGE {} {age} {word}", unit.unit),
     );
     way(ui, unit);
-    let moves = format!("{}, route {} %", text::motion(state), state.progress / 10);
+    let moves = format!("{}, route {} %", aloft::speed(state.speed_mm_s), state.progress / 10);
     cell(
         ui,
         CELLS[7],
         if freshness == Freshness::Fresh { RichText::new(moves) } else { RichText::new(format!("was {moves}")).weak() },
     );
+}
+
+/// Height, attitude, sunlight, battery and contact, of a unit that reports them.
+fn aloft_line(ui: &mut Ui, unit: &ShownUnit) {
+    let (state, freshness) = unit.state.get();
+    let words = aloft::words(state, unit.state.age());
+    if words.is_empty() {
+        return;
+    }
+    line(ui, |ui| {
+        cell(ui, CELLS[0], RichText::new(""));
+        for word in words {
+            // What the plan says of contact holds at any age.
+            let told = if freshness == Freshness::Fresh || word.contains("contact") {
+                RichText::new(word)
+            } else {
+                RichText::new(format!("was {word}")).weak()
+            };
+            cell(ui, CELLS[7], told);
+        }
+    });
 }
 
 fn state(ui: &mut Ui, unit: &ShownUnit) {

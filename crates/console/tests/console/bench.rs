@@ -346,6 +346,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         measured: Measured::default(),
         settings: None,
         motion: None,
+        contact: None,
     }
 }
 

@@ -8,10 +8,11 @@ use wire::command::CommandKind;
 use wire::feed::Feed;
 use wire::id::{PeerId, TrackId, UnitId};
 use wire::mode::{Cause, Guard, Guards, Mode};
+use wire::motion::{Attitude, ReportedMotion};
 use wire::person::Role;
 use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::refusal::Reason;
-use wire::report::ReportedTrack;
+use wire::report::{ReportedContact, ReportedTrack};
 use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
@@ -21,7 +22,7 @@ use crate::yard::Yard;
 pub(crate) type Scene = (&'static str, fn() -> Yard);
 
 /// Every one.
-pub(crate) const SCENES: [Scene; 12] = [
+pub(crate) const SCENES: [Scene; 14] = [
     ("nominal", nominal),
     ("authority", authority),
     ("degraded", degraded),
@@ -34,6 +35,8 @@ pub(crate) const SCENES: [Scene; 12] = [
     ("view-only", view_only),
     ("crowd", crowd),
     ("flood", flood),
+    ("aloft", aloft),
+    ("between-contacts", between_contacts),
 ];
 
 /// Two units drive; the mission was enabled a while ago.
@@ -81,6 +84,35 @@ pub(crate) fn hold_safe() -> Yard {
     a.failing = Guards::default().with(Guard::Teammates);
     a.tracks.truncate(3);
     yard.run(Span::ms(1_300));
+    yard
+}
+
+/// Two units fly.
+pub(crate) fn aloft() -> Yard {
+    let mut yard = nominal();
+    for (unit, up_mm, nose) in [(UnitId::A, 2_960, 0.06), (UnitId::B, 3_020, -0.03)] {
+        let attitude = Some(Attitude::new([1.0, 0.02, nose, 0.0]));
+        let motion = ReportedMotion { up_mm, left_up_mm_s: [20, -40], charge: 830, attitude, sunlit: None };
+        yard.actor(unit).motion = Some(motion);
+    }
+    yard.run(Span::ms(500));
+    yard
+}
+
+/// A satellite has gone out of contact as planned; another one is in contact.
+pub(crate) fn between_contacts() -> Yard {
+    let mut yard = nominal();
+    let attitude = Some(Attitude::new([0.17, 0.98, 0.1, 0.0]));
+    let orbit = ReportedMotion { up_mm: 518_140_000, left_up_mm_s: [0, 0], charge: 790, attitude, sunlit: Some(true) };
+    let contact = |left, next| Some(ReportedContact { left: Span::s(left), next: Some(Span::s(next)) });
+    let a = yard.actor(UnitId::A);
+    (a.motion, a.contact) = (Some(orbit), contact(1, 31));
+    let b = yard.actor(UnitId::B);
+    (b.motion, b.contact) = (Some(ReportedMotion { sunlit: Some(false), ..orbit }), contact(212, 5_400));
+    yard.run(Span::s(1));
+    yard.actor(UnitId::A).heard = false;
+    yard.bench.feed(&Feed::Session(PeerId::UNIT_A, false));
+    yard.run(Span::s(6));
     yard
 }
 

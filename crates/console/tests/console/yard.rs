@@ -13,10 +13,11 @@ use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::id::{Boot, CommandId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Cause, Guard, Guards, Mode};
+use wire::motion::ReportedMotion;
 use wire::person::Role;
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
-use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::report::{Report, ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
 use wire::settings::Settings;
 use wire::time::{Echo, PeerStamp, Span};
@@ -45,6 +46,8 @@ pub(crate) struct Actor {
     pub(crate) obeys: bool,
     /// By how many millionths its clock runs faster than the console's.
     pub(crate) fast_ppm: i64,
+    pub(crate) motion: Option<ReportedMotion>,
+    pub(crate) contact: Option<ReportedContact>,
     sequence: u64,
     last: Option<(CommandId, Option<Reason>)>,
 }
@@ -216,6 +219,8 @@ impl Actor {
             via: unit.peer(),
             obeys: true,
             fast_ppm: 0,
+            motion: None,
+            contact: None,
             sequence: 0,
             last: None,
         }
@@ -248,7 +253,8 @@ impl Actor {
             sessions_lost: 0,
             measured: measured(self.failing),
             settings: self.settings,
-            motion: None,
+            motion: self.motion,
+            contact: self.contact,
         }
     }
 

@@ -69,6 +69,7 @@ pub(crate) fn config() -> GatewayConfig {
         units,
         operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
         mandates: Vec::new(),
+        contacts: Vec::new(),
     }
 }
 
@@ -361,6 +362,7 @@ impl Unit {
             measured: Measured::default(),
             settings: None,
             motion: None,
+            contact: None,
         }
     }
 }

@@ -259,7 +259,13 @@ fn whatever_a_flipped_bit_does_the_account_balances() {
 #[test]
 fn a_fork_goes_on_as_the_original_does() {
     let units = vec![UnitId::A];
-    let config = GatewayConfig { units, interests: vec![], operators: vec![NodeId::OPERATOR], mandates: vec![] };
+    let config = GatewayConfig {
+        units,
+        interests: vec![],
+        operators: vec![NodeId::OPERATOR],
+        mandates: vec![],
+        contacts: vec![],
+    };
     let mut now = wire::time::Instant(0);
     let mut one = gateway::Gateway::new(setup(Policy::default()), config, now).unwrap();
     one.handle(now, &Input::Opened { session: SessionId(1), peer: PeerId::UNIT_A });

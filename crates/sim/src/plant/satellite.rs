@@ -405,6 +405,25 @@ mod tests {
         assert!(flown.kept().safe > 0.0, "{:?}", flown.kept());
     }
 
+    /// A lead can ask for ways of the line of sight alone. Reversed again and again at the greatest speed and turn, they stay far from a
+    /// tumble: 0.17 rad/s, which a wheel at its greatest torque reaches in 2.6 s (`spacecraft`).
+    #[test]
+    fn no_lead_makes_it_tumble() {
+        let fastest = |half_s: f64| {
+            let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));
+            let mut most = 0.0_f32;
+            for reversal in 0..(30.0 / half_s) as u32 {
+                let sign = if reversal.is_multiple_of(2) { 1.0 } else { -1.0 };
+                flown.fly(half_s, Some([sign * 3.0, 0.0, 0.0]), sign * 1.2);
+                most = most.max(flown.plant.flight(&flown.world).unwrap().rates.length());
+            }
+            most
+        };
+        let fastest = [0.1, 0.3, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0].map(fastest);
+        assert!(fastest.iter().all(|rate| *rate < 0.04), "{fastest:?} rad/s");
+        assert!(fastest.iter().any(|rate| *rate > 0.018), "{fastest:?} rad/s: the lead has an effect");
+    }
+
     #[test]
     fn wheels_terms_are_refused() {
         let mut flown = Flown::new(Wind::default(), Kind::Satellite(numbers()));

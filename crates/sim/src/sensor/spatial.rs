@@ -1,11 +1,11 @@
 //! Readings of a body that leaves the ground: height by satellite receiver and by air pressure, distance to the surface below, velocity by inertial
-//! and optical-flow sensors, charge of the battery.
+//! and optical-flow sensors, charge of the battery; and for the display alone, as they are, attitude and sunlight.
 //!
 //! A frozen source repeats its last reading, a dropped one gives none. The height of a fix fails with the fix, the velocity with odometry; the
 //! height by pressure has faults of its own.
 
 use instrument::Sensor;
-use wire::motion::Spatial;
+use wire::motion::{Attitude, Spatial};
 use wire::time::Span;
 
 use crate::fault::Faults;
@@ -40,7 +40,13 @@ impl Altimeters {
     }
 
     /// Reading `n`, under the faults in force `run` after the start.
-    pub(crate) fn read(&mut self, n: u64, (state, flight): (&State, &Flight), faults: &Faults, run: Span) -> Spatial {
+    pub(crate) fn read(
+        &mut self,
+        n: u64,
+        (state, flight, sunlit): (&State, &Flight, Option<bool>),
+        faults: &Faults,
+        run: Span,
+    ) -> Spatial {
         let effect = |sensor: Sensor| faults.at(run, sensor);
         let (fix, odometry, height) = (effect(Sensor::Localisation), effect(Sensor::Odometry), effect(Sensor::Height));
         self.noise.seek(n);
@@ -51,6 +57,7 @@ impl Altimeters {
         let pressure_up = up as f32 + drawn(PRESSURE_M, height.noise);
         let range = drawn(RANGE_M, 1.0);
         let left_up = [level.y, level.z].map(|v| mm(v + drawn(VELOCITY_M_S, odometry.noise)));
+        let q = flight.attitude;
         let displaced = height.displaced_mm[0].clamp(-1_000_000_000, 1_000_000_000) as i32;
         let now = Spatial {
             fix_up_mm: Some((fix_up * 1000.0) as i64),
@@ -59,6 +66,8 @@ impl Altimeters {
             range_mm: flight.below.map(|below| mm(below + range).max(0) as u32),
             left_up_mm_s: Some(left_up),
             charge: Some((flight.charge * 1000.0) as u16),
+            attitude: Some(Attitude::new([q.w, q.x, q.y, q.z].map(f64::from))),
+            sunlit,
         };
         let last = self.last;
         let keep = |frozen: bool| frozen && last != Spatial::default();

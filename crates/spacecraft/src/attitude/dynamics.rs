@@ -176,6 +176,21 @@ mod tests {
         assert!((state.rates_rad_s[1] + 0.015 / 0.10).abs() < 1e-3);
     }
 
+    /// Seconds until a wheel at its greatest torque has turned the body at rest to 0.17 rad/s about its axis.
+    #[test]
+    fn a_wheel_that_anybody_commands_makes_a_tumble_about_the_axis_of_least_inertia() {
+        let tumbles = |axis: usize| {
+            let (mut state, mut torques) = (State::at_rest(NONE), [0.0; 3]);
+            torques[axis] = 0.004;
+            (1..1_000).find(|_| {
+                step(&mut state, &Body::default(), torques, [0.0; 3], &NOTHING, 0.01);
+                state.rates_rad_s[axis] >= 0.17
+            })
+        };
+        assert_eq!(tumbles(0), Some(255), "hundredths of a second");
+        assert_eq!([tumbles(1), tumbles(2)], [None; 2], "the wheel's momentum is used up before");
+    }
+
     #[test]
     fn a_dipole_turns_towards_the_field() {
         let mut state = State::at_rest(NONE);

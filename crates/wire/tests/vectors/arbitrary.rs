@@ -12,10 +12,10 @@ use wire::event::Inconsistency;
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Guards, Mode};
-use wire::motion::ReportedMotion;
+use wire::motion::{Attitude, ReportedMotion};
 use wire::policy::Policy;
 use wire::refusal::Reason;
-use wire::report::{MAX_REPORT, Report, ReportedAuthority, ReportedTrack};
+use wire::report::{MAX_REPORT, Report, ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::{Candidates, Class, Frames, Modalities, Navigation, Pose, ProductMode};
 use wire::session::{MAX_SESSION_MESSAGE, SessionBody, SessionMessage, Teammate};
 use wire::settings::{RANGES, Settings};
@@ -186,7 +186,9 @@ fn settings(seed: u32) -> Option<Settings> {
 /// None, or any numbers.
 fn motion(up: u64, velocity: i32, charge: u16) -> Option<ReportedMotion> {
     let left_up_mm_s = [velocity, velocity.rotate_left(16)];
-    up.is_multiple_of(2).then_some(ReportedMotion { up_mm: up.cast_signed(), left_up_mm_s, charge })
+    let attitude = charge.is_multiple_of(2).then_some(Attitude([velocity; 4]));
+    let sunlit = charge.is_multiple_of(3).then_some(velocity > 0);
+    up.is_multiple_of(2).then_some(ReportedMotion { up_mm: up.cast_signed(), left_up_mm_s, charge, attitude, sunlit })
 }
 
 fn report() -> impl Strategy<Value = Report> {
@@ -221,6 +223,10 @@ fn report() -> impl Strategy<Value = Report> {
                 measured: measured(boot, speed_mm_s),
                 settings: settings(boot),
                 motion: motion(stamp, speed_mm_s, progress),
+                contact: sequence.is_multiple_of(3).then_some(ReportedContact {
+                    left: Span(age),
+                    next: sequence.is_multiple_of(2).then_some(Span(nonce)),
+                }),
             }
         },
     )

@@ -22,7 +22,7 @@ use wire::motion::{Attitude, Motion, ReportedMotion, Spatial};
 use wire::person::{self, Alarm, Numbered, Unable};
 use wire::policy::{Check, Waived};
 use wire::refusal::{Reason, Refusal};
-use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::report::{Report, ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
     PixelBox, Pose, ProductMode, ReceiverTime,
@@ -141,6 +141,7 @@ pub(crate) fn report() -> Report {
             .with(Guard::Geofence, Some(-120)),
         settings: Some(VALUES),
         motion: None,
+        contact: None,
     }
 }
 
@@ -162,10 +163,15 @@ fn reports() -> Vec<Named> {
     };
     let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };
     let left_up_mm_s = [-30, 12];
-    let aloft = Report { motion: Some(ReportedMotion { up_mm: 2480, left_up_mm_s, charge: 871 }), ..bare.clone() };
+    let (attitude, sunlit) = (Some(Attitude::new([0.6, 0.0, 0.8, 0.0])), Some(true));
+    let motion = ReportedMotion { up_mm: 2480, left_up_mm_s, charge: 871, attitude: None, sunlit: None };
+    let aloft = Report { motion: Some(motion), ..bare.clone() };
+    let contact = Some(ReportedContact { left: Span::ZERO, next: Some(Span::s(30)) });
+    let passing = Report { motion: Some(ReportedMotion { attitude, sunlit, ..motion }), contact, ..bare.clone() };
     vec![
         named!("with-authority-and-a-track", Report, report()),
         named!("aloft", Report, aloft),
+        named!("between-contacts", Report, passing),
         named!("degraded-without-either", Report, bare),
         named!("last-command-refused", Report, refused),
     ]
@@ -383,6 +389,8 @@ fn spatial() -> Spatial {
         range_mm: Some(2390),
         left_up_mm_s: Some([-30, 12]),
         charge: Some(871),
+        attitude: Some(Attitude::new([0.6, 0.0, 0.8, 0.0])),
+        sunlit: Some(false),
     }
 }
 

@@ -164,6 +164,7 @@ fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
         measured: Measured::default(),
         settings: None,
         motion: None,
+        contact: None,
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }

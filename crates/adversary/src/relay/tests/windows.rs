@@ -145,7 +145,9 @@ fn relay_draws_from_its_seed_alone() {
             timed(0, 10_000, DatagramAction::Jitter { ms: 50 }),
             timed(0, 10_000, DatagramAction::Loss { permille: 300 }),
         ];
-        let mut relay = DatagramRelay::new(setup, DatagramRelayConfig { actions }, start()).unwrap();
+        let mut relay =
+            DatagramRelay::new(setup, DatagramRelayConfig { actions, ..DatagramRelayConfig::default() }, start())
+                .unwrap();
         let mut said = Vec::new();
         (0..100).for_each(|n| drop(turn(&mut relay, at(n * 10), &up(n as u8), &mut said)));
         said.retain(|event| matches!(event, Any::Instrument(Note::Attack { .. })));
