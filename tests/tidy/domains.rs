@@ -6,7 +6,9 @@
 use crate::{code, sources};
 
 /// Words that belong to one domain.
-const WORDS: [&str; 22] = [
+const WORDS: [&str; 24] = [
+    "fixed_wing",
+    "FixedWing",
     "multirotor",
     "Multirotor",
     "rotor",

@@ -61,7 +61,8 @@ def p3_lost(log):
 
 def p5_distrusted(log):
     """While a test of the fixes fails none is used: the pose goes by odometry, which goes as the unit goes."""
-    true, start = truth(log), None
+    # A unit that goes round comes back to its place after a long way.
+    true, start, way, last = truth(log), None, 0.0, None
     blind = [(e["t_us"], e["event"]["active"]) for e in log.of("fault") if e["event"]["sensor"] == "odometry"]
     for t, ev in located(log):
         at = true.at(ev["stamp"])
@@ -70,13 +71,15 @@ def p5_distrusted(log):
         if not ev["distrusted"]:
             start = None
             continue
+        way = way + hypot(at[0] - last[0], at[1] - last[1]) if start else 0.0
+        last = at
         pose = (ev["pose_x_mm"], ev["pose_y_mm"])
         since, pose0, at0 = start = start or (t, pose, at)
         moved = (pose[0] - pose0[0], pose[1] - pose0[1])
         went = (at[0] - at0[0], at[1] - at0[1])
         # Without odometry the pose may lag behind by all that the unit can go.
         unseen = without(blind, since, t) / 1e6 * log.bounds["max_speed_mm_s"]
-        allowed = ODOMETRY[0] + ODOMETRY[1] * hypot(*went) + ODOMETRY[2] * (t - since) / 1e6 + unseen
+        allowed = ODOMETRY[0] + ODOMETRY[1] * way + ODOMETRY[2] * (t - since) / 1e6 + unseen
         if hypot(*moved) > ODOMETRY[0] and hypot(moved[0] - went[0], moved[1] - went[1]) > allowed:
             yield "P5", t, "a pose moved under fixes that the unit distrusts"
             return

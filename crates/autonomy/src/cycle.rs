@@ -264,7 +264,8 @@ impl Autonomy {
         if !self.identity.limits.free {
             return drive::SetPoint::Course { speed_mm_s: speed as i32, curvature_um: (curvature * 1e9) as i32 };
         }
-        if matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost() {
+        let guarded = self.pilot.as_ref().is_none_or(|pilot| !pilot.bare());
+        if guarded && (matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost()) {
             return drive::SetPoint::Rest;
         }
         flight::velocity(SetPoint { speed, curvature }, self.height())

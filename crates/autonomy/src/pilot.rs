@@ -77,6 +77,11 @@ impl Pilot {
         }
     }
 
+    /// True if its set-points go to the plant as they are.
+    pub(crate) fn bare(&self) -> bool {
+        self.bare
+    }
+
     /// Keeps a reading for the next step.
     pub(crate) fn read(&mut self, reading: &Navigation) {
         self.reading = Some(*reading);

@@ -154,19 +154,26 @@ fn without_odometry(evidence: &Evidence) -> Vec<(Micros, Micros)> {
 fn flagged_and_used(evidence: &Evidence, sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
     let blind = without_odometry(evidence);
     let mut flagged: Option<(Micros, Place, Place)> = None;
+    // A unit that goes round comes back to its place after a long way.
+    let (mut way, mut last) = (0.0, (0.0, 0.0));
     for s in sights {
         let Some([x, y]) = truth.at(s.stamp) else { continue };
         if !s.distrusted {
             flagged = None;
             continue;
         }
+        if flagged.is_none() {
+            (way, last) = (0.0, (x, y));
+        }
         let (since, pose, place) = *flagged.get_or_insert((s.at, s.pose, (x, y)));
+        way += length(minus((x, y), last));
+        last = (x, y);
         let (moved, went) = (minus(s.pose, pose), minus((x, y), place));
         let off = length(minus(moved, went));
         let lasted = (s.at - since) as f64 / 1e6;
         let overlap = |(from, to): &(Micros, Micros)| s.at.min(*to).saturating_sub(since.max(*from)) as f64 / 1e6;
         let unseen = blind.iter().map(overlap).sum::<f64>() * f64::from(evidence.bounds.max_speed_mm_s);
-        let allowed = ODOMETRY.0 + ODOMETRY.1 * length(went) + ODOMETRY.2 * lasted + unseen;
+        let allowed = ODOMETRY.0 + ODOMETRY.1 * way + ODOMETRY.2 * lasted + unseen;
         if length(moved) > ODOMETRY.0 && off > allowed {
             let what = format!("a pose moved by {off:.0} mm under fixes that the unit distrusts");
             return Some(finding(Property::P5, s.at, what));

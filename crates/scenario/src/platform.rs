@@ -11,6 +11,7 @@ mod flight;
 mod space;
 mod tables;
 mod template;
+mod wing;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,7 @@ pub use flight::{AloftTable, MultirotorTable, Small};
 pub use space::SatelliteTable;
 pub use tables::{CameraTable, GuardsTable, LidarTable, SafeAction, SafeTable, VehicleTable};
 pub use template::{platform_schema, platform_template};
+pub use wing::FixedWingTable;
 
 /// Milliseconds of a bound: never zero.
 pub type Bound = Located<Whole<1, 60_000>>;
@@ -50,6 +52,9 @@ pub struct Platform {
     /// The body, where it flies on rotors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub multirotor: Option<MultirotorTable>,
+    /// The body, where it flies on a fixed wing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fixed_wing: Option<FixedWingTable>,
     /// The body, where it is in an orbit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub satellite: Option<SatelliteTable>,
@@ -82,7 +87,8 @@ impl Platform {
             return Body::Satellite(body);
         }
         let rotors = self.multirotor.as_ref().map(|body| Body::Multirotor(body.body(self.aloft.as_ref())));
-        rotors.unwrap_or_else(|| Body::Wheeled(self.vehicle()))
+        let wing = self.fixed_wing.as_ref().map(|body| Body::FixedWing(body.body(self.aloft.as_ref())));
+        rotors.or(wing).unwrap_or_else(|| Body::Wheeled(self.vehicle()))
     }
 
     /// Length, width and height of the body, metres.
@@ -90,7 +96,8 @@ impl Platform {
         let rotors = self.multirotor.as_ref().map(|body| body.body_m.map(|edge| edge.get()));
         // The point that a satellite looks at has no width of its own.
         let point = self.satellite.as_ref().map(|_| [0.0; 3]);
-        point.or(rotors).unwrap_or_else(|| self.vehicle.chassis_m.map(|edge| edge.get()))
+        let wing = self.fixed_wing.as_ref().map(|body| body.body_m.map(|edge| edge.get()));
+        point.or(rotors).or(wing).unwrap_or_else(|| self.vehicle.chassis_m.map(|edge| edge.get()))
     }
 
     /// Camera and LiDAR as simulation and perception know them.
@@ -101,7 +108,9 @@ impl Platform {
     /// The same as perception knows them: heights are above the ground, at the height that is flown at.
     pub fn seen_from(&self) -> Sensors {
         let Sensors { camera, lidar } = self.sensors();
-        let cruise = self.multirotor.as_ref().map_or(0.0, |body| body.cruise_m.get() as f32);
+        let rotors = self.multirotor.as_ref().map(|body| body.cruise_m.get());
+        let wing = self.fixed_wing.as_ref().map(|body| body.cruise_m.get());
+        let cruise = rotors.or(wing).unwrap_or(0.0) as f32;
         Sensors {
             camera: Camera { up_m: camera.up_m + cruise, ..camera },
             lidar: Lidar { up_m: lidar.up_m + cruise, ..lidar },
@@ -110,7 +119,12 @@ impl Platform {
 
     /// True if the shipped networks were trained for views from about the height of this platform's camera.
     pub fn is_trained_for(&self) -> bool {
-        self.multirotor.is_none() && self.satellite.is_none()
+        !self.is_free()
+    }
+
+    /// True if its body moves without wheels.
+    fn is_free(&self) -> bool {
+        self.multirotor.is_some() || self.fixed_wing.is_some() || self.satellite.is_some()
     }
 
     /// True if this platform has a camera that can be rendered.
@@ -123,7 +137,7 @@ impl Platform {
         let aloft = self.aloft.as_ref().map(AloftTable::limits);
         let limits = tables::limits(&self.guards, &self.vehicle);
         // A body without wheels has no axle that it could swing about.
-        let free = self.multirotor.is_some() || self.satellite.is_some();
+        let free = self.is_free();
         Limits { aloft, free, rear_axle_mm: if free { 0 } else { limits.rear_axle_mm }, ..limits }
     }
 }

@@ -17,6 +17,8 @@ pub enum Body {
     Wheeled(Vehicle),
     /// It flies on rotors.
     Multirotor(Multirotor),
+    /// It flies on a fixed wing.
+    FixedWing(FixedWing),
     /// It turns in an orbit.
     Satellite(Satellite),
 }
@@ -100,6 +102,81 @@ impl Multirotor {
         power_w: [150.0, 10.0],
         cruise_m: 3.0,
         loiter_s: 20.0,
+        descent_m_s: 0.5,
+        drift_m_s: 0.5,
+        clearance_m: 1.0,
+        ceiling_m: 6.0,
+    };
+}
+
+/// A body on a fixed wing, with an autopilot for airspeed, bank and climb. Body frame: x forward, y left, z up, origin in the centre of mass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FixedWing {
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// Length, span and height of the body, metres.
+    pub body_m: [f32; 3],
+    /// Least airspeed, m/s.
+    pub min_speed_m_s: f32,
+    /// Greatest airspeed of a set-point, m/s.
+    pub max_speed_m_s: f32,
+    /// Greatest climb and descent of a set-point, m/s.
+    pub max_climb_m_s: f32,
+    /// Greatest turn of a set-point, rad/s.
+    pub max_turn_rad_s: f32,
+    /// Change of the airspeed, speeding up and slowing down, m/s².
+    pub acceleration_m_s2: [f32; 2],
+    /// Greatest bank, degrees.
+    pub bank_deg: f32,
+    /// Natural frequency of the bank, rad/s, and its damping.
+    pub roll: [f32; 2],
+    /// Time constant of the climb, seconds.
+    pub climb_s: f32,
+    /// Capacity of the battery, W·h.
+    pub battery_w_h: f32,
+    /// Power in flight, and on the ground, W.
+    pub power_w: [f32; 2],
+    /// Height at which a run begins, metres above the ground.
+    pub cruise_m: f32,
+    /// Airspeed on the circle of its safe motion, m/s.
+    pub circle_m_s: f32,
+    /// Bank on it, degrees.
+    pub circle_bank_deg: f32,
+    /// Time for which it circles without a lead, seconds; then it lands.
+    pub circle_s: f32,
+    /// Horizontal distance that it keeps to the place where a circle began, metres.
+    pub stays_m: f32,
+    /// Speed of the descent, m/s.
+    pub descent_m_s: f32,
+    /// Speed of the wind that its safe motion allows for, m/s.
+    pub drift_m_s: f32,
+    /// Least height above the surface below while it is led, metres.
+    pub clearance_m: f32,
+    /// Greatest height above the world's origin, metres.
+    pub ceiling_m: f32,
+}
+
+impl FixedWing {
+    /// That of `platforms/wing.toml`; a test holds the two equal.
+    pub const SLOW_FLYER: FixedWing = FixedWing {
+        mass_kg: 0.06,
+        body_m: [0.85, 0.85, 0.2],
+        min_speed_m_s: 1.5,
+        max_speed_m_s: 3.0,
+        max_climb_m_s: 1.0,
+        max_turn_rad_s: 1.2,
+        acceleration_m_s2: [1.5, 2.5],
+        bank_deg: 45.0,
+        roll: [8.0, 0.9],
+        climb_s: 0.3,
+        battery_w_h: 2.2,
+        power_w: [4.0, 0.5],
+        cruise_m: 3.0,
+        circle_m_s: 2.0,
+        circle_bank_deg: 13.5,
+        circle_s: 60.0,
+        stays_m: 5.5,
         descent_m_s: 0.5,
         drift_m_s: 0.5,
         clearance_m: 1.0,

@@ -96,9 +96,15 @@ impl Bench {
 
     /// A core with a guest, who asks for this set-point in every step.
     pub(crate) fn piloted(bare: bool, pilot: Option<(i32, i32)>) -> Bench {
-        let limits = (Span::ms(5000), Span::ms(500));
-        let guest = GuestConfig { name: "test".into(), bare, start_limit: limits.0, step_limit: limits.1 };
-        let mut bench = Bench::of(setup(Policy::default(), None), AutonomyConfig { guest: Some(guest), ..config() });
+        Bench::piloted_with(Limits::GROUND, bare, pilot)
+    }
+
+    /// The same on a platform with these limits.
+    pub(crate) fn piloted_with(limits: Limits, bare: bool, pilot: Option<(i32, i32)>) -> Bench {
+        let (start_limit, step_limit) = (Span::ms(5000), Span::ms(500));
+        let guest = GuestConfig { name: "test".into(), bare, start_limit, step_limit };
+        let config = AutonomyConfig { guest: Some(guest), limits, ..config() };
+        let mut bench = Bench::of(setup(Policy::default(), None), config);
         bench.pilot = pilot;
         bench.answer(&Answer::Ready);
         bench

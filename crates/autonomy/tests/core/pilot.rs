@@ -4,6 +4,7 @@ use wire::codec::Text;
 use wire::event::Event;
 use wire::guest::{Answer, Fault, Reply, Request};
 use wire::mode::Mode;
+use wire::platform::Limits;
 
 use super::bench::Bench;
 
@@ -60,13 +61,16 @@ fn a_guarded_guest_stops_before_the_fence() {
 
 #[test]
 fn lost_localisation_stops_only_the_guarded_guest() {
-    for (bare, given) in [(false, 0), (true, 1000)] {
-        let mut bench = Bench::piloted(bare, Some((1000, 0)));
+    let freely = Limits { free: true, ..Limits::GROUND };
+    for (limits, bare, given) in
+        [(Limits::GROUND, false, 0), (Limits::GROUND, true, 1000), (freely, false, 0), (freely, true, 1000)]
+    {
+        let mut bench = Bench::piloted_with(limits, bare, Some((1000, 0)));
         bench.reach(Mode::Ready);
         bench.no_fix = true;
         bench.run(350);
         // The bench's bare unit has its guards; what is shown is that none of them touches the set-point.
-        assert_eq!(driven(&bench), Some(given), "bare {bare}");
+        assert_eq!(driven(&bench), Some(given), "bare {bare}, moves freely {}", limits.free);
     }
 }
 

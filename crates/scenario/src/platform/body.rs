@@ -26,7 +26,9 @@ pub(super) fn check(platform: &Platform) -> Vec<Finding> {
     let groups = [camera, lidar, guards, driving];
     let of_body = match &platform.satellite {
         Some(table) => space::check(platform, table).into_iter().chain(space::safe(platform)).collect(),
-        None if platform.multirotor.is_some() || platform.aloft.is_some() => flight::check(platform),
+        None if platform.multirotor.is_some() || platform.fixed_wing.is_some() || platform.aloft.is_some() => {
+            flight::check(platform)
+        }
         None => each(&wheels, platform),
     };
     of_body.into_iter().chain(each(&groups, platform)).collect()

@@ -1,4 +1,4 @@
-//! The tables of a platform that flies, and their checks: a body on rotors in place of `[vehicle]`, and the limits of its guards.
+//! The tables of a platform that flies, and their checks: a body on rotors in place of `[vehicle]`, and the limits of the guards of any that flies.
 //!
 //! Ranges are held by the types; the values' meaning is given by `wire::platform`.
 
@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::platform::{Aloft, Multirotor};
 
-use super::Platform;
 use super::body::GRAVITY;
 use super::check::{at_least, at_most, inertia, unless};
 use super::tables::SafeAction;
+use super::{Platform, wing};
 use crate::finding::Finding;
 use crate::value::{Located, Real, Whole};
 
@@ -86,9 +86,8 @@ pub struct AloftTable {
 impl MultirotorTable {
     /// The body as the simulation knows it.
     pub(super) fn body(&self, aloft: Option<&AloftTable>) -> Multirotor {
-        let ceiling_m = aloft.map_or(f32::INFINITY, |aloft| aloft.floor_ceiling_mm[1].get() as f32 / 1000.0);
         Multirotor {
-            ceiling_m,
+            ceiling_m: ceiling_m(aloft),
             mass_kg: self.mass_kg.get() as f32,
             inertia_kg_m2: self.inertia_kg_m2.map(|i| i.get() as f32),
             body_m: self.body_m.map(|edge| edge.get() as f32),
@@ -114,6 +113,11 @@ impl MultirotorTable {
     }
 }
 
+/// Greatest height above the world's origin, metres.
+pub(super) fn ceiling_m(aloft: Option<&AloftTable>) -> f32 {
+    aloft.map_or(f32::INFINITY, |aloft| aloft.floor_ceiling_mm[1].get() as f32 / 1000.0)
+}
+
 impl AloftTable {
     /// The limits as autonomy knows them.
     pub(super) fn limits(&self) -> Aloft {
@@ -131,26 +135,53 @@ const SPARE: f64 = 0.9;
 
 /// Every mistake in the tables of a platform that flies.
 pub(super) fn check(platform: &Platform) -> Vec<Finding> {
-    let (Some(body), Some(aloft)) = (&platform.multirotor, &platform.aloft) else { return paired(platform) };
-    [able(platform, body), heights(platform, body, aloft), safe(platform)].into_iter().flatten().collect()
+    let (able, cruise) = match (&platform.multirotor, &platform.fixed_wing) {
+        (Some(body), None) => {
+            (able(platform, body), Cruise::of(&body.cruise_m, &body.clearance_m, body.max_climb_m_s.get()))
+        }
+        (None, Some(body)) => {
+            (wing::check(platform, body), Cruise::of(&body.cruise_m, &body.clearance_m, body.max_climb_m_s.get()))
+        }
+        (None, None) | (Some(_), Some(_)) => return paired(platform),
+    };
+    let Some(aloft) = &platform.aloft else { return paired(platform) };
+    [able, heights(platform, &cruise, aloft), safe(platform)].into_iter().flatten().collect()
 }
 
-/// A body on rotors and the limits of its guards come together.
+/// A body's part in the checks of height.
+struct Cruise<'a> {
+    begins_m: &'a Located<Real<500, 100_000>>,
+    clearance_m: &'a Located<Real<100, 50_000>>,
+    climb_m_s: f64,
+}
+
+impl<'a> Cruise<'a> {
+    fn of(
+        begins_m: &'a Located<Real<500, 100_000>>,
+        clearance_m: &'a Located<Real<100, 50_000>>,
+        climb_m_s: f64,
+    ) -> Cruise<'a> {
+        Cruise { begins_m, clearance_m, climb_m_s }
+    }
+}
+
+/// One body that flies and the limits of its guards come together.
 fn paired(platform: &Platform) -> Vec<Finding> {
-    let of_body = platform.multirotor.as_ref().and_then(|body| {
-        unless(
-            &body.mass_kg,
-            false,
-            || "a body on rotors without limits of height".to_owned(),
-            "state them in a table `[aloft]`",
-        )
+    let (rotors, wing) = (platform.multirotor.as_ref(), platform.fixed_wing.as_ref());
+    if let (Some(_), Some(wing)) = (rotors, wing) {
+        let both = || "a body on rotors and on a fixed wing".to_owned();
+        return unless(&wing.mass_kg, false, both, "take one of the two tables out").into_iter().collect();
+    }
+    let of_body = rotors.map(|body| &body.mass_kg).or(wing.map(|body| &body.mass_kg)).and_then(|mass| {
+        let without = || "a body that flies without limits of height".to_owned();
+        unless(mass, false, without, "state them in a table `[aloft]`")
     });
     let of_limits = platform.aloft.as_ref().and_then(|aloft| {
         unless(
             &aloft.cruise_mm,
             false,
             || "limits of height without a body that flies".to_owned(),
-            "state it in a table `[multirotor]`",
+            "state it in a table `[multirotor]` or `[fixed_wing]`",
         )
     });
     of_body.into_iter().chain(of_limits).collect()
@@ -218,7 +249,7 @@ fn able(platform: &Platform, body: &MultirotorTable) -> Vec<Finding> {
 }
 
 /// Heights against each other.
-fn heights(platform: &Platform, body: &MultirotorTable, aloft: &AloftTable) -> Vec<Finding> {
+fn heights(platform: &Platform, body: &Cruise<'_>, aloft: &AloftTable) -> Vec<Finding> {
     let [floor, ceiling] = aloft.floor_ceiling_mm.map(|mm| mm.get() as f64);
     let (cruise, gate) = (aloft.cruise_mm.get() as f64, aloft.height_gate_mm.get() as f64);
     let margin = platform.bounds.fence_margin_mm.get() as f64;
@@ -238,8 +269,8 @@ fn heights(platform: &Platform, body: &MultirotorTable, aloft: &AloftTable) -> V
             "raise the ceiling, lower the gate, or fly lower",
         ),
         unless(
-            &body.cruise_m,
-            (body.cruise_m.get() * 1000.0 - cruise).abs() <= gate,
+            body.begins_m,
+            (body.begins_m.get() * 1000.0 - cruise).abs() <= gate,
             || "a run begins further from the height that is flown at than the gate".to_owned(),
             "make `cruise_m` and `cruise_mm` agree",
         ),
@@ -252,13 +283,13 @@ fn heights(platform: &Platform, body: &MultirotorTable, aloft: &AloftTable) -> V
         ),
         at_most(
             &aloft.climb_mm_s,
-            (aloft.climb_mm_s.get() as f64, body.max_climb_m_s.get() * 1000.0),
+            (aloft.climb_mm_s.get() as f64, body.climb_m_s * 1000.0),
             "mm/s",
             "the guards' climb is faster than the body's",
             "lower it",
         ),
         at_most(
-            &body.clearance_m,
+            body.clearance_m,
             (body.clearance_m.get() * 1000.0, cruise - gate),
             "mm",
             "the least height above the surface below is not kept at the height that is flown at",

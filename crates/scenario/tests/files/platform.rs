@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use scenario::{
     Name, Problems, find_root, load_platform, parse_platform, platform_files, platform_schema, platform_template,
 };
-use wire::platform::{Body, Limits, Multirotor, Sensors, Vehicle};
+use wire::platform::{Body, FixedWing, Limits, Multirotor, Sensors, Vehicle};
 
 fn root() -> PathBuf {
     find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()
@@ -172,6 +172,25 @@ fn mistakes_in_the_air_are_told_at_their_values() {
     assert_told("air", &APART_ALOFT);
 }
 
+/// Each line of the platform on a fixed wing with a value just beyond the limit that another value sets, and the reason.
+const APART_ON_A_WING: [(&str, &str, &str); 10] = [
+    ("\nmax_speed_m_s = 3.0", "\nmax_speed_m_s = 2.9", "the body never reaches `max_speed_mm_s`"),
+    ("min_speed_m_s = 1.5", "min_speed_m_s = 2.1", "the circle is slower than the least airspeed"),
+    ("circle_m_s = 2.0", "circle_m_s = 2.6", "DEGRADED is flown as a circle, which is faster"),
+    ("\nbank_deg = 45.0", "\nbank_deg = 20.0", "at its greatest bank and speed the body turns less"),
+    ("circle_bank_deg = 13.5", "circle_bank_deg = 14.0", "the circle turns faster than a set-point may ask for"),
+    ("stays_m = 5.5", "stays_m = 4.8", "the circle is wider than the place that it keeps to"),
+    ("fence_margin_mm = 1000", "fence_margin_mm = 700", "at full speed the body flies further ahead"),
+    ("exclusion_mm = 850", "exclusion_mm = 851", "two units may truly be nearer than that"),
+    ("clearance_m = 1.0", "clearance_m = 2.3", "the least height above the surface below is not kept"),
+    ("action = \"loiter-then-land\"", "action = \"stop\"", "a body that flies does not stop in the air"),
+];
+
+#[test]
+fn mistakes_on_a_wing_are_told_at_their_values() {
+    assert_told("wing", &APART_ON_A_WING);
+}
+
 /// Each line of the space platform with a value just beyond the limit that another value sets, and the reason.
 const APART_IN_ORBIT: [(&str, &str, &str); 11] = [
     (
@@ -201,14 +220,22 @@ fn mistakes_in_orbit_are_told_at_their_values() {
 }
 
 #[test]
-fn body_on_rotors_comes_with_its_limits_of_height() {
+fn a_body_that_flies_comes_alone_and_with_its_limits_of_height() {
     let text = shipped("air");
     let (before, aloft) = text.split_once("[aloft]").unwrap();
     let problems =
         parse_platform("air.toml", "air", &format!("{before}[safe]{}", aloft.split_once("[safe]").unwrap().1))
             .unwrap_err();
     assert!(
-        problems.all().iter().any(|p| p.message().starts_with("a body on rotors without limits of height")),
+        problems.all().iter().any(|p| p.message().starts_with("a body that flies without limits of height")),
+        "{problems}"
+    );
+    let wing = shipped("wing");
+    let wing = wing.split_once("[fixed_wing]").unwrap().1.split_once("[camera]").unwrap().0;
+    let both = text.replace("[camera]", &format!("[fixed_wing]{wing}[camera]"));
+    let problems = parse_platform("air.toml", "air", &both).unwrap_err();
+    assert!(
+        problems.all().iter().any(|p| p.message().starts_with("a body on rotors and on a fixed wing")),
         "{problems}"
     );
     let ground = ground().replace("[safe]", &format!("[aloft]{}[safe]", aloft.split_once("[safe]").unwrap().0));
@@ -248,6 +275,8 @@ fn air_has_the_numbers_of_wire() {
     assert_eq!(platform.body(), Body::Multirotor(Multirotor::SIH));
     let limits = platform.limits();
     assert_eq!((limits.rear_axle_mm, limits.aloft.unwrap().cruise_mm), (0, 3000));
+    let platform = load_platform(&root().join("platforms/wing.toml")).unwrap();
+    assert_eq!(platform.body(), Body::FixedWing(FixedWing::SLOW_FLYER));
 }
 
 #[test]

@@ -2,9 +2,11 @@
 //!
 //! The lease is the same for all: a set-point is followed only until its lease ends on the plant's own clock; then the body changes to its
 //! safe motion by itself, and the plant says so once. No message is needed for that. A kind of body ([`Moves`]) gives the motions that it is
-//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor` and `satellite` are such.
+//! able to, the way it is driven, its state, and its own terms of safety, if these are not to stand still. `wheeled`, `multirotor`,
+//! `fixed_wing` and `satellite` are such.
 
 mod air;
+mod fixed_wing;
 #[cfg(test)]
 mod flown;
 mod multirotor;
@@ -26,6 +28,7 @@ use crate::scene::Start;
 use crate::world::World;
 
 use air::Air;
+use fixed_wing::FixedWing;
 use multirotor::Multirotor;
 use satellite::Satellite;
 pub use satellite::pass;
@@ -207,6 +210,7 @@ pub struct Plant {
 enum Kind {
     Wheeled(Box<Wheeled>),
     Multirotor(Box<Multirotor>),
+    FixedWing(Box<FixedWing>),
     Satellite(Box<Satellite>),
 }
 
@@ -233,6 +237,10 @@ impl Plant {
             Body::Multirotor(numbers) => {
                 let air = Air::new(world.scene().wind, seed);
                 Kind::Multirotor(Box::new(Multirotor::new(world, start, numbers, fidelity.load, air)))
+            }
+            Body::FixedWing(numbers) => {
+                let air = Air::new(world.scene().wind, seed);
+                Kind::FixedWing(Box::new(FixedWing::new(world, start, numbers, fidelity.load, air)))
             }
             Body::Satellite(numbers) => {
                 let made = Satellite::new(world, start, numbers).map_err(|_| SceneError::Orbit)?;
@@ -310,6 +318,7 @@ impl Plant {
         match &self.kind {
             Kind::Wheeled(body) => &**body,
             Kind::Multirotor(body) => &**body,
+            Kind::FixedWing(body) => &**body,
             Kind::Satellite(body) => &**body,
         }
     }
@@ -318,6 +327,7 @@ impl Plant {
         match &mut self.kind {
             Kind::Wheeled(body) => &mut **body,
             Kind::Multirotor(body) => &mut **body,
+            Kind::FixedWing(body) => &mut **body,
             Kind::Satellite(body) => &mut **body,
         }
     }

@@ -19,6 +19,8 @@ use scenario::Interface;
 
 /// The scenario without an attack: what the guards cost in quiet hours is read from its trials.
 const QUIET: &str = "nominal";
+/// The platform of the shared scenarios.
+const SHARED: &str = "ground";
 
 #[derive(Debug, clap::Args)]
 pub(in crate::command) struct Args {
@@ -28,6 +30,9 @@ pub(in crate::command) struct Args {
     /// Only these scenarios, by name or by file [default: every shipped one that runs in the twin].
     #[arg(long, value_delimiter = ',', value_name = "SCENARIO")]
     scenarios: Vec<String>,
+    /// A platform in place of the scenarios' own, by name or by file.
+    #[arg(long, value_name = "PLATFORM")]
+    platform: Option<String>,
     /// Trials of each scenario, or of each of its cells, for each guest bare and guarded.
     #[arg(long, value_name = "N", default_value_t = 59, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     trials: u64,
@@ -103,6 +108,13 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let named = !args.scenarios.is_empty();
     let shared = |interface: Interface| !matches!(interface, Interface::ConsoleFeed | Interface::Host);
     scenarios.retain(|scenario| !scenario.is_of_stacks() && (named || shared(scenario.interface)));
+    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
+    if let Some(chosen) = platform.as_ref().filter(|_| !named) {
+        // Scenarios of a third platform ask for what this one does not have.
+        let chosen = chosen.file.file_stem();
+        let own = |name: &str| name == SHARED || chosen.is_some_and(|stem| stem == name);
+        scenarios.retain(|scenario| own(scenario.platform.as_str()));
+    }
     let mut parts: Vec<Part> = Vec::new();
     for file in &args.guests {
         for conduct in [Conduct::Bare, Conduct::Guarded] {
@@ -112,7 +124,8 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
                 let why = format!("two guests have the name {name}; give one another name in its file");
                 return Err(Failure::new(Exit::Usage, why));
             }
-            let wanted = Wanted { rendered: args.live, guest: Some(Engaged { guest, options }), ..Wanted::default() };
+            let (guest, platform) = (Some(Engaged { guest, options }), platform.clone());
+            let wanted = Wanted { rendered: args.live, where_trained: true, platform, guest, ..Wanted::default() };
             let mut planned = Vec::new();
             for scenario in &scenarios {
                 planned.extend(plan::of_scenario(context, scenario, &wanted)?);
