@@ -178,6 +178,23 @@ fn unit_and_gateway_know_the_contact_plan() {
     assert_eq!(known("nominal", "space"), (0, 2));
 }
 
+/// Without a contact the link would carry all along.
+#[test]
+fn stations_that_never_see_the_satellite_are_refused() {
+    let (root, folder) = (holdsafe_tests::root(), tempfile::tempdir().unwrap());
+    let shipped = std::fs::read_to_string(root.join("scenarios/control/contact_gap.toml")).unwrap();
+    let near = shipped.replace("62.0", "-80.0").replace("contact_gap", "passing");
+    let far = near.replace("80.7", "-80.7");
+    let load = |text: &str| {
+        let file = folder.path().join("passing.toml");
+        std::fs::write(&file, text).unwrap();
+        scenario::Setup::load(&root, &scenario::load_with(&file, Some(&root)).unwrap(), None, false)
+    };
+    load(&near).expect("one of the two stations sees it");
+    let told = load(&far).unwrap_err().render(false);
+    assert!(told.contains("no ground station sees the satellite within the trial"), "{told}");
+}
+
 #[test]
 fn ground_stations_need_an_orbit() {
     let root = holdsafe_tests::root();

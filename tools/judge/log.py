@@ -89,7 +89,7 @@ class Log:
             self.samples = []
             for e in self.of("truth", "margins"):
                 if e["event"]["unit"] == "unit-a" and e["event"]["is"] == "truth":
-                    self.samples.append((e["t_us"], dict(e["event"])))
+                    self.samples.append((e["t_us"], dict(e["event"], stamp=e["local_us"])))
                 elif e["event"]["unit"] == "unit-a" and self.samples:
                     self.samples[-1][1]["margins"] = e["event"]
             for i, (_, tr) in enumerate(self.samples):
@@ -100,11 +100,12 @@ class Log:
         return self.samples
 
     def over_ground(self, i):
-        """The lower of the speeds since a place before and to one after, so that a stop is no motion."""
-        t, here = self.samples[i]
-        near = (s for s in reversed(self.samples[:i]) if t - s[0] >= APART), (s for s in self.samples[i + 1 :] if s[0] - t >= APART)
-        others = [found for found in (next(side, None) for side in near) if found]
-        return min((int(distance(here, tr) / (abs(at - t) / 1e6)) for at, tr in others), default=0)
+        """The lower of the speeds since a place before and to one after, so that a stop is no motion; by the plant's own clock."""
+        here = self.samples[i][1]
+        before = (tr for _, tr in reversed(self.samples[:i]) if here["stamp"] - tr["stamp"] >= APART)
+        after = (tr for _, tr in self.samples[i + 1 :] if tr["stamp"] - here["stamp"] >= APART)
+        others = [found for found in (next(before, None), next(after, None)) if found]
+        return min((int(distance(here, tr) / (abs(tr["stamp"] - here["stamp"]) / 1e6)) for tr in others), default=0)
 
     def turned(self, kind, node, on, since=0):
         """When something of a node was switched on, or off again."""

@@ -9,6 +9,8 @@ use evidence::Micros;
 pub struct Truth {
     /// Time of the sample.
     pub at: Micros,
+    /// The same by the plant's own clock, which keeps step with its world: a recorder takes an entry up at some later time.
+    pub stamp: Micros,
     /// True place, east and north, mm.
     pub place: (i32, i32),
     /// True speed in any direction, mm/s.
@@ -61,8 +63,8 @@ fn over_ground(truth: &mut [Truth]) {
 
 fn along_places(truth: &[Truth], k: usize) -> i32 {
     let sample = &truth[k];
-    let before = truth[..k].iter().rev().find(|t| sample.at.saturating_sub(t.at) >= APART);
-    let after = truth[k + 1..].iter().find(|t| t.at.saturating_sub(sample.at) >= APART);
+    let before = truth[..k].iter().rev().find(|t| sample.stamp.saturating_sub(t.stamp) >= APART);
+    let after = truth[k + 1..].iter().find(|t| t.stamp.saturating_sub(sample.stamp) >= APART);
     let speeds = [before, after].into_iter().flatten().map(|other| speed_between(sample, other));
     speeds.min().unwrap_or(0)
 }
@@ -70,6 +72,35 @@ fn along_places(truth: &[Truth], k: usize) -> i32 {
 /// Speed of the straight way between two samples, mm/s.
 fn speed_between(a: &Truth, b: &Truth) -> i32 {
     let (dx, dy) = (f64::from(a.place.0) - f64::from(b.place.0), f64::from(a.place.1) - f64::from(b.place.1));
-    let seconds = a.at.abs_diff(b.at) as f64 / 1e6;
+    let seconds = a.stamp.abs_diff(b.stamp) as f64 / 1e6;
     (dx.hypot(dy) / seconds) as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At three metres a second along x, entries taken up `late` microseconds after their stamps.
+    fn samples(late: impl Fn(u64) -> u64) -> Vec<Truth> {
+        let sample = |k: u64| Truth {
+            at: k * 100_000 + late(k),
+            stamp: 7_000_000 + k * 100_000,
+            place: (300 * k as i32, 0),
+            speed: 0,
+            set_speed: 3000,
+            leased: true,
+            fence: 9000,
+            safe: true,
+            asked_safe: true,
+            kept: None,
+        };
+        (0..5).map(sample).collect()
+    }
+
+    #[test]
+    fn speed_over_ground_is_by_the_plants_own_clock() {
+        let mut late = samples(|k| [0, 12_000, 11_000, 1_000, 0][k as usize]);
+        settle(&mut late);
+        assert!(late.iter().all(|sample| sample.speed == 3000 && !sample.safe), "{late:?}");
+    }
 }

@@ -107,7 +107,8 @@ impl Timeline {
             }) if unit == under.unit => {
                 let (place, speed) = ((x_mm, y_mm), speed_mm_s.saturating_abs());
                 let (set_speed, kept) = (set_speed_mm_s, None);
-                let truth = Truth { at, place, speed, set_speed, leased, fence, safe: true, asked_safe: true, kept };
+                let (stamp, safe, asked_safe) = (entry.at.0, true, true);
+                let truth = Truth { at, stamp, place, speed, set_speed, leased, fence, safe, asked_safe, kept };
                 self.truth.push(truth);
             }
             // Of the sample before it.

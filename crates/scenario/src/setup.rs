@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use guest::{Conduct, Guest};
 use parallel::progress::Stop;
 use perception::detector::Brought;
+use spacecraft::orbit::Orbit;
 use wire::bounds::Bounds;
 use wire::person::Role;
 use wire::platform::Body;
@@ -153,10 +154,23 @@ fn tighten(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
     Err(Problem::with_file(&file, message, remedy).into())
 }
 
-/// Refuses ground stations for a platform that no station loses from sight.
+/// Refuses ground stations for a platform in no orbit, and those of which none sees it within the trial.
 fn orbits(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
-    if scenario.conditions.station.is_empty() || matches!(platform.body(), Body::Satellite(_)) {
+    let stations = &scenario.conditions.station;
+    if stations.is_empty() {
         return Ok(());
+    }
+    if let Body::Satellite(numbers) = platform.body() {
+        let pass = sim::plant::pass(&numbers);
+        let until_s = pass.start_s + scenario.duration_s.get();
+        let sees =
+            |orbit: &Orbit| stations.iter().any(|station| !station.sees(orbit, pass.start_s, until_s).is_empty());
+        if Orbit::new(&pass.elements).is_ok_and(|orbit| sees(&orbit)) {
+            return Ok(());
+        }
+        let message = "no ground station sees the satellite within the trial";
+        let remedy = "move a station, lower its `least_elevation_deg`, or make the trial longer";
+        return Err(Problem::with_file(&format!("{}.toml", scenario.name.as_str()), message, remedy).into());
     }
     let message =
         format!("the scenario has ground stations, and the platform `{}` is in no orbit", platform.name.as_str());

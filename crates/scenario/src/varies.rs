@@ -2,6 +2,8 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use spacecraft::earth::{Look, Place, Tangent, Window, look, passes};
+use spacecraft::orbit::Orbit;
 
 use super::value::{List, Located, Millis, Real, Share};
 
@@ -32,6 +34,22 @@ pub struct Station {
     pub longitude_deg: Real<-180_000, 180_000>,
     /// Least elevation at which it sees the satellite, degrees.
     pub least_elevation_deg: Real<0, 90_000>,
+}
+
+impl Station {
+    fn at(&self) -> Tangent {
+        Tangent::new(Place::of_degrees(self.latitude_deg.get(), self.longitude_deg.get(), 0.0))
+    }
+
+    /// When it sees the satellite between two times, seconds after the orbit's epoch.
+    pub fn sees(&self, orbit: &Orbit, from_s: f64, until_s: f64) -> Vec<Window> {
+        passes(&self.at(), orbit, from_s, until_s, self.least_elevation_deg.get().to_radians())
+    }
+
+    /// The satellite as it stands there then, seconds after the orbit's epoch.
+    pub fn look(&self, orbit: &Orbit, time_s: f64) -> Look {
+        look(&self.at(), &orbit.at(time_s), orbit.epoch().after(time_s))
+    }
 }
 
 /// Factors by which the twin's models of sensors and plant are taken to be off, 1 as they ship. No service knows of them. They

@@ -1,8 +1,7 @@
 //! From ground stations and an orbit to a contact plan for both ends of the unit's link, and to the medium of its relays.
 
 use adversary::plan::{Medium, Stretch};
-use scenario::{Scenario, Setup};
-use spacecraft::earth::{Place, Tangent, look, passes};
+use scenario::{Scenario, Setup, Station};
 use spacecraft::orbit::Orbit;
 use wire::contact::{Contact, Contacts};
 use wire::platform::Body;
@@ -29,9 +28,9 @@ pub(super) fn plan(scenario: &Scenario, with: &Setup) -> Contacted {
     let Body::Satellite(numbers) = with.platform.body() else { return Contacted::default() };
     let pass = sim::plant::pass(&numbers);
     let Ok(orbit) = Orbit::new(&pass.elements) else { return Contacted::default() };
-    let stations: Vec<Station> = scenario.conditions.station.iter().map(Station::of).collect();
+    let stations = &scenario.conditions.station;
     let until_s = scenario.duration_s.get() + BEYOND_S;
-    let seen = |station: &Station| passes(&station.at, &orbit, pass.start_s, pass.start_s + until_s, station.least_rad);
+    let seen = |station: &Station| station.sees(&orbit, pass.start_s, pass.start_s + until_s);
     let mut windows: Vec<(u64, u64)> = stations
         .iter()
         .flat_map(seen)
@@ -41,9 +40,9 @@ pub(super) fn plan(scenario: &Scenario, with: &Setup) -> Contacted {
     windows.sort_unstable();
     let merged = merged(windows);
     let travel_us = |at_ms: u64| {
-        let (time, moment) = (pass.start_s + at_ms as f64 / 1000.0, orbit.epoch());
-        let looks = stations.iter().map(|station| look(&station.at, &orbit.at(time), moment.after(time)));
-        let nearest = looks.map(|look| look.range_m).fold(f64::INFINITY, f64::min);
+        let time = pass.start_s + at_ms as f64 / 1000.0;
+        let ranges = stations.iter().map(|station| station.look(&orbit, time).range_m);
+        let nearest = ranges.fold(f64::INFINITY, f64::min);
         (nearest / LIGHT_M_S * 1e6) as u64
     };
     let step_ms = (until_s / STRETCHES).ceil() as u64 * 1000;
@@ -51,19 +50,6 @@ pub(super) fn plan(scenario: &Scenario, with: &Setup) -> Contacted {
     let contact = |(from, until): (u64, u64)| Contact { from: Span::ms(from), until: Span::ms(until) };
     let contacts = Contacts::new(merged.into_iter().map(contact).collect());
     Contacted { contacts: contacts.expect("invariant: four stations, merged, within an hour"), medium: Medium(medium) }
-}
-
-/// A ground station.
-struct Station {
-    at: Tangent,
-    least_rad: f64,
-}
-
-impl Station {
-    fn of(station: &scenario::Station) -> Station {
-        let at = Place::of_degrees(station.latitude_deg.get(), station.longitude_deg.get(), 0.0);
-        Station { at: Tangent::new(at), least_rad: station.least_elevation_deg.get().to_radians() }
-    }
 }
 
 fn ms(seconds: f64) -> u64 {
