@@ -40,7 +40,7 @@ def gap(log, last):
     """Until when the plan of contacts lets a unit go on that was last heard of near the end of one: soon after the next has begun."""
     relay = log.of("started", by="relay-telemetry")
     zero = relay[0]["t_us"] if relay else 0
-    plan = [(zero + c["from"], zero + c["until"]) for c in log.head["contacts"]]
+    plan = [(zero + c["from"], zero + c["until"]) for c in log.head.get("contacts", [])]
     for (_, end), (begin, _) in zip(plan, plan[1:]):
         if last < begin and last >= end - CONTACT_NEAR - log.bounds["freshness_ms"] * 1000:
             return begin + CONTACT_TAKEN_UP + log.bounds["control_period_ms"] * 1000
