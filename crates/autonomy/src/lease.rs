@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn lease_spans_a_gap_by_the_units_own_plan_and_no_longer() {
+    fn lease_spans_a_gap_by_the_units_own_plan() {
         let contact = |from, until| Contact { from: Span::s(from), until: Span::s(until) };
         let plan = Contacts::new(vec![contact(0, 20), contact(50, 90)]).unwrap();
         let started = Instant(7_000_000);

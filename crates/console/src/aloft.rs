@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn contact_is_told_by_the_plan_while_nothing_is_heard() {
+    fn contact_is_told_by_the_plan_in_silence() {
         let of = |left, next: Option<u64>| ReportedContact { left: Span::s(left), next: next.map(Span::s) };
         assert_eq!(contact(of(12, Some(42)), Span::s(2)), "contact for 10 s");
         assert_eq!(contact(of(12, Some(42)), Span::s(15)), "next contact in 27 s");

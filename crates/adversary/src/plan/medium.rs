@@ -1,4 +1,5 @@
 //! The medium that a relay stands in: the times at which it carries, and the time of travel. It is no attack, and no loss by it is logged.
+//! Datagrams of the adversary's own, and those that an action holds back, leave by a transmitter of the adversary's and do not depend on it.
 
 use serde::{Deserialize, Serialize};
 use wire::time::Span;

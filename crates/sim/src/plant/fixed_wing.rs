@@ -60,7 +60,7 @@ pub(super) struct FixedWing {
     bank: [f32; 2],
     airspeed: f32,
     climb: f32,
-    /// Where its present circle began.
+    /// Place where its present circle began.
     began: Vector,
     energy: f32,
 }

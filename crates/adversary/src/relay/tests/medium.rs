@@ -10,7 +10,7 @@ fn medium() -> Medium {
 }
 
 #[test]
-fn a_datagram_passes_while_the_medium_carries_after_its_travel() {
+fn datagrams_travel_while_the_medium_carries() {
     let config = DatagramRelayConfig { medium: medium(), ..DatagramRelayConfig::default() };
     let mut relay = DatagramRelay::new(setup(NodeId::RELAY_TELEMETRY, 1), config, start()).unwrap();
     let mut said = Vec::new();
@@ -31,7 +31,7 @@ fn a_datagram_passes_while_the_medium_carries_after_its_travel() {
 }
 
 #[test]
-fn connections_end_with_the_medium_and_none_begins_before_it_carries_again() {
+fn connections_end_with_the_medium() {
     let config = StreamRelayConfig { medium: medium(), ..StreamRelayConfig::default() };
     let mut relay = StreamRelay::new(setup(NodeId::RELAY_COMMAND, 2), config, start()).unwrap();
     let mut said = Vec::new();

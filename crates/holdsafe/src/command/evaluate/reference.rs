@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_recording_of_the_evaluation_has_the_place_of_another() {
+    fn recordings_of_the_evaluation_have_places_of_their_own() {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (Talk::Quiet, Stop::default());
         let context = Context { json: false, seed: 1, talk, root: Some(root), stop, program: "" };
