@@ -16,8 +16,8 @@ pub(crate) fn speed(mm_s: i32) -> String {
     format!("{:.1} m/s", f64::from(tenths) / 10.0)
 }
 
-/// Each by itself, from a report that is `age` old; none of a unit that reports none.
-pub(crate) fn words(state: &State, age: Span) -> Vec<String> {
+/// Height, attitude, sunlight and battery, each by itself; none of a unit that reports none.
+pub(crate) fn motion(state: &State) -> Vec<String> {
     let mut words = Vec::new();
     if let Some(ReportedMotion { up_mm, charge, attitude, sunlit, .. }) = state.motion {
         words.push(height(up_mm));
@@ -25,8 +25,12 @@ pub(crate) fn words(state: &State, age: Span) -> Vec<String> {
         words.extend(sunlit.map(|lit| if lit { "in the sun" } else { "in eclipse" }.to_owned()));
         words.push(format!("battery {} %", charge / 10));
     }
-    words.extend(state.contact.map(|of| contact(of, age)));
     words
+}
+
+/// Contact by the plan of a report that is `age` old. The plan goes on in silence, so this holds at any age.
+pub(crate) fn contact(state: &State, age: Span) -> Option<String> {
+    state.contact.map(|of| planned(of, age))
 }
 
 fn height(up_mm: i64) -> String {
@@ -50,8 +54,7 @@ fn turned(attitude: Attitude, orbits: bool) -> String {
     format!("{}, {}", part("nose", nose, ["up", "down"]), part("bank", bank, ["left", "right"]))
 }
 
-/// By the plan, which goes on in silence.
-fn contact(of: ReportedContact, age: Span) -> String {
+fn planned(of: ReportedContact, age: Span) -> String {
     let seconds = |span: Span| format!("{:.0} s", (span.0 - age.0) as f64 / 1e6);
     match of.next {
         _ if of.left > age => format!("contact for {}", seconds(of.left)),
@@ -85,9 +88,9 @@ mod tests {
     #[test]
     fn contact_is_told_by_the_plan_in_silence() {
         let of = |left, next: Option<u64>| ReportedContact { left: Span::s(left), next: next.map(Span::s) };
-        assert_eq!(contact(of(12, Some(42)), Span::s(2)), "contact for 10 s");
-        assert_eq!(contact(of(12, Some(42)), Span::s(15)), "next contact in 27 s");
-        assert_eq!(contact(of(12, Some(42)), Span::s(43)), "contact is due");
-        assert_eq!(contact(of(12, None), Span::s(13)), "no other contact planned");
+        assert_eq!(planned(of(12, Some(42)), Span::s(2)), "contact for 10 s");
+        assert_eq!(planned(of(12, Some(42)), Span::s(15)), "next contact in 27 s");
+        assert_eq!(planned(of(12, Some(42)), Span::s(43)), "contact is due");
+        assert_eq!(planned(of(12, None), Span::s(13)), "no other contact planned");
     }
 }

@@ -106,7 +106,8 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
         text,
         format_args!("         authority {authority}  failing {failing}  speed {}", aloft::speed(state.speed_mm_s)),
     );
-    let aloft = aloft::words(state, unit.state.age());
+    let mut aloft = aloft::motion(state);
+    aloft.extend(aloft::contact(state, unit.state.age()));
     if !aloft.is_empty() {
         line(text, format_args!("         {}", aloft.join("  ")));
     }

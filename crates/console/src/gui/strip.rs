@@ -92,20 +92,19 @@ fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
 /// Height, attitude, sunlight, battery and contact, of a unit that reports them.
 fn aloft_line(ui: &mut Ui, unit: &ShownUnit) {
     let (state, freshness) = unit.state.get();
-    let words = aloft::words(state, unit.state.age());
-    if words.is_empty() {
+    let (motion, contact) = (aloft::motion(state), aloft::contact(state, unit.state.age()));
+    if motion.is_empty() && contact.is_none() {
         return;
     }
     line(ui, |ui| {
         cell(ui, CELLS[0], RichText::new(""));
-        for word in words {
-            // What the plan says of contact holds at any age.
-            let told = if freshness == Freshness::Fresh || word.contains("contact") {
-                RichText::new(word)
-            } else {
-                RichText::new(format!("was {word}")).weak()
-            };
+        for word in motion {
+            let fresh = freshness == Freshness::Fresh;
+            let told = if fresh { RichText::new(word) } else { RichText::new(format!("was {word}")).weak() };
             cell(ui, CELLS[7], told);
+        }
+        if let Some(contact) = contact {
+            cell(ui, CELLS[7], RichText::new(contact));
         }
     });
 }
