@@ -13,6 +13,7 @@ use rapier3d::prelude::*;
 use wire::platform::FixedWing as Numbers;
 
 use super::air::Air;
+use super::airframe::{self, Airframe};
 use super::{Flight, Kept, Motion, Moves, State};
 use crate::scene::Start;
 use crate::world::{DT, World, turn};
@@ -23,8 +24,6 @@ const LEVELS: f32 = 0.5;
 const TOUCH: f32 = 0.15;
 /// Deceleration on the ground, m/s².
 const SKID: f32 = 4.0;
-/// Reach of the range finder, metres.
-const REACH: f32 = 40.0;
 
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,9 +49,8 @@ struct Wanted {
 /// The body with its autopilot.
 #[derive(Clone)]
 pub(super) struct FixedWing {
+    airframe: Airframe,
     numbers: Numbers,
-    handle: RigidBodyHandle,
-    shell: ColliderHandle,
     air: Air,
     phase: Phase,
     heading: f32,
@@ -68,44 +66,22 @@ pub(super) struct FixedWing {
 impl FixedWing {
     /// Puts the body into `world`, circling at its cruise height.
     pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers, load: f32, air: Air) -> Self {
-        let (sin, cos) = libm::sincosf(start.heading);
-        let up = world.terrain().height(start.east, start.north) + numbers.cruise_m;
-        let at = Vector::new(start.east, start.north, up);
-        let body = RigidBodyBuilder::dynamic().pose(Pose::from_parts(at, turn([cos, sin])));
-        let body = body.gravity_scale(0.0).can_sleep(false).additional_mass(numbers.mass_kg * load);
-        let handle = world.physics.bodies.insert(body);
-        let [length, width, height] = numbers.body_m.map(|edge| edge / 2.0);
-        let shell = ColliderBuilder::cuboid(length, width, height).density(0.0).friction(0.7);
-        let shell = world.physics.insert_collider(shell, Some(handle));
+        let Numbers { body_m, cruise_m, power_w: [power_w, _], descent_m_s, clearance_m, ceiling_m, .. } = *numbers;
+        let airframe = airframe::Numbers { body_m, cruise_m, power_w, descent_m_s, clearance_m, ceiling_m };
+        let weighed = |body: RigidBodyBuilder| body.gravity_scale(0.0).additional_mass(numbers.mass_kg * load);
+        let airframe = Airframe::new(world, start, airframe, weighed);
         FixedWing {
+            airframe,
             numbers: *numbers,
-            handle,
-            shell,
             air,
             phase: Phase::Circles(0.0),
             heading: start.heading,
             bank: [0.0; 2],
             airspeed: numbers.circle_m_s,
             climb: 0.0,
-            began: at,
+            began: airframe.rigid(world).translation(),
             energy: numbers.battery_w_h * 3600.0,
         }
-    }
-
-    fn rigid<'a>(&self, world: &'a World) -> &'a RigidBody {
-        &world.physics.bodies[self.handle]
-    }
-
-    /// Height above the surface below, metres; of the body's underside.
-    fn below(&self, world: &World) -> f32 {
-        let centre = self.rigid(world).translation();
-        let hit = world.view(self.handle).cast(centre, -Vector::Z, REACH);
-        hit.map_or(REACH, |hit| hit.distance) - self.numbers.body_m[2] / 2.0
-    }
-
-    /// Energy that the way down takes, from `height` metres, and a tenth on top, joules.
-    fn reserve(&self, height: f32) -> f32 {
-        1.1 * self.numbers.power_w[0] * (height / self.numbers.descent_m_s + 2.0)
     }
 
     /// Rate of turn on the circle, rad/s.
@@ -120,7 +96,7 @@ impl FixedWing {
 
     /// The phase that follows, and the motion to fly; none on the ground.
     fn wanted(&mut self, motion: Motion, below: f32, at: Vector) -> Option<Wanted> {
-        let low = self.energy < 2.0 * self.reserve(below.max(0.0));
+        let low = self.energy < 2.0 * self.airframe.reserve(below);
         let before = self.phase;
         self.phase = match (motion, self.phase) {
             (_, Phase::Lands) if below < TOUCH => Phase::Landed,
@@ -208,7 +184,7 @@ impl Moves for FixedWing {
     }
 
     fn push(&mut self, motion: Motion, world: &mut World) {
-        let (below, at) = (self.below(world), self.rigid(world).translation());
+        let (below, at) = (self.airframe.below(world), self.airframe.rigid(world).translation());
         match self.wanted(motion, below, at) {
             Some(wanted) => {
                 self.follow(wanted);
@@ -224,52 +200,41 @@ impl Moves for FixedWing {
         self.heading = libm::remainderf(self.heading + turns * DT, core::f32::consts::TAU);
         let (sin, cos) = libm::sincosf(self.heading);
         let through = Vector::new(self.airspeed * cos, self.airspeed * sin, self.climb);
-        let wind = self.air.step(self.rigid(world).linvel());
+        let wind = self.air.step(self.airframe.rigid(world).linvel());
         let carried = if self.phase == Phase::Landed { Vector::ZERO } else { wind };
         let attitude = self.attitude();
-        let body = &mut world.physics.bodies[self.handle];
+        let body = &mut world.physics.bodies[self.airframe.handle];
         body.set_rotation(attitude, true);
         body.set_linvel(through + carried, true);
         body.set_angvel(Vector::Z * turns, true);
     }
 
     fn state(&self, world: &World) -> State {
-        let body = self.rigid(world);
+        let body = self.airframe.rigid(world);
         let (position, velocity) = (body.translation(), body.linvel());
         State { position, rotation: self.level(), velocity, yaw_rate: self.turns() }
     }
 
     fn body(&self) -> RigidBodyHandle {
-        self.handle
+        self.airframe.handle
     }
 
     fn shell(&self) -> ColliderHandle {
-        self.shell
+        self.airframe.shell
     }
 
     fn flight(&self, world: &World) -> Option<Flight> {
-        let body = self.rigid(world);
-        Some(Flight {
-            attitude: self.attitude(),
-            rates: Vector::new(self.bank[1], 0.0, self.turns()),
-            place: body.translation().to_array().map(f64::from),
-            velocity: body.linvel().to_array().map(f64::from),
-            placed: true,
-            below: Some(self.below(world)).filter(|below| *below < REACH - self.numbers.body_m[2]),
-            charge: self.energy / (self.numbers.battery_w_h * 3600.0),
-        })
+        let turned = (self.attitude(), Vector::new(self.bank[1], 0.0, self.turns()));
+        Some(self.airframe.flight(world, turned, self.energy / (self.numbers.battery_w_h * 3600.0)))
     }
 
-    /// The floor follows from the surface below: see `kept`.
     fn margin(&self, world: &World, fence: f32) -> f32 {
-        fence.min(self.numbers.ceiling_m - self.rigid(world).translation().z)
+        self.airframe.margin(world, fence)
     }
 
     fn kept(&self, asked: Motion, world: &World) -> Option<Kept> {
-        let (below, least) = (self.below(world), self.numbers.clearance_m);
-        let led = self.phase == Phase::Led;
-        let body = self.rigid(world);
-        let reserve = self.reserve(below.max(0.0));
+        let (below, led) = (self.airframe.below(world), self.phase == Phase::Led);
+        let (body, reserve) = (self.airframe.rigid(world), self.airframe.reserve(below));
         Some(Kept {
             safe: if led { -1.0 } else { self.settled(body.linvel(), body.translation()) },
             asked: match asked {
@@ -277,8 +242,7 @@ impl Moves for FixedWing {
                 Motion::Velocity { .. } | Motion::Course { .. } | Motion::Rest => 1.0,
             },
             energy: if self.phase == Phase::Landed { 1.0 } else { (self.energy - reserve) / reserve },
-            // Unled, it comes down to the ground, slowly.
-            clearance: if led { (below - least) / least } else { 1.0 },
+            clearance: self.airframe.clearance(below, led),
         })
     }
 }

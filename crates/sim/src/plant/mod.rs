@@ -6,6 +6,7 @@
 //! `fixed_wing` and `satellite` are such.
 
 mod air;
+mod airframe;
 mod fixed_wing;
 #[cfg(test)]
 mod flown;

@@ -12,6 +12,7 @@ use rapier3d::prelude::*;
 use wire::platform::Multirotor as Numbers;
 
 use super::air::Air;
+use super::airframe::{self, Airframe};
 use super::{Flight, Kept, Motion, Moves, State};
 use crate::scene::Start;
 use crate::world::{DT, World, turn};
@@ -30,8 +31,6 @@ const THRUST: [f32; 2] = [0.1, 0.9];
 /// Height of its underside below which a body that lands may have touched the ground, metres; and the descent below which it has, m/s.
 const TOUCH: f32 = 0.15;
 const STOPPED: f32 = 0.1;
-/// Reach of the range finder, metres.
-const REACH: f32 = 40.0;
 
 /// State of the body's own safe motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,9 +48,8 @@ enum Phase {
 /// The body, its rotors and its controller.
 #[derive(Clone)]
 pub(super) struct Multirotor {
+    airframe: Airframe,
     numbers: Numbers,
-    handle: RigidBodyHandle,
-    shell: ColliderHandle,
     air: Air,
     /// Thrust of each rotor as a share of its greatest: front right, rear left, front left, rear right.
     rotors: [f32; 4],
@@ -68,25 +66,16 @@ pub(super) struct Multirotor {
 impl Multirotor {
     /// Puts the body into `world`, in a hover at its cruise height; as heavy as `load` says.
     pub(super) fn new(world: &mut World, start: &Start, numbers: &Numbers, load: f32, air: Air) -> Self {
-        let (sin, cos) = libm::sincosf(start.heading);
-        let up = world.terrain().height(start.east, start.north) + numbers.cruise_m;
-        let pose = Pose::from_parts(Vector::new(start.east, start.north, up), turn([cos, sin]));
+        let Numbers { body_m, cruise_m, power_w: [power_w, _], descent_m_s, clearance_m, ceiling_m, .. } = *numbers;
         let mass = numbers.mass_kg * load;
         let inertia = Vector::from(numbers.inertia_kg_m2.map(|i| i * load));
-        let body = RigidBodyBuilder::dynamic().pose(pose).can_sleep(false);
-        let handle = world.physics.bodies.insert(body.additional_mass_properties(MassProperties::new(
-            Vector::ZERO,
-            mass,
-            inertia,
-        )));
-        let [length, width, height] = numbers.body_m.map(|edge| edge / 2.0);
-        let shell = ColliderBuilder::cuboid(length, width, height).density(0.0).friction(0.7);
-        let shell = world.physics.insert_collider(shell, Some(handle));
+        let airframe = airframe::Numbers { body_m, cruise_m, power_w, descent_m_s, clearance_m, ceiling_m };
+        let weighed =
+            |body: RigidBodyBuilder| body.additional_mass_properties(MassProperties::new(Vector::ZERO, mass, inertia));
         let hover = mass * GRAVITY / (4.0 * numbers.thrust_n);
         Multirotor {
+            airframe: Airframe::new(world, start, airframe, weighed),
             numbers: *numbers,
-            handle,
-            shell,
             air,
             rotors: [hover; 4],
             phase: Phase::Loiters(0.0),
@@ -97,26 +86,10 @@ impl Multirotor {
         }
     }
 
-    fn rigid<'a>(&self, world: &'a World) -> &'a RigidBody {
-        &world.physics.bodies[self.handle]
-    }
-
-    /// Height above the surface below, metres; of the body's underside.
-    fn below(&self, world: &World) -> f32 {
-        let centre = self.rigid(world).translation();
-        let hit = world.view(self.handle).cast(centre, -Vector::Z, REACH);
-        hit.map_or(REACH, |hit| hit.distance) - self.numbers.body_m[2] / 2.0
-    }
-
-    /// Energy that the way down takes, from `height` metres, and a tenth on top, joules.
-    fn reserve(&self, height: f32) -> f32 {
-        1.1 * self.numbers.power_w[0] * (height / self.numbers.descent_m_s + 2.0)
-    }
-
     /// The velocity of this motion in the level frame, and the turn; the body's own safe motion included.
     fn wanted(&mut self, motion: Motion, (below, sinks): (f32, f32)) -> Option<(Vector, f32)> {
         // As a flight controller does: with what is left for the way down it goes down, whoever leads it.
-        let low = self.energy < 2.0 * self.reserve(below.max(0.0));
+        let low = self.energy < 2.0 * self.airframe.reserve(below);
         self.phase = match (motion, self.phase) {
             (_, Phase::Lands) if below < TOUCH && sinks < STOPPED => Phase::Landed,
             (_, Phase::Landed) if low => Phase::Landed,
@@ -226,10 +199,10 @@ impl Moves for Multirotor {
     }
 
     fn push(&mut self, motion: Motion, world: &mut World) {
-        let below = self.below(world);
-        let wanted = self.wanted(motion, (below, -self.rigid(world).linvel().z));
+        let below = self.airframe.below(world);
+        let wanted = self.wanted(motion, (below, -self.airframe.rigid(world).linvel().z));
         let wanted = wanted.filter(|_| self.energy > 0.0);
-        let body = self.rigid(world);
+        let body = self.airframe.rigid(world);
         let (level, velocity, rotation, rates) =
             (level(body.rotation()), body.linvel(), *body.rotation(), body.angvel());
         let asked = wanted.map(|(velocity, turn)| {
@@ -242,7 +215,7 @@ impl Moves for Multirotor {
         let (thrust, torque) = self.spin(asked);
         self.drain();
         let drag = (self.air.step(velocity) - velocity) * self.numbers.drag_n_s_m;
-        let body = &mut world.physics.bodies[self.handle];
+        let body = &mut world.physics.bodies[self.airframe.handle];
         body.reset_forces(true);
         body.reset_torques(true);
         body.add_force(rotation * Vector::Z * thrust + drag, true);
@@ -250,7 +223,7 @@ impl Moves for Multirotor {
     }
 
     fn state(&self, world: &World) -> State {
-        let body = self.rigid(world);
+        let body = self.airframe.rigid(world);
         State {
             position: body.translation(),
             rotation: level(body.rotation()),
@@ -260,45 +233,34 @@ impl Moves for Multirotor {
     }
 
     fn body(&self) -> RigidBodyHandle {
-        self.handle
+        self.airframe.handle
     }
 
     fn shell(&self) -> ColliderHandle {
-        self.shell
+        self.airframe.shell
     }
 
     fn flight(&self, world: &World) -> Option<Flight> {
-        let body = self.rigid(world);
-        Some(Flight {
-            attitude: *body.rotation(),
-            rates: body.rotation().inverse() * body.angvel(),
-            place: body.translation().to_array().map(f64::from),
-            velocity: body.linvel().to_array().map(f64::from),
-            placed: true,
-            below: Some(self.below(world)).filter(|below| *below < REACH - self.numbers.body_m[2]),
-            charge: self.energy / (self.numbers.battery_w_h * 3600.0),
-        })
+        let body = self.airframe.rigid(world);
+        let turned = (*body.rotation(), body.rotation().inverse() * body.angvel());
+        Some(self.airframe.flight(world, turned, self.energy / (self.numbers.battery_w_h * 3600.0)))
     }
 
-    /// The floor follows from the surface below: see `kept`.
     fn margin(&self, world: &World, fence: f32) -> f32 {
-        fence.min(self.numbers.ceiling_m - self.rigid(world).translation().z)
+        self.airframe.margin(world, fence)
     }
 
     fn kept(&self, asked: Motion, world: &World) -> Option<Kept> {
-        let (below, least) = (self.below(world), self.numbers.clearance_m);
-        let led = self.phase == Phase::Led;
-        let asked = match asked {
-            Motion::Velocity { along, .. } => self.settled(Vector::from(along)),
-            Motion::Course { .. } | Motion::Rest => 1.0,
-        };
-        let reserve = self.reserve(below.max(0.0));
+        let below = self.airframe.below(world);
+        let reserve = self.airframe.reserve(below);
         Some(Kept {
-            safe: self.settled(self.rigid(world).linvel()),
-            asked,
+            safe: self.settled(self.airframe.rigid(world).linvel()),
+            asked: match asked {
+                Motion::Velocity { along, .. } => self.settled(Vector::from(along)),
+                Motion::Course { .. } | Motion::Rest => 1.0,
+            },
             energy: if self.phase == Phase::Landed { 1.0 } else { (self.energy - reserve) / reserve },
-            // Unled, it comes down to the ground, slowly.
-            clearance: if led { (below - least) / least } else { 1.0 },
+            clearance: self.airframe.clearance(below, self.phase == Phase::Led),
         })
     }
 }
