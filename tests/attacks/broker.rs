@@ -40,7 +40,7 @@ fn acts(run: &Run) -> usize {
 /// Displays of commands of this kind, in order.
 fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
     let given = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Service(Event::Intended { command, kind }) if kind.name() == wanted.name() => Some(command),
+        Any::Service(Event::Intended { command, kind, .. }) if kind.name() == wanted.name() => Some(command),
         _ => None,
     });
     let given: Vec<_> = given.collect();

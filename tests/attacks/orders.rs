@@ -16,7 +16,7 @@ use crate::SEEDS;
 /// The first operator's requests, by kind.
 fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
     let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Service(Event::Intended { command, kind }) if kind.name() == wanted => Some((w.at, command)),
+        Any::Service(Event::Intended { command, kind, .. }) if kind.name() == wanted => Some((w.at, command)),
         _ => None,
     });
     of.collect()

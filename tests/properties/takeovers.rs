@@ -67,7 +67,7 @@ fn p8_order_from_before_a_session_loss() {
     let executed = |kind: CommandKind| {
         let mut log = taken(&[NodeId::BROKER, NodeId::UNIT_A]);
         shown(&mut log, 4300);
-        log.add(4000, NodeId::CONSOLE, Event::Intended { command: command(7), kind });
+        log.add(4000, NodeId::CONSOLE, Event::Intended { command: command(7), kind, tag: None });
         log.add(4600, NodeId::UNIT_A, Event::Executed { command: command(7), kind, refused: None });
         if kind == CommandKind::Disarm {
             log.disarmed(4600);

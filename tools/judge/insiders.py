@@ -56,7 +56,7 @@ def published(log, side, t):
     if side == "client":
         said = [e["t_us"] for e in log.of("staged", by="gateway") if e["event"]["stage"] == "sent"]
     else:
-        said = [e["t_us"] for e in log.of("executed", by="unit-a")]
+        said = [e["t_us"] for e in log.of("executed", "stored", by="unit-a")]
     return any(-SLACK <= t - at <= ON_THE_WAY for at in said)
 
 
@@ -124,7 +124,7 @@ def swallowed(log, span):
 def rogue(log, span):
     """An order of a rogue's that somebody judged: the unit and the gateway name it, the broker names the certificate."""
     judged = {}
-    for e in log.of("executed", by="unit-a") + log.of("staged", by="gateway"):
+    for e in log.of("executed", "stored", by="unit-a") + log.of("staged", by="gateway"):
         judged.setdefault(key(e["event"]["command"]), []).append(e["t_us"])
     barred = [(e["t_us"], e["event"]["peer"]) for e in log.of("refused") if e["event"]["at"] == "broker"]
     for e in log.of("rogue", by="insider-operator"):

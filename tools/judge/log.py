@@ -68,6 +68,11 @@ class Log:
     def intents(self):
         return [(e["t_us"], key(e["event"]["command"]), e["event"]["kind"]) for e in self.of("intended", by="console")]
 
+    def due(self):
+        """By command: the time until it is due and for how long it then is, of those with a time tag."""
+        tagged = (e["event"] for e in self.of("intended", by="console"))
+        return {key(ev["command"]): (ev["tag"]["after"], ev["tag"]["within"]) for ev in tagged if ev.get("tag")}
+
     def executed(self):
         return [
             (e["t_us"], key(e["event"]["command"]), e["event"]["kind"])

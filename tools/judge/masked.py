@@ -131,7 +131,7 @@ def published(log, to, asks, span):
     kinds = {}
     for _, k, kind in log.intents():
         kinds.setdefault(k, []).append(asked(kind))
-    for e in log.of("staged", "executed", "rogue"):
+    for e in log.of("staged", "executed", "stored", "rogue"):
         ev = e["event"]
         if not within(span, e["t_us"]):
             continue
@@ -140,7 +140,7 @@ def published(log, to, asks, span):
                 return True
             continue
         down = ev["is"] == "staged" and ev["stage"] == "sent" and e["node"] == "gateway" and to != "server"
-        up = ev["is"] == "executed" and e["node"] == "unit-a" and to != "client"
+        up = ev["is"] in ("executed", "stored") and e["node"] == "unit-a" and to != "client"
         if (down or up) and (asks is None or all(k == asks for k in kinds.get(key(ev["command"]), []))):
             return True
     return False

@@ -9,7 +9,7 @@ import math
 from bisect import bisect_right
 
 from links import gap, timely
-from log import IMAGING, NOMINAL_MODES, OLD, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
+from log import IMAGING, NOMINAL_MODES, OLD, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned, towards_safe
 
 
 def p1_p11_acts(log):
@@ -89,7 +89,9 @@ def p3_link(log):
 def p3_operator(log):
     """An operator's HOLD is obeyed within Th, however it gets there."""
     th = log.bounds["to_hold_safe_ms"] * 1000 + SLACK
-    for t, _, kind in log.intents():
+    tags = log.due()
+    for given, k, kind in log.intents():
+        t = given + tags.get(k, (0, 0))[0]
         due = t + th
         lived = all(due < died or again < t for died, again in log.dead("unit-a"))
         if kind == "hold" and due <= log.end and lived:
@@ -248,15 +250,26 @@ def p7(log):
 
 def p8(log):
     limit = log.bounds["command_limit_ms"] * 1000 + SLACK
-    given, done = {}, set()
+    given, done, tags = {}, set(), log.due()
+    stores = {key(e["event"]["command"]): e["t_us"] for e in log.of("stored", by="unit-a")}
+    voiding = [c[0] for c in log.changes()] + [at for at, _, kind in log.executed() if kind == "hold"]
     for t, k, _ in log.intents():
         given.setdefault(k, t)
-    for t, k, _ in log.executed():
+    for t, k, kind in log.executed():
         if k in done:
             yield "P8", t, "executed twice"
         done.add(k)
-        if t - given.get(k, t) > limit:
+        if k not in given:
+            continue
+        # The unit counts a time tag from a nonce that is older than the order, by the limit at most.
+        after, within = tags.get(k, (0, limit - SLACK))
+        if t - given[k] > after + within + SLACK:
             yield "P8", t, "executed late"
+        stored = stores.get(k)
+        if stored is not None and not towards_safe(kind) and any(stored < at < t - SLACK for at in voiding):
+            yield "P8", t, "executed though the mode has changed or a hold has come since"
+        if t - given[k] < after - limit:
+            yield "P8", t, "executed before it was due"
 
 
 def p9(log):

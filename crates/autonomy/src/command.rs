@@ -7,12 +7,13 @@
 //!
 //! ```compile_fail,E0451
 //! let forged = autonomy::command::Ordered {
-//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], moved: None, waived: Default::default(),
+//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], moved: None, window: None, waived: Default::default(),
 //! };
 //! ```
 
 mod confirmation;
 pub mod given;
+pub mod schedule;
 
 use std::collections::VecDeque;
 
@@ -29,6 +30,7 @@ use wire::trust::rate::RateClass;
 use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList};
 
 use confirmation::Confirmed;
+use schedule::Window;
 
 /// Nonces kept; more than are issued within any command limit in use.
 const NONCES: usize = 16;
@@ -60,6 +62,7 @@ pub struct Ordered {
     kind: CommandKind,
     intent: [u8; 32],
     moved: Option<CommandId>,
+    window: Option<Window>,
     waived: Waived,
 }
 
@@ -84,10 +87,23 @@ pub struct Rejected {
 }
 
 impl Ordered {
-    fn new(accepted: Accepted<Intent>, claimed: &Claimed, moved: Option<CommandId>, confirmed: &Confirmed) -> Ordered {
+    fn new(
+        accepted: Accepted<Intent>,
+        claimed: &Claimed,
+        moved: Option<CommandId>,
+        issued: Option<Instant>,
+        confirmed: &Confirmed,
+    ) -> Ordered {
         let (intent, evidence) = accepted.into_parts();
         let waived = evidence.waived.union(confirmed.waived());
-        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, waived }
+        let window = Window::of(&intent, issued.unwrap_or(evidence.received));
+        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, window, waived }
+    }
+
+    /// The same order in a forked world; only [`schedule`] asks for it.
+    fn copy(&self) -> Ordered {
+        let Ordered { id, kind, intent, moved, window, waived } = *self;
+        Ordered { id, kind, intent, moved, window, waived }
     }
 
     /// Its idempotency key.
@@ -103,6 +119,11 @@ impl Ordered {
     /// Value to which it moved its operator's counter, if it did.
     pub fn moved(&self) -> Option<CommandId> {
         self.moved
+    }
+
+    /// Window in which it is carried out; none: at once.
+    pub fn window(&self) -> Option<Window> {
+        self.window
     }
 
     /// Checks that were waived on its way.
@@ -157,7 +178,7 @@ impl CommandGate {
         let (intent, signed) = Decoded::<Intent>::parse(now, order.intent, MAX_ORDER).map_err(unread)?;
         let claim = *intent.claim();
         let claimed = Claimed { id: claim.id, kind: claim.kind, intent: Sha256::digest(&order.intent[..]).into() };
-        let judged = self.addressed(&claim).and_then(|()| {
+        let judged = self.addressed(&claim).and_then(|()| schedule::tagged(&claim)).and_then(|()| {
             let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
             let admitted = fresh.by_role(policy, &self.operators)?.admitted(policy, revoked, now)?;
@@ -174,7 +195,7 @@ impl CommandGate {
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
             self.rates.charge(who, class, now);
             let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
-            Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, &confirmed))
+            Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, self.issued(&claim), &confirmed))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }
@@ -190,13 +211,18 @@ impl CommandGate {
 
     /// The age of an intent is at most that of the nonce it repeats.
     fn age(&self, claim: &Intent, now: Instant) -> Option<Age> {
+        Some(Age::on_one_host(self.issued(claim)?, now))
+    }
+
+    /// Issue of the nonce that an intent repeats, where it may still repeat it.
+    fn issued(&self, claim: &Intent) -> Option<Instant> {
         let issued = self.nonces.iter().find(|issued| issued.nonce == claim.nonce)?;
-        (!issued.void || claim.kind.towards_safe()).then(|| Age::on_one_host(issued.at, now))
+        (!issued.void || claim.kind.towards_safe()).then_some(issued.at)
     }
 }
 
-/// The unit's signed answer to a command.
-pub fn acknowledge(key: &Key, claimed: &Claimed, refused: Option<Reason>, mode: Mode) -> Vec<u8> {
-    let ack = Ack { id: claimed.id, intent: claimed.intent, refused, mode };
+/// The unit's signed answer to a command, which is `due` after that time if it was stored.
+pub fn acknowledge(key: &Key, claimed: &Claimed, refused: Option<Reason>, mode: Mode, due: Option<Span>) -> Vec<u8> {
+    let ack = Ack { id: claimed.id, intent: claimed.intent, refused, mode, due };
     key.sign(Purpose::Ack, &codec::encode(&ack))
 }

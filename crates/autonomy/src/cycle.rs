@@ -41,6 +41,7 @@ impl Autonomy {
         if now >= self.next_control {
             self.next_control = after(self.next_control, Span::ms(self.identity.bounds.control_period_ms), now);
             self.seals.mark(now, self.journal.counter());
+            self.carry_out_stored(now);
             self.judge(now);
             self.steer(now);
         }
@@ -127,7 +128,8 @@ impl Autonomy {
             CommandKind::Resume => self.resume(now, order),
             CommandKind::Arm(track) | CommandKind::Confirm(track) => self.give(now, order, Some(track)),
             CommandKind::Configure(values) => self.configure(now, order, &values),
-            CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable => self.give(now, order, None),
+            CommandKind::Hold => self.hold(now, order),
+            CommandKind::Disarm | CommandKind::Enable => self.give(now, order, None),
         }
     }
 
@@ -138,6 +140,13 @@ impl Autonomy {
             Requirement::Waived => Ok(()),
         };
         safe.err().or_else(|| self.give(now, order, None))
+    }
+
+    /// Also a unit that holds already does not go on by an order from before.
+    fn hold(&mut self, now: Instant, order: &Ordered) -> Option<Refusal> {
+        let refused = self.give(now, order, None);
+        self.void_stored(now);
+        refused
     }
 
     /// To go on is to acknowledge the finding about teammates: it is set aside, and restored if the other
@@ -195,11 +204,12 @@ impl Autonomy {
     }
 
     fn carry_out(&mut self, now: Instant, effects: Effects) -> Option<Refusal> {
-        let mut refused = None;
+        let (mut refused, mut moved) = (None, false);
         for effect in effects {
             match effect {
                 Effect::Transition { from, to, cause, because, failing } => {
                     self.status.cause = cause;
+                    moved = true;
                     self.write(now, Event::Transition { from, to, cause, because, failing });
                 }
                 Effect::Minted { authority, world, track, command, waived } => {
@@ -212,6 +222,9 @@ impl Autonomy {
                 Effect::Refused(refusal) => refused = Some(refusal),
                 Effect::Configured(settings) => self.configured(&settings),
             }
+        }
+        if moved {
+            self.void_stored(now);
         }
         refused
     }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use wire::audit::Seal;
 use wire::core::{Subject, Topic};
 use wire::event::{Event, Interface};
-use wire::id::{PeerId, RecordId, SessionId};
+use wire::id::{CommandId, PeerId, RecordId, SessionId};
 use wire::policy::{Check, Requirement};
-use wire::refusal::Refusal;
+use wire::refusal::{Reason, Refusal};
 use wire::sensor::Navigation;
 use wire::session::{SessionBody, Teammate};
 use wire::time::{Age, Instant, Span};
@@ -207,7 +207,7 @@ impl Autonomy {
         }
         let identity = Arc::clone(&self.identity);
         match self.commands.admit(&identity.policy, &identity.keys, &self.revoked, now, bytes) {
-            Ok(order) => self.ordered(now, &order),
+            Ok(order) => self.ordered(now, order),
             Err(rejected) => self.reject(now, rejected.claimed, &rejected.refusal),
         }
     }
@@ -218,6 +218,7 @@ impl Autonomy {
         self.write(now, Event::SessionLost { peer: self.identity.unit.peer() });
         self.status.sessions_lost = self.status.sessions_lost.saturating_add(1);
         self.commands.void();
+        self.void_stored(now);
         let nonce = self.nonce();
         self.commands.issue(nonce, now);
     }
@@ -238,24 +239,40 @@ impl Autonomy {
     }
 
     /// An order proved to be the operator's is answered each time: its own rate bounds that.
-    fn ordered(&mut self, now: Instant, order: &Ordered) {
-        let refused = self.obey(now, order);
+    fn ordered(&mut self, now: Instant, order: Ordered) {
+        if let Some(window) = order.window() {
+            return self.store(now, window, order);
+        }
+        let refused = self.obey(now, &order);
+        self.judged_order(now, &order, refused);
+    }
+
+    /// An order was carried out as it came, or refused.
+    pub(crate) fn judged_order(&mut self, now: Instant, order: &Ordered, refused: Option<Refusal>) {
         match &refused {
             None => self.accounts.accepted(Interface::Commands),
             Some(refusal) => self.refuse(now, Interface::Commands, None, refusal),
         }
-        // The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far
-        // ahead, which would lead it to where nothing of it is heard, nor an old one, below which nothing is heard.
-        if let Some(newest) = order.moved() {
-            self.status.last_command = Some((newest, refused.as_ref().map(Refusal::reason)));
-        }
+        self.heard(order.moved(), refused.as_ref().map(Refusal::reason));
         self.answer(now, &order.claimed(), refused.as_ref());
     }
 
-    fn answer(&mut self, now: Instant, claimed: &Claimed, refused: Option<&Refusal>) {
+    /// The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far
+    /// ahead, which would lead it to where nothing of it is heard, nor an old one, below which nothing is heard.
+    pub(crate) fn heard(&mut self, moved: Option<CommandId>, refused: Option<Reason>) {
+        if let Some(newest) = moved {
+            self.status.last_command = Some((newest, refused));
+        }
+    }
+
+    pub(crate) fn answer(&mut self, now: Instant, claimed: &Claimed, refused: Option<&Refusal>) {
         let refused = refused.map(Refusal::reason);
         self.write(now, Event::Executed { command: claimed.id, kind: claimed.kind, refused });
-        let ack = command::acknowledge(&self.identity.key, claimed, refused, self.mode());
+        self.acknowledge(claimed, refused, None);
+    }
+
+    pub(crate) fn acknowledge(&mut self, claimed: &Claimed, refused: Option<Reason>, due: Option<Span>) {
+        let ack = command::acknowledge(&self.identity.key, claimed, refused, self.mode(), due);
         self.publish(Subject::Ack(self.identity.unit), ack);
     }
 

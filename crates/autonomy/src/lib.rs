@@ -43,6 +43,7 @@ pub mod pilot;
 pub mod process;
 pub mod seals;
 pub mod settings;
+mod stored;
 pub mod telemetry;
 pub mod transition;
 
@@ -71,6 +72,7 @@ pub use transition::{authority, state};
 
 use authority::Mint;
 use command::CommandGate;
+use command::schedule::Schedule;
 use consistency::Teammates;
 use fork::Fork;
 use geofence::Geofence;
@@ -108,6 +110,7 @@ pub struct Autonomy {
     session: Option<Session>,
     windows: Windows,
     commands: CommandGate,
+    schedule: Schedule,
     revoked: RevocationList,
     mission: Mission,
     /// The guest that drives in place of mission and navigation.
@@ -177,6 +180,7 @@ impl Autonomy {
             session: None,
             windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
+            schedule: Schedule::default(),
             revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
             pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
@@ -234,6 +238,7 @@ impl Autonomy {
             session: self.session.clone(),
             windows: self.windows.clone(),
             commands: self.commands.clone(),
+            schedule: self.schedule.fork(fork),
             revoked: self.revoked.clone(),
             mission: self.mission.clone(),
             pilot: self.pilot.clone(),

@@ -133,7 +133,13 @@ fn conditions(shown: &Shown) -> Vec<Condition> {
                 let first = command.times.answered.unwrap_or(command.since);
                 standing.push((Alarm::CommandRefused(command.id), first.0));
             }
-            Life::Requested | Life::Staged | Life::Released | Life::Sent | Life::Executed | Life::Expired => {}
+            Life::Requested
+            | Life::Staged
+            | Life::Released
+            | Life::Sent
+            | Life::Stored(_)
+            | Life::Executed
+            | Life::Expired => {}
         }
     }
     standing

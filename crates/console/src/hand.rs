@@ -161,7 +161,7 @@ fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Consequence, Un
         Order::Revoke(who) => Wish::Revoke(who, Giver::Person),
         Order::Command(unit, kind) => {
             let nonce = nonce_for(kind, shown.unit(unit)).ok_or(Unable::Interlock)?;
-            Wish::Intend { step: None, unit, kind, nonce, reason: reason.as_str().to_owned() }
+            Wish::Intend { step: None, unit, kind, tag: None, nonce, reason: reason.as_str().to_owned() }
         }
     };
     Ok(Consequence::Wish(wish))

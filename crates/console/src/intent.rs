@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
 use wire::codec::{self, Text};
-use wire::command::{CommandKind, Confirmation, Intent, IntentHash};
+use wire::command::{CommandKind, Confirmation, Intent, IntentHash, TimeTag};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, UnitId};
 use wire::sign::{Key, Purpose};
 
@@ -32,6 +32,8 @@ pub struct Issued {
     pub unit: UnitId,
     /// Kind of the command.
     pub kind: CommandKind,
+    /// Time of its execution; none: at once.
+    pub tag: Option<TimeTag>,
     /// Hash by which all later messages name it.
     pub intent: IntentHash,
     /// COSE_Sign1 over the intent.
@@ -66,7 +68,13 @@ impl Issuer {
     }
 
     /// Signs an intent under the next id.
-    pub fn intent(&mut self, unit: UnitId, nonce: Nonce, kind: CommandKind, reason: &str) -> Issued {
+    pub fn intent(
+        &mut self,
+        unit: UnitId,
+        nonce: Nonce,
+        (kind, tag): (CommandKind, Option<TimeTag>),
+        reason: &str,
+    ) -> Issued {
         let (boot, sequence) = self.given_to(unit);
         let next = (boot, sequence.next());
         match self.heard.get_mut(&unit).filter(|heard| **heard > self.last) {
@@ -74,9 +82,9 @@ impl Issuer {
             None => self.last = next,
         }
         let id = CommandId { operator: self.operator, boot, sequence: next.1 };
-        let intent = Intent { id, unit, nonce, kind, reason: Text::new(reason) };
+        let intent = Intent { id, unit, nonce, kind, reason: Text::new(reason), tag };
         let bytes = self.key.sign(Purpose::Intent, &codec::encode(&intent));
-        Issued { id, unit, kind, intent: Sha256::digest(&bytes).into(), bytes }
+        Issued { id, unit, kind, tag, intent: Sha256::digest(&bytes).into(), bytes }
     }
 
     /// Signs the confirmation of an intent of ours.

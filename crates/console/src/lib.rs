@@ -260,7 +260,7 @@ impl Console {
             Ok(accepted) => {
                 self.accounts.accepted(Interface::Acks);
                 let ack = *accepted.message();
-                if self.model.commands_mut().acknowledged(now, &ack.intent, ack.refused) {
+                if self.model.commands_mut().acknowledged(now, &ack) {
                     self.note(now, Event::Acknowledged { command: ack.id, refused: ack.refused });
                 }
             }

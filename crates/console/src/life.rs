@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use wire::command::{CommandKind, IntentHash};
+use wire::command::{Ack, CommandKind, IntentHash, TimeTag};
 use wire::event::ShownAs;
 use wire::feed::CommandStage;
 use wire::id::{CommandId, UnitId};
@@ -59,6 +59,8 @@ pub enum Life {
     Released,
     /// On its way to the unit.
     Sent,
+    /// The unit keeps it until then.
+    Stored(Instant),
     /// The unit executed it.
     Executed,
     /// The unit refused it.
@@ -79,7 +81,8 @@ impl Life {
         match self {
             Life::Requested | Life::Released | Life::Sent => true,
             Life::Staged => kind.towards_safe(),
-            Life::Executed
+            Life::Stored(_)
+            | Life::Executed
             | Life::RefusedByUnit(_)
             | Life::RefusedByGateway(_)
             | Life::Expired
@@ -97,8 +100,9 @@ impl Life {
             Life::Sent => 3,
             Life::NotAcknowledged => 4,
             Life::RefusedByGateway(_) | Life::Expired => 5,
-            Life::RefusedByUnit(_) => 6,
-            Life::Executed => 7,
+            Life::Stored(_) => 6,
+            Life::RefusedByUnit(_) => 7,
+            Life::Executed => 8,
         }
     }
 
@@ -109,6 +113,7 @@ impl Life {
             Life::Staged => ShownAs::Staged,
             Life::Released => ShownAs::Released,
             Life::Sent => ShownAs::Sent,
+            Life::Stored(_) => ShownAs::Stored,
             Life::Executed => ShownAs::Executed,
             Life::RefusedByUnit(_) => ShownAs::Refused,
             Life::RefusedByGateway(_) | Life::Expired => ShownAs::Void,
@@ -128,6 +133,8 @@ pub struct ShownCommand {
     pub unit: UnitId,
     /// Kind of the command.
     pub kind: CommandKind,
+    /// Time of its execution; none: at once.
+    pub tag: Option<TimeTag>,
     /// Source of the order.
     pub by: Giver,
     /// Its progress.
@@ -142,6 +149,11 @@ impl ShownCommand {
     /// True if an answer to it is being waited for: another of its kind would be the same again.
     pub fn under_way(&self) -> bool {
         self.life.pending(self.kind)
+    }
+
+    /// True if it can have been carried out: a time tag counts from before the request.
+    fn due(&self, now: Instant) -> bool {
+        now >= self.times.requested + self.tag.map_or(Span::ZERO, |tag| tag.after)
     }
 }
 
@@ -165,7 +177,7 @@ pub struct Times {
 impl Times {
     fn reached(&mut self, now: Instant, life: Life) {
         let stage = match life {
-            Life::Requested | Life::NotAcknowledged => return,
+            Life::Requested | Life::Stored(_) | Life::NotAcknowledged => return,
             Life::Staged => &mut self.staged,
             Life::Released => &mut self.released,
             Life::Sent => &mut self.sent,
@@ -216,10 +228,10 @@ impl Commands {
         if self.0.len() >= MAX_COMMANDS {
             self.0.pop_front();
         }
-        let Issued { id, unit, kind, intent, .. } = *issued;
+        let Issued { id, unit, kind, tag, intent, .. } = *issued;
         let none = None;
         let times = Times { requested: now, staged: none, released: none, sent: none, answered: none, effect: none };
-        let shown = ShownCommand { id, intent, unit, kind, by, life: Life::Requested, since: now, times };
+        let shown = ShownCommand { id, intent, unit, kind, tag, by, life: Life::Requested, since: now, times };
         self.0.push_back(Given { shown, asked: now });
     }
 
@@ -255,8 +267,13 @@ impl Commands {
     }
 
     /// A verified acknowledgement. False if it adds no information.
-    pub fn acknowledged(&mut self, now: Instant, intent: &IntentHash, refused: Option<Reason>) -> bool {
-        self.progress(now, intent, refused.map_or(Life::Executed, Life::RefusedByUnit))
+    pub fn acknowledged(&mut self, now: Instant, ack: &Ack) -> bool {
+        let life = match (ack.refused, ack.due) {
+            (Some(reason), _) => Life::RefusedByUnit(reason),
+            (None, Some(due)) => Life::Stored(now + due),
+            (None, None) => Life::Executed,
+        };
+        self.progress(now, &ack.intent, life)
     }
 
     /// Marks the commands left unanswered beyond the limit.
@@ -293,7 +310,9 @@ impl Commands {
     pub fn reported(&mut self, now: Instant, unit: UnitId, report: &Report) {
         let Some((heard, None)) = report.last_command else { return };
         let of_unit = self.0.iter_mut().map(|given| &mut given.shown).filter(|shown| shown.unit == unit);
-        for shown in of_unit.filter(|shown| reached(heard, shown.id) && brought_about(shown.kind, report)) {
+        let done =
+            |shown: &&mut ShownCommand| shown.due(now) && reached(heard, shown.id) && brought_about(shown.kind, report);
+        for shown in of_unit.filter(done) {
             if !matches!(shown.life, Life::RefusedByUnit(_) | Life::RefusedByGateway(_)) {
                 shown.times.effect.get_or_insert(now);
             }

@@ -6,7 +6,7 @@
 //! ever asked for or confirmed twice. Signing is left to `intent`.
 
 use serde::{Deserialize, Serialize};
-use wire::command::{CommandKind, IntentHash};
+use wire::command::{CommandKind, IntentHash, TimeTag};
 use wire::id::{NodeId, Nonce, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::refusal::Reason;
@@ -45,6 +45,9 @@ pub struct Step {
     pub reason: String,
     /// Time limit for the conditions, in milliseconds.
     pub within_ms: u64,
+    /// Time at which the unit is to carry it out; absent: at once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tag: Option<TimeTag>,
 }
 
 /// Conditions on the displayed values. A condition holds only on values displayed as fresh.
@@ -102,6 +105,8 @@ pub enum Wish {
         unit: UnitId,
         /// Kind of the command.
         kind: CommandKind,
+        /// Time of its execution; none: at once.
+        tag: Option<TimeTag>,
         /// Nonce as displayed.
         nonce: Nonce,
         /// Reason.
@@ -214,7 +219,7 @@ impl Operator {
 fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
     let Some(life) = life else { return Some(Progress::Done(now)) };
     let again = match life {
-        Life::Requested | Life::Staged | Life::Released | Life::Sent => return None,
+        Life::Requested | Life::Staged | Life::Released | Life::Sent | Life::Stored(_) => return None,
         Life::Executed | Life::RefusedByGateway(_) | Life::Expired => false,
         Life::RefusedByUnit(reason) => matches!(reason, Reason::Interlock | Reason::Late),
         Life::NotAcknowledged => true,
@@ -232,7 +237,14 @@ impl Step {
         }
         let kind = self.kind(unit, confidence)?;
         let nonce = nonce_for(kind, unit)?;
-        Some(Wish::Intend { step: Some(step), unit: self.unit, kind, nonce, reason: self.reason.clone() })
+        Some(Wish::Intend {
+            step: Some(step),
+            unit: self.unit,
+            kind,
+            tag: self.tag,
+            nonce,
+            reason: self.reason.clone(),
+        })
     }
 
     fn kind(&self, unit: Option<&ShownUnit>, confidence: u16) -> Option<CommandKind> {

@@ -63,19 +63,19 @@ impl Console {
     /// recording (`retrace`).
     fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
-            Wish::Intend { step, unit, kind, nonce, reason } => {
+            Wish::Intend { step, unit, kind, tag, nonce, reason } => {
                 let by = if step.is_some() { Giver::Script } else { Giver::Person };
                 if self.issuer.is_some() || by == Giver::Person {
                     self.model.ordered(now, Order::Command(unit, kind), by);
                 }
-                let issued = self.issuer.as_mut()?.intent(unit, nonce, kind, &reason);
+                let issued = self.issuer.as_mut()?.intent(unit, nonce, (kind, tag), &reason);
                 match step {
                     Some(step) => self.operator.given(step, issued.intent),
                     None if kind.towards_safe() => {}
                     None => self.model.hand().given(issued.intent),
                 }
                 self.model.commands_mut().requested(now, &issued, by);
-                self.note(now, Event::Intended { command: issued.id, kind });
+                self.note(now, Event::Intended { command: issued.id, kind, tag });
                 self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
                 return Some(issued.id);
             }

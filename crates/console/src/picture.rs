@@ -49,7 +49,7 @@ pub(crate) fn line(shown: &Shown) -> String {
             "unit": of.unit.name(),
             "kind": of.kind.name(),
             "by": of.by.name(),
-            "life": life(of.life),
+            "life": life(of.life, shown.at),
             "since_ms": ago(of.since),
             "asked_ms": ago(of.times.requested),
             "answered_ms": of.times.answered.map(ago),

@@ -52,8 +52,8 @@ impl Console {
             Request::Watch(challenge) => self.intake.challenge(challenge, now),
             Request::Stage(signed) => {
                 if let Ok(intent) = codec::decode::<Intent>(payload(signed), MAX_ORDER) {
-                    let (Intent { id, unit, kind, .. }, hash) = (intent, Sha256::digest(&**signed).into());
-                    let issued = Issued { id, unit, kind, intent: hash, bytes: signed.to_vec() };
+                    let (Intent { id, unit, kind, tag, .. }, hash) = (intent, Sha256::digest(&**signed).into());
+                    let issued = Issued { id, unit, kind, tag, intent: hash, bytes: signed.to_vec() };
                     self.model.commands_mut().requested(now, &issued, Giver::Script);
                     if !kind.towards_safe() {
                         self.model.hand().given(hash);

@@ -154,18 +154,20 @@ pub(crate) fn sensors(track: &ReportedTrack) -> impl Iterator<Item = &'static st
 }
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
-    let life = life(command.life);
+    let life = life(command.life, at);
     let ago = ago(at.since(command.since));
     let (kind, by) = (command.kind.name(), command.by.words());
     line(text, format_args!("command  {} {kind} to {} by {by}: {life}, {ago:.1} s ago", command.id, command.unit));
 }
 
-pub(crate) fn life(life: Life) -> String {
+pub(crate) fn life(life: Life, now: Instant) -> String {
     match life {
         Life::Requested => "requested".to_owned(),
         Life::Staged => "staged".to_owned(),
         Life::Released => "confirmed".to_owned(),
         Life::Sent => "sent".to_owned(),
+        Life::Stored(due) if now < due => format!("stored, due in {:.1} s", due.since(now).as_ms() / 1000.0),
+        Life::Stored(due) => format!("stored, due {:.1} s ago", now.since(due).as_ms() / 1000.0),
         Life::Executed => "executed".to_owned(),
         Life::RefusedByUnit(reason) => format!("REFUSED by the unit: {}", reason.name()),
         Life::RefusedByGateway(Some(reason)) => format!("REFUSED by the gateway: {}", reason.name()),

@@ -120,6 +120,7 @@ fn is_decision(event: &Any) -> bool {
                 | Event::Revoked { .. }
                 | Event::Acted { .. }
                 | Event::Staged { .. }
+                | Event::Stored { .. }
                 | Event::Executed { .. }
                 | Event::Inconsistent { .. }
         )

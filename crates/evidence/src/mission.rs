@@ -109,6 +109,8 @@ pub struct Due {
     pub at_us: Micros,
     /// For how long its conditions are waited for.
     pub within_us: Micros,
+    /// Time from the order until the unit is to carry it out, by its time tag; zero without one.
+    pub after_us: Micros,
     /// The mode that has to be displayed.
     pub mode: Option<Mode>,
     /// The class of a track that has to be displayed.

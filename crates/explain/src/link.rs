@@ -89,7 +89,7 @@ fn downlink(granted: Micros, refused: &[(Micros, String)]) -> Origin {
 fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
     let near = |at: Micros| at + SLACK >= granted && at <= granted + SLACK;
     let (sent, id) = log.by(NodeId::CONSOLE).filter(|w| w.at <= change.at).find_map(|w| match w.entry.event {
-        Any::Service(Event::Intended { command, kind: CommandKind::Hold }) => {
+        Any::Service(Event::Intended { command, kind: CommandKind::Hold, .. }) => {
             let sent = stages(log, command, change.at).into_iter().find(|(_, stage)| *stage == CommandStage::Sent)?;
             near(sent.0).then_some((sent.0, command))
         }

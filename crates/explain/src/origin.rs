@@ -65,7 +65,7 @@ fn ordered(log: &Log, change: &Change) -> Origin {
         return of_unit(Place::Operator, change.at, "an order that the unit does not name");
     };
     let given = log.last(NodeId::CONSOLE, change.at, |event| match event {
-        Any::Service(Event::Intended { command, kind }) if *command == id => Some(*kind),
+        Any::Service(Event::Intended { command, kind, .. }) if *command == id => Some(*kind),
         _ => None,
     });
     let mut origin = match given {

@@ -71,7 +71,7 @@ fn needed(mode: Mode, wanted: Mode) -> Option<&'static str> {
 fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
     let mut given =
         log.by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= at).filter_map(|w| match w.entry.event {
-            Any::Service(Event::Intended { command, kind: k }) if k.name() == kind => Some((w.at, command)),
+            Any::Service(Event::Intended { command, kind: k, .. }) if k.name() == kind => Some((w.at, command)),
             _ => None,
         });
     let Some((asked, id)) = given.next_back() else {

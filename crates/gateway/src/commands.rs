@@ -105,9 +105,9 @@ impl Gateway {
     }
 
     fn send(&mut self, now: Instant, dispatch: Dispatch) {
-        let Dispatch { command, unit, kind, order } = dispatch;
+        let Dispatch { command, unit, kind, after, order } = dispatch;
         if kind == CommandKind::Hold {
-            self.leases.hold(unit, command.intent);
+            self.leases.hold(unit, command.intent, now + after);
         }
         if self.quiet {
             return;
@@ -133,7 +133,7 @@ impl Gateway {
             Ok(Some(ack)) => {
                 self.accounts.accepted(Interface::Acks);
                 let ack = ack.message();
-                if ack.refused.is_none() {
+                if ack.refused.is_none() && ack.due.is_none() {
                     self.leases.executed(unit, ack.intent);
                 }
                 self.tell(now, &Feed::Acknowledged(bytes.into()));

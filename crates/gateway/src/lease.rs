@@ -25,8 +25,8 @@ pub struct Leases {
     started: Instant,
     /// Contact plans of units whose links have one.
     contacts: Vec<(UnitId, Contacts)>,
-    /// Intents of the HOLDs sent and not yet acknowledged as executed, oldest first.
-    holds: Vec<(UnitId, IntentHash)>,
+    /// Intents of the HOLDs sent and not yet acknowledged as executed, oldest first, and when each is due.
+    holds: Vec<(UnitId, IntentHash, Instant)>,
 }
 
 impl Leases {
@@ -36,35 +36,35 @@ impl Leases {
         Self { length, freshness, started, contacts, holds: Vec::new() }
     }
 
-    /// A HOLD went out: no grants until the unit says that it has executed it.
-    pub fn hold(&mut self, unit: UnitId, intent: IntentHash) {
-        let of_unit = |(u, _): &&(UnitId, IntentHash)| *u == unit;
+    /// A HOLD went out that is `due` then: from that time on no grants until the unit says that it has executed it.
+    pub fn hold(&mut self, unit: UnitId, intent: IntentHash, due: Instant) {
+        let of_unit = |(u, ..): &&(UnitId, IntentHash, Instant)| *u == unit;
         if self.holds.iter().filter(of_unit).count() >= MAX_HOLDS
-            && let Some(oldest) = self.holds.iter().position(|(u, _)| *u == unit)
+            && let Some(oldest) = self.holds.iter().position(|(u, ..)| *u == unit)
         {
             self.holds.remove(oldest);
         }
-        self.holds.push((unit, intent));
+        self.holds.push((unit, intent, due));
     }
 
     /// The unit has executed the order with this intent. If that was a HOLD, the unit is holding: all its HOLDs are done. One
     /// that it *refused* stays: grants resume only when a HOLD has been executed. The intent is asked for and not the id: under
     /// one id a holder of the key can have another order executed.
     pub fn executed(&mut self, unit: UnitId, intent: IntentHash) {
-        if self.holds.contains(&(unit, intent)) {
-            self.holds.retain(|(u, _)| *u != unit);
+        if self.holds.iter().any(|(u, of, _)| (*u, *of) == (unit, intent)) {
+            self.holds.retain(|(u, ..)| *u != unit);
         }
     }
 
-    /// True if a HOLD for `unit` is unacknowledged.
-    pub fn holding(&self, unit: UnitId) -> bool {
-        self.holds.iter().any(|(u, _)| *u == unit)
+    /// True if a HOLD for `unit` is due and unacknowledged.
+    pub fn holding(&self, unit: UnitId, now: Instant) -> bool {
+        self.holds.iter().any(|(u, _, due)| *u == unit && now >= *due)
     }
 
     /// The grant that the unit of `session` may have now.
     pub fn grant(&self, session: &Session, now: Instant) -> Option<SessionBody<'static>> {
         let fresh = session.telemetry_age(now).is_some_and(|age| age <= self.freshness);
-        let supervised = session.listens() && fresh && !self.holding(session.unit());
+        let supervised = session.listens() && fresh && !self.holding(session.unit(), now);
         supervised.then(|| SessionBody::Grant(self.length(session.unit(), now)))
     }
 

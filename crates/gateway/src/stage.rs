@@ -74,6 +74,8 @@ pub struct Dispatch {
     pub unit: UnitId,
     /// Command asked for.
     pub kind: CommandKind,
+    /// Time until it is due, at most; zero without a time tag.
+    pub after: Span,
     /// Encoded [`Order`].
     pub order: Vec<u8>,
 }
@@ -281,7 +283,7 @@ impl Staging {
     }
 
     fn dispatch(&mut self, station: NodeId, intent: &Intent, bytes: &[u8], confirmation: Option<&[u8]>) -> Dispatch {
-        let Intent { id, unit, kind, .. } = *intent;
+        let Intent { id, unit, kind, tag, .. } = *intent;
         let of_station = |sent: &Sent| sent.station == station;
         if self.sent.iter().filter(|sent| of_station(sent)).count() >= MAX_SENT
             && let Some(oldest) = self.sent.iter().position(of_station)
@@ -291,7 +293,8 @@ impl Staging {
         let command = Command { id, intent: hash_of(bytes) };
         self.sent.push_back(Sent { station, command, unit, answers: Vec::new() });
         let order = Order { intent: bytes.into(), confirmation: confirmation.map(Into::into) };
-        Dispatch { command, unit, kind, order: codec::encode(&order) }
+        let after = tag.map_or(Span::ZERO, |tag| tag.after);
+        Dispatch { command, unit, kind, after, order: codec::encode(&order) }
     }
 }
 

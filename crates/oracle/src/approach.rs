@@ -141,7 +141,7 @@ fn orders(evidence: &Evidence, line: &Timeline) -> Vec<(Limit, u64)> {
     let executed = line.executed.iter().filter(|(at, ..)| *at <= evidence.duration);
     let late = executed.filter_map(|(at, id, _)| {
         let (given, ..) = line.intended.iter().find(|(_, command, _)| command == id)?;
-        Some((Limit::Order, at.saturating_sub(*given)))
+        Some((Limit::Order, at.saturating_sub(line.due(*id, *given))))
     });
     late.collect()
 }

@@ -165,7 +165,7 @@ fn within((from, to): Span, at: Micros) -> bool {
 /// Orders that the console says an operator gave: time, identity, command.
 fn given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId, &'static str)> {
     evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Any::Service(Event::Intended { command, kind }) if w.entry.node == NodeId::CONSOLE => {
+        Any::Service(Event::Intended { command, kind, .. }) if w.entry.node == NodeId::CONSOLE => {
             Some((w.at, command, kind.name()))
         }
         _ => None,
@@ -180,7 +180,7 @@ fn published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Sp
         Any::Service(Event::Staged { command, stage: CommandStage::Sent }) => {
             to != Some(Side::Server) && w.entry.node == NodeId::GATEWAY && about(command)
         }
-        Any::Service(Event::Executed { command, .. }) => {
+        Any::Service(Event::Executed { command, .. } | Event::Stored { command, .. }) => {
             to != Some(Side::Client) && w.entry.node == evidence.under.node() && about(command)
         }
         Any::Instrument(Note::Rogue { .. }) => to != Some(Side::Server),

@@ -65,7 +65,8 @@ fn is_before(evidence: &Evidence, at: Micros) -> bool {
 }
 
 fn owed(evidence: &Evidence) -> Stage {
-    let before = evidence.script.steps.iter().filter(|step| is_before(evidence, step.at_us));
+    let before =
+        evidence.script.steps.iter().filter(|step| is_before(evidence, step.at_us.saturating_add(step.after_us)));
     let derived = before.map(|step| Stage::of(step.verb)).max().unwrap_or_default();
     evidence.script.mission.unwrap_or(derived)
 }
@@ -90,8 +91,12 @@ fn short_of(stage: Stage, until: Micros, steps: &[Carried]) -> String {
 /// Steps that are no stage of the mission and were to be done before the attack: it waited for them.
 fn undone<'a>(evidence: &Evidence, until: Micros, steps: &'a [Carried]) -> impl Iterator<Item = String> + 'a {
     let attacked = attacked(evidence).is_some() && evidence.script.mission.is_none();
-    let before: Vec<bool> =
-        evidence.script.steps.iter().map(|step| attacked && is_before(evidence, step.at_us)).collect();
+    let before: Vec<bool> = evidence
+        .script
+        .steps
+        .iter()
+        .map(|step| attacked && is_before(evidence, step.at_us.saturating_add(step.after_us)))
+        .collect();
     let others = steps.iter().zip(before).filter(|(step, before)| *before && Stage::of(step.verb) == Stage::None);
     others.filter(move |(step, _)| step.done_ms.is_none_or(|at| at > ms(until))).map(|(step, _)| {
         let why = step.why.as_deref().unwrap_or("too late");

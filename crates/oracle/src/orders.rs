@@ -50,7 +50,7 @@ fn judged(evidence: &Evidence, from: Micros, order: CommandId, certificate: Opti
     evidence.entries.iter().any(|w| {
         w.at >= from
             && match w.entry.event {
-                Any::Service(Event::Executed { command, .. }) => {
+                Any::Service(Event::Executed { command, .. } | Event::Stored { command, .. }) => {
                     w.entry.node == evidence.under.node() && command == order
                 }
                 Any::Service(Event::Staged { command, .. }) => w.entry.node == NodeId::GATEWAY && command == order,

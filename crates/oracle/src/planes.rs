@@ -79,7 +79,9 @@ fn sent(evidence: &Evidence, side: Side, at: Micros) -> bool {
         (Side::Client, Any::Service(Event::Staged { stage: CommandStage::Sent, .. })) => {
             w.entry.node == NodeId::GATEWAY
         }
-        (Side::Server, Any::Service(Event::Executed { .. })) => w.entry.node == evidence.under.node(),
+        (Side::Server, Any::Service(Event::Executed { .. } | Event::Stored { .. })) => {
+            w.entry.node == evidence.under.node()
+        }
         _ => false,
     })
 }
@@ -100,7 +102,12 @@ pub(super) fn commands_shown(evidence: &Evidence, line: &Timeline) -> Vec<Findin
             ShownAs::Sent => {}
             ShownAs::Staged if one_step => {}
             // It waits for the operator, who is in no hurry; or it is answered, or shown as not answered.
-            ShownAs::Staged | ShownAs::Executed | ShownAs::Refused | ShownAs::Void | ShownAs::NotAcknowledged => {
+            ShownAs::Staged
+            | ShownAs::Stored
+            | ShownAs::Executed
+            | ShownAs::Refused
+            | ShownAs::Void
+            | ShownAs::NotAcknowledged => {
                 if let Some(until) = due.remove(&command).filter(|until| *until < w.at) {
                     found.push(under_way(command, until));
                 }
@@ -124,20 +131,19 @@ fn under_way(command: CommandId, until: Micros) -> Finding {
     finding(Property::P7, until, format!("{command} is shown as under way for more than {ms} ms"))
 }
 
-/// P3 for the operator: *Th* after a HOLD was given, the unit holds, by the order or by its lease. One that did not live all
+/// P3 for the operator: *Th* after a HOLD was given, or was due by its time tag, the unit holds, by the order or by its lease. One that did not live all
 /// that time is `process_fault`'s to judge.
 pub(super) fn operators_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let dead = life::dead(evidence, evidence.under.node());
     let lived = |from: Micros, to: Micros| dead.iter().all(|(died, again)| to < *died || from > *again);
     let th = evidence.bounds.to_hold_safe_ms * 1000 + SLACK;
-    let given = line
-        .intended
-        .iter()
-        .filter(|(at, _, kind)| *kind == CommandKind::Hold && at + th <= evidence.duration && lived(*at, at + th));
+    let holds = line.intended.iter().filter(|(.., kind)| *kind == CommandKind::Hold);
+    let due = holds.map(|(given, id, _)| (line.due(*id, *given), id));
+    let due = due.filter(|(at, _)| at + th <= evidence.duration && lived(*at, at + th));
     let late =
-        given.filter(|(at, ..)| !line.was_in(Mode::HoldSafe, *at, at + th) && !line.was_in(Mode::Idle, *at, at + th));
-    late.map(|(at, id, _)| {
-        let what = format!("{id}, a hold, was given and {} ms later the unit had not held", th / 1000);
+        due.filter(|(at, _)| !line.was_in(Mode::HoldSafe, *at, at + th) && !line.was_in(Mode::Idle, *at, at + th));
+    late.map(|(at, id)| {
+        let what = format!("{id}, a hold, was due and {} ms later the unit had not held", th / 1000);
         finding(Property::P3, at + th, what)
     })
     .collect()

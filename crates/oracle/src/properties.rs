@@ -188,7 +188,7 @@ fn reserves(line: &Timeline) -> Vec<Finding> {
     energy.into_iter().chain(clearance).collect()
 }
 
-/// P8: at most once, never late.
+/// P8: at most once, never late, and none with a time tag outside its window.
 fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
     let mut once = BTreeSet::new();
@@ -198,8 +198,23 @@ fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             found.push(finding(Property::P8, *at, format!("{} {id} executed again", kind.name())));
         }
         let given = line.intended.iter().find(|(_, command, _)| command == id).map(|(given, _, _)| *given);
-        if given.is_some_and(|given| at.saturating_sub(given) > limit) {
-            let what = format!("{} {id} executed more than {} ms late", kind.name(), limit / 1000);
+        let Some(given) = given else { continue };
+        let due = line.due(*id, given);
+        // A time tag counts from a nonce that may have been issued earlier than the order was given, by the limit at most.
+        let within = line.tags.get(id).map_or(limit, |(_, within)| within.saturating_add(SLACK));
+        if at.saturating_sub(due) > within {
+            let what = format!("{} {id} executed more than {} ms late", kind.name(), within / 1000);
+            found.push(finding(Property::P8, *at, what));
+        }
+        let mut since = line.stored.get(id).into_iter().filter(|_| !kind.towards_safe());
+        let held = line.executed.iter().filter(|(.., kind)| *kind == CommandKind::Hold).map(|(at, ..)| *at);
+        let voided: Vec<Micros> = line.changes.iter().map(|c| c.at).chain(held).collect();
+        if since.any(|stored| voided.iter().any(|change| change > stored && change + SLACK < *at)) {
+            let what = format!("{} {id} executed though the mode has changed or a hold has come since", kind.name());
+            found.push(finding(Property::P8, *at, what));
+        }
+        if at.saturating_add(limit) < due {
+            let what = format!("{} {id} executed {} ms before it was due", kind.name(), (due - at) / 1000);
             found.push(finding(Property::P8, *at, what));
         }
     }

@@ -1,5 +1,7 @@
 //! The events of a trial, sorted by subject. No event is judged here.
 
+use std::collections::BTreeMap;
+
 use evidence::trial::TransitionRow;
 use evidence::{Evidence, Micros, Under};
 use instrument::{Any, Entry, Note};
@@ -66,6 +68,10 @@ pub struct Timeline {
     pub revoked: Vec<(Micros, u32)>,
     /// Operator's intents.
     pub intended: Vec<(Micros, CommandId, CommandKind)>,
+    /// Time tags of intents: microseconds until each is due, and for how long it may be carried out from then on.
+    pub tags: BTreeMap<CommandId, (Micros, Micros)>,
+    /// Times at which unit A stored a command.
+    pub stored: BTreeMap<CommandId, Micros>,
     /// Commands that unit A executed.
     pub executed: Vec<(Micros, CommandId, CommandKind)>,
     /// Reports that the gateway accepted of unit A.
@@ -130,8 +136,12 @@ impl Timeline {
             }
             Any::Service(Event::Minted { authority, track, .. }) if of_unit => self.minted.push((at, authority, track)),
             Any::Service(Event::Revoked { authority, .. }) if of_unit => self.revoked.push((at, authority)),
-            Any::Service(Event::Intended { command, kind }) if node == NodeId::CONSOLE => {
-                self.intended.push((at, command, kind))
+            Any::Service(Event::Intended { command, kind, tag }) if node == NodeId::CONSOLE => {
+                self.intended.push((at, command, kind));
+                self.tags.extend(tag.map(|tag| (command, (tag.after.0, tag.within.0))));
+            }
+            Any::Service(Event::Stored { command, .. }) if of_unit => {
+                self.stored.insert(command, at);
             }
             Any::Service(Event::Executed { command, kind, refused: None }) if of_unit => {
                 self.executed.push((at, command, kind))
@@ -149,6 +159,11 @@ impl Timeline {
     /// True if an operator had given exactly this by `at`: the id alone could be of another command.
     pub fn gave(&self, id: CommandId, wanted: CommandKind, at: Micros) -> bool {
         self.intended.iter().any(|(given, command, kind)| *command == id && *kind == wanted && *given <= at)
+    }
+
+    /// Time at which an order that was given at `given` is due at the latest: a time tag counts from before it.
+    pub fn due(&self, id: CommandId, given: Micros) -> Micros {
+        given.saturating_add(self.tags.get(&id).map_or(0, |(after, _)| *after))
     }
 
     /// Mode of unit A at `at`.

@@ -265,6 +265,8 @@ fn hold_at(seconds: f64) -> Step {
         verb: Located::nowhere(Verb::Hold),
         values: None,
         who: None,
+        after_s: None,
+        window_s: Real::nearest(1.0),
         reason: None,
     }
 }

@@ -337,6 +337,13 @@ fn operator(s: &Scenario) -> Vec<Finding> {
         if step.at_s.get() >= s.duration_s.get() {
             found.push(finding(&step.at_s, "the trial is over by then", "do it earlier or make the trial longer"));
         }
+        let Some(after) = &step.after_s else { continue };
+        if *step.verb == evidence::mission::Verb::Revoke {
+            found.push(finding(after, "a revocation is no command of the unit's", "leave `after_s` out"));
+        }
+        if step.at_s.get() + after.get() >= s.duration_s.get() {
+            found.push(finding(after, "the trial is over by then", "make it shorter or the trial longer"));
+        }
     }
     found.extend(s.mission.as_ref().filter(|stated| !leads_to(s, ***stated)).map(|stated| {
         let message = format!("no step of the operator leads to `{}`", stated.name());

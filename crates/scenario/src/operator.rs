@@ -55,6 +55,12 @@ pub struct Step {
     /// The identity to be revoked.
     #[serde(default)]
     pub who: Option<Name>,
+    /// Time from the order until the unit is to carry it out, by its own clock; absent: at once.
+    #[serde(default)]
+    pub after_s: Option<Located<Seconds>>,
+    /// For how long it may be carried out from then on.
+    #[serde(default = "window")]
+    pub window_s: Seconds,
     /// The reason; needed for every step away from safe.
     #[serde(default)]
     pub reason: Option<Text<64>>,
@@ -62,6 +68,10 @@ pub struct Step {
 
 fn patience() -> Seconds {
     Seconds::constant(2.0)
+}
+
+fn window() -> Seconds {
+    Seconds::constant(1.0)
 }
 
 /// Settings that an operator makes before a mission, each value within its range (`wire::settings`).

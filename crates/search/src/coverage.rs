@@ -78,6 +78,7 @@ fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
             Some(format!("shown {mode:?} {} {freshness:?}", authority.is_some()))
         }
         Any::Service(Event::CommandShown { shown, .. }) => Some(format!("shown {shown:?}")),
+        Any::Service(Event::Stored { kind, .. }) => Some(format!("{node} stored {:?}", kind.name())),
         Any::Service(Event::Executed { kind, refused, .. }) => {
             Some(format!("{node} executed {:?} {refused:?}", kind.name()))
         }

@@ -93,7 +93,7 @@ impl Speakers {
             let reason = format!("reason {turn}: the north gate is clear");
             let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(turn) };
             let kind = if turn % 2 == 1 { CommandKind::Arm(TrackId(turn as u32)) } else { CommandKind::Hold };
-            let intent = Intent { id, unit: self.unit, nonce, kind, reason: Text::new(&reason) };
+            let intent = Intent { id, unit: self.unit, nonce, kind, reason: Text::new(&reason), tag: None };
             let operator = Key::from_bytes(&self.secrets[1]);
             let intent = operator.sign(Purpose::Intent, &codec::encode(&intent));
             let hash: [u8; 32] = Sha256::digest(&intent).into();
@@ -102,7 +102,7 @@ impl Speakers {
                 intent: <&ByteSlice>::from(&intent[..]),
                 confirmation: (turn % 2 == 1).then_some(<&ByteSlice>::from(&second[..])),
             });
-            let ack = Ack { id, intent: hash, refused: None, mode: Mode::Ready };
+            let ack = Ack { id, intent: hash, refused: None, mode: Mode::Ready, due: None };
             let ack = Key::from_bytes(&self.secrets[0]).sign(Purpose::Ack, &codec::encode(&ack));
             marks.push(Mark::new(format!("order {turn}"), order.clone()));
             marks.push(Mark::new(format!("reason {turn}"), reason));

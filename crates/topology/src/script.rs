@@ -4,10 +4,12 @@ use console::ConsoleConfig;
 use console::operator::{Action, Step, TrackCondition, When};
 use evidence::mission::{Due, Script, Verb};
 use scenario::{DisplayedState, Scenario, Seconds};
+use wire::command::TimeTag;
 use wire::id::{NodeId, UnitId};
 use wire::person::Role;
 use wire::sensor::Class;
 use wire::setup::Secret;
+use wire::time::Span;
 
 /// Confidence from which the operator acts on a displayed track, permille.
 const CONFIDENCE: u16 = 600;
@@ -39,6 +41,7 @@ pub(super) fn presumed(scenario: &Scenario) -> Script {
         verb: *step.verb,
         at_us: us(*step.at_s),
         within_us: us(step.within_s),
+        after_us: step.after_s.as_deref().map_or(0, |after| us(*after)),
         mode: step.when_state.map(DisplayedState::mode),
         track: step.when_track.map(class),
     };
@@ -78,7 +81,12 @@ fn step(step: &scenario::Step) -> Step {
         },
         reason: step.reason.as_ref().map(|r| r.as_str().to_owned()).unwrap_or_default(),
         within_ms: (step.within_s.get() * 1000.0) as u64,
+        tag: step.after_s.as_deref().map(|after| TimeTag { after: span(*after), within: span(step.window_s) }),
     }
+}
+
+fn span(seconds: Seconds) -> Span {
+    Span::ms((seconds.get() * 1000.0) as u64)
 }
 
 fn class(class: scenario::Class) -> Class {

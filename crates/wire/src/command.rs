@@ -11,9 +11,24 @@ use crate::id::{CommandId, Nonce, TrackId, UnitId};
 use crate::mode::Mode;
 use crate::refusal::Reason;
 use crate::settings::Settings;
+use crate::time::Span;
 
 /// Longest payload on the command plane, bytes.
 pub const MAX_ORDER: usize = 1024;
+/// Furthest that a time tag may lie ahead.
+pub const MAX_AHEAD: Span = Span::s(86_400);
+
+/// Time at which a command is carried out, on the clock of its unit alone: both are counted from the issue of the nonce that the
+/// intent repeats, so a delay on the way moves neither.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize, serde::Deserialize)]
+pub struct TimeTag {
+    /// From the nonce's issue until the command is due.
+    #[n(0)]
+    pub after: Span,
+    /// From then on, for how long it may still be carried out.
+    #[n(1)]
+    pub within: Span,
+}
 
 /// Commands that an operator may give a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
@@ -55,6 +70,14 @@ impl CommandKind {
         }
     }
 
+    /// True if the kind may wait for a time. An arming and its confirmation rest on the display of the moment, settings on IDLE.
+    pub fn may_wait(self) -> bool {
+        match self {
+            CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable | CommandKind::Resume => true,
+            CommandKind::Arm(_) | CommandKind::Confirm(_) | CommandKind::Configure(_) => false,
+        }
+    }
+
     /// Name in scripts and logs.
     pub fn name(self) -> &'static str {
         match self {
@@ -87,6 +110,9 @@ pub struct Intent {
     /// Reason, in the operator's words; empty only towards safe.
     #[n(4)]
     pub reason: Text<64>,
+    /// Time of its execution; absent: at once.
+    #[n(5)]
+    pub tag: Option<TimeTag>,
 }
 
 /// SHA-256 of a signed intent's bytes, to which its confirmation, its acknowledgement and its progress are bound. An id is
@@ -124,12 +150,15 @@ pub struct Ack {
     /// SHA-256 of the signed intent's bytes.
     #[cbor(n(1), with = "minicbor::bytes")]
     pub intent: IntentHash,
-    /// Reason for a refusal; absent when it was executed.
+    /// Reason for a refusal; absent when it was executed or stored.
     #[n(2)]
     pub refused: Option<Reason>,
     /// Mode after it.
     #[n(3)]
     pub mode: Mode,
+    /// Time until it is due, of a command that was stored. Its execution is acknowledged once more.
+    #[n(4)]
+    pub due: Option<Span>,
 }
 
 /// Console to gateway.

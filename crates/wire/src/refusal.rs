@@ -254,6 +254,29 @@ pub enum Refusal {
         /// Value asked for.
         got: u32,
     },
+    /// A time tag on a command that cannot wait.
+    #[error("time tag: none expected on {kind}, got one")]
+    Untimed {
+        /// Name of the command's kind.
+        kind: &'static str,
+    },
+    /// A time tag too far ahead.
+    #[error("time tag: at most {limit} ahead expected, got {got}")]
+    AheadTag {
+        /// Limit.
+        limit: Span,
+        /// From the nonce's issue to the end of the window.
+        got: Span,
+    },
+    /// Stored, and the mode has changed since, a HOLD has come or the session at the broker is lost.
+    #[error("interlock: void, since the unit is not as it was when the order was stored")]
+    Voided,
+    /// The window of a time tag is over.
+    #[error("late: a window that is open expected, over for {over}")]
+    Missed {
+        /// For how long it has been over.
+        over: Span,
+    },
 }
 
 /// [`Refusal`] without its particulars: the form that is counted, acknowledged and documented.
@@ -318,6 +341,8 @@ pub enum Reason {
     Expired,
     #[n(30)]
     Joint,
+    #[n(31)]
+    TimeTag,
     /// A certificate that proves no known peer, or no longer does; decided by a link before there is a session.
     #[n(41)]
     Certificate,
@@ -328,7 +353,7 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason, in wire order.
-    pub const ALL: [Reason; 29] = [
+    pub const ALL: [Reason; 30] = [
         Reason::Length,
         Reason::Schema,
         Reason::Canonical,
@@ -356,6 +381,7 @@ impl Reason {
         Reason::Revoked,
         Reason::Expired,
         Reason::Joint,
+        Reason::TimeTag,
         Reason::Certificate,
         Reason::Handshake,
     ];
@@ -390,6 +416,7 @@ impl Reason {
             Reason::Revoked => "revoked",
             Reason::Expired => "expired",
             Reason::Joint => "joint",
+            Reason::TimeTag => "time_tag",
             Reason::Certificate => "certificate",
             Reason::Handshake => "handshake",
         }
@@ -417,17 +444,18 @@ impl Refusal {
             Refusal::Product { .. } => Reason::Product,
             Refusal::Unit { .. } | Refusal::NoUnit { .. } => Reason::Unit,
             Refusal::Role { .. } | Refusal::Peer { .. } => Reason::Role,
-            Refusal::Late { .. } => Reason::Late,
+            Refusal::Late { .. } | Refusal::Missed { .. } => Reason::Late,
             Refusal::Duplicate { .. } | Refusal::Repeated { .. } => Reason::Duplicate,
             Refusal::Confirmation { .. } => Reason::Confirmation,
             Refusal::NoReason => Reason::NoReason,
-            Refusal::Interlock { .. } => Reason::Interlock,
+            Refusal::Interlock { .. } | Refusal::Voided => Reason::Interlock,
             Refusal::Full { .. } => Reason::Full,
             Refusal::Ahead { .. } | Refusal::AheadBoot { .. } => Reason::Jump,
             Refusal::Rate { .. } | Refusal::Unproven { .. } => Reason::Rate,
             Refusal::Revoked { .. } => Reason::Revoked,
             Refusal::Expired { .. } => Reason::Expired,
             Refusal::Joint { .. } => Reason::Joint,
+            Refusal::Untimed { .. } | Refusal::AheadTag { .. } => Reason::TimeTag,
         }
     }
 }

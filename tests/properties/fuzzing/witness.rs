@@ -88,7 +88,7 @@ impl Witness {
     fn take(&mut self, at_ms: f64, entry: &Entry) {
         let unit_a = entry.node == NodeId::UNIT_A;
         match entry.event {
-            Any::Service(Event::Intended { command: id, kind }) if entry.node == NodeId::CONSOLE => {
+            Any::Service(Event::Intended { command: id, kind, .. }) if entry.node == NodeId::CONSOLE => {
                 self.given.push(Given { at_ms, id, kind, key: NodeId::OPERATOR });
             }
             Any::Instrument(Note::Rogue { command: id, kind, key, .. }) => {

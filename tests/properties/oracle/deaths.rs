@@ -62,7 +62,7 @@ fn p3_unit_ignores_hold_after_broker_death() {
     let mut log = Log::whole();
     log.killed(5000, NodeId::BROKER);
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
-    log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
+    log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None });
     // Once for what the broker's death owes, once for the operator's HOLD itself.
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3, Property::P3]);
 }
@@ -99,7 +99,7 @@ fn p3_applies_again_after_a_restart() {
     assert_eq!(started_again(silent(3000, 4000), "nothing timely"), [""; 0], "dead");
     assert_eq!(started_again(silent(6000, 8000), "nothing timely").len(), 1, "alive again");
     let hold = |ms: u64| {
-        let event = Event::Intended { command: command(9), kind: CommandKind::Hold };
+        let event = Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None };
         move |log: &mut Log| {
             log.add(ms, NodeId::CONSOLE, event);
         }

@@ -26,7 +26,7 @@ fn p1_the_age_of_a_confirmation() {
     let confirmed = |age_ms: u64| {
         let mut log = Log::whole();
         let kind = CommandKind::Confirm(TrackId(1));
-        log.add(7000 - age_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind });
+        log.add(7000 - age_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind, tag: None });
         log.add(7000 - age_ms + 10, NodeId::UNIT_A, Event::Executed { command: command(3), kind, refused: None });
         log.cut_display(7000).acted(7000, Guards::default()).plant_act(7000, Class::Vehicle, 100);
         log.to(7000, Mode::PrepareToAct, Mode::Ready, Cause::Acted).breaks()
@@ -174,7 +174,7 @@ fn p7_deadline_for_command_and_session_displays() {
     assert_eq!(lost(1001), [Property::P7]);
     let executed = |ms: u64| {
         let mut log = Log::whole();
-        log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Enable });
+        log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Enable, tag: None });
         log.add(5000, NodeId::CONSOLE, Event::CommandShown { command: command(9), shown: ShownAs::Executed });
         let event = Event::Executed { command: command(9), kind: CommandKind::Enable, refused: None };
         log.add(5000 + ms, NodeId::UNIT_A, event).breaks()
@@ -188,7 +188,7 @@ fn p8_command_lateness_and_repetition() {
     let kind = CommandKind::Enable;
     let executed = |late_ms: &[u64]| {
         let mut log = Log::whole();
-        log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(9), kind });
+        log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(9), kind, tag: None });
         for ms in late_ms {
             log.add(3000 + ms, NodeId::UNIT_A, Event::Executed { command: command(9), kind, refused: None });
         }
@@ -205,7 +205,7 @@ fn p8_command_before_a_session_loss() {
     let lost = |ms: u64, kind: CommandKind| {
         let id = CommandId { operator: NodeId::OPERATOR, ..command(9) };
         let mut log = Log::whole();
-        log.add(5000, NodeId::CONSOLE, Event::Intended { command: id, kind });
+        log.add(5000, NodeId::CONSOLE, Event::Intended { command: id, kind, tag: None });
         let peer = PeerId::UNIT_A;
         log.add(ms, NodeId::UNIT_A, Event::SessionLost { peer }).add(
             ms,

@@ -108,7 +108,7 @@ fn p3_localisation_error_limit_and_duration() {
 fn p3_how_soon_an_operators_hold_is_obeyed() {
     let obeyed = |ms: u64| {
         let mut log = Log::whole();
-        log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
+        log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None });
         holds(&mut log, 5000 + ms).breaks()
     };
     // 50 ms for the command's way.

@@ -92,7 +92,7 @@ impl Log {
     }
 
     pub(crate) fn command(&mut self, ms: u64, n: u64, kind: CommandKind) -> &mut Log {
-        self.add(ms - 10, NodeId::CONSOLE, Event::Intended { command: command(n), kind });
+        self.add(ms - 10, NodeId::CONSOLE, Event::Intended { command: command(n), kind, tag: None });
         self.add(ms, NodeId::UNIT_A, Event::Executed { command: command(n), kind, refused: None })
     }
 

@@ -103,7 +103,7 @@ fn without_requests_no_order_can_be_swallowed() {
     assert_eq!(fate(&swallowing(true)), (masked, Outcome::Undetected), "judged as if it had not been planned");
     assert_eq!(fate(&swallowing(false)), (masked, Outcome::Invalid), "nothing arrived at all: no success of anybody's");
 
-    let hold = Event::Intended { command: command(9), kind: CommandKind::Hold };
+    let hold = Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None };
     let mut asked = swallowing(true);
     asked.add(6900, NodeId::CONSOLE, hold);
     assert_eq!(fate(&asked).0, Some(Fate::NotProven));

@@ -18,7 +18,7 @@ use super::Log;
 fn due(verb: Verb, at_ms: u64) -> Due {
     let arms = verb == Verb::Arm;
     let (mode, track) = (arms.then_some(Mode::Ready), arms.then_some(Class::Vehicle));
-    Due { verb, at_us: at_ms * 1000, within_us: 2_000_000, mode, track }
+    Due { after_us: 0, verb, at_us: at_ms * 1000, within_us: 2_000_000, mode, track }
 }
 
 fn enable_and_arm() -> Vec<Due> {
@@ -141,7 +141,7 @@ fn unexecuted_order_is_no_mission() {
     log.add(
         1950,
         wire::id::NodeId::CONSOLE,
-        Event::Intended { command: super::command(2), kind: CommandKind::Arm(TrackId(1)) },
+        Event::Intended { command: super::command(2), kind: CommandKind::Arm(TrackId(1)), tag: None },
     );
     let mission = judged(&log, enable_and_arm(), None).mission;
     assert!(mission.missing[0].ends_with("arm, due at 1900 ms: never, given at 1950 ms, not executed"), "{mission:?}");

@@ -25,7 +25,7 @@ fn p8_command_executed_twice_or_late() {
     log.add(1500, NodeId::UNIT_A, twice);
     assert_eq!(log.breaks(), [Property::P8]);
     let mut log = Log::whole();
-    log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(5), kind: CommandKind::Disarm });
+    log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(5), kind: CommandKind::Disarm, tag: None });
     log.add(6000, NodeId::UNIT_A, Event::Executed { command: command(5), kind: CommandKind::Disarm, refused: None });
     assert_eq!(log.breaks(), [Property::P8]);
 }
@@ -87,7 +87,7 @@ fn p5_rogue_stop_without_valid_key() {
 #[test]
 fn p5_p9_operator_id_over_another_command() {
     let mut log = Log::whole();
-    log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm });
+    log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm, tag: None });
     log.add(5000, NodeId::UNIT_A, Event::Executed { command: command(3), kind: CommandKind::Hold, refused: None });
     log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
     assert_eq!(log.breaks(), [Property::P5]);
@@ -95,7 +95,7 @@ fn p5_p9_operator_id_over_another_command() {
         let mut log = Log::whole();
         log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(3000);
         let intended_ms = executed_ms.min(4000) - 10;
-        log.add(intended_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given });
+        log.add(intended_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given, tag: None });
         let executed = Event::Executed { command: command(3), kind: CommandKind::Resume, refused: None };
         log.add(executed_ms, NodeId::UNIT_A, executed).to(4000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
         log.breaks()

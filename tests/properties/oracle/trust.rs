@@ -162,7 +162,7 @@ fn p4_driving_outside_the_fence() {
 #[test]
 fn p3_operator_hold_obeyed_late() {
     let mut log = Log::whole();
-    log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Hold });
+    log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Hold, tag: None });
     assert_eq!(log.breaks(), [Property::P3]);
     assert_eq!(log.judge().outcome, Outcome::Late);
 }
@@ -179,7 +179,7 @@ fn p4_settings_let_a_blind_unit_leave() {
 
 #[test]
 fn p3_unit_obeys_a_hold_late() {
-    let given = Event::Intended { command: command(9), kind: CommandKind::Hold };
+    let given = Event::Intended { command: command(9), kind: CommandKind::Hold, tag: None };
     let mut log = Log::whole();
     log.add(7000, NodeId::CONSOLE, given);
     assert_eq!(log.breaks(), [Property::P3]);

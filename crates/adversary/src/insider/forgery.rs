@@ -106,6 +106,7 @@ impl Forger {
             nonce: self.newest.map_or(Nonce(1), |newest| newest.nonce),
             kind: kind.command(self.track, self.track, None),
             reason: Text::new("invented"),
+            tag: None,
         }
     }
 
@@ -131,7 +132,8 @@ impl Forger {
             Kind::Disarm | Kind::Enable | Kind::Resume | Kind::Confirm => Mode::Ready,
             Kind::Configure => Mode::Idle,
         };
-        let ack = Ack { id: intent.id, intent: Sha256::digest(&order.intent[..]).into(), refused: None, mode };
+        let ack =
+            Ack { id: intent.id, intent: Sha256::digest(&order.intent[..]).into(), refused: None, mode, due: None };
         match forgery {
             AckForgery::OwnKey => Some(self.key.sign(Purpose::Ack, &codec::encode(&ack))),
             AckForgery::Altered => {

@@ -146,7 +146,14 @@ impl InsiderOperator {
     fn intent(&mut self, run: &RogueOrders) -> Intent {
         let id = self.id(run);
         let nonce = self.report.as_ref().map_or(Nonce::NONE, |report| report.command_nonce);
-        Intent { id, unit: self.config.unit, nonce, kind: self.kind(run), reason: Text::new("because I can") }
+        Intent {
+            id,
+            unit: self.config.unit,
+            nonce,
+            kind: self.kind(run),
+            reason: Text::new("because I can"),
+            tag: None,
+        }
     }
 
     fn id(&mut self, run: &RogueOrders) -> CommandId {

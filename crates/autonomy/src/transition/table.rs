@@ -343,7 +343,7 @@ fn ordered(kind: CommandKind, n: u64) -> Ordered {
         &keys,
         &RevocationList::new(&[], now),
         now,
-        &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table") }),
+        &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table"), tag: None }),
     )
     .expect("invariant: the order is signed, in time and confirmed")
 }

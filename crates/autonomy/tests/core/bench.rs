@@ -213,7 +213,7 @@ impl Bench {
         self.commands += 1;
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(self.commands) };
         let nonce = self.report.as_ref().map_or(Nonce::NONE, |report| report.command_nonce);
-        Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new(reason) }
+        Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new(reason), tag: None }
     }
 
     pub(crate) fn publish(&mut self, bytes: Vec<u8>) {

@@ -37,12 +37,12 @@ fn command_rows(ui: &mut Ui, shown: &Shown, command: &ShownCommand) {
     let (tone, shape) = marks::life(command.life);
     let order = words::order(&Order::Command(command.unit, command.kind));
     ui.horizontal(|ui| {
-        marks::shape(ui, shape, tone, &words::life(command.life));
+        marks::shape(ui, shape, tone, &words::life(command.life, shown.at));
         ui.add(Label::new(RichText::new(order).color(palette.strong)).truncate());
         let when = words::when(shown, command.times.requested);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(when).small().weak()));
     });
-    indented(ui, &words::life(command.life), tone.color(palette));
+    indented(ui, &words::life(command.life, shown.at), tone.color(palette));
     indented(ui, &format!("given by {}", command.by.words()), palette.weak);
     let stages = words::stages(command);
     if !stages.is_empty() {

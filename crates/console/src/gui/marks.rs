@@ -118,7 +118,7 @@ pub(super) fn mode(mode: Mode) -> (Tone, Shape) {
 /// Sign of a command's progress.
 pub(super) fn life(life: Life) -> (Tone, Shape) {
     match life {
-        Life::Requested | Life::Staged | Life::Released | Life::Sent => (Tone::Normal, Shape::Ring),
+        Life::Requested | Life::Staged | Life::Released | Life::Sent | Life::Stored(_) => (Tone::Normal, Shape::Ring),
         Life::Executed => (Tone::Normal, Shape::Disc),
         Life::RefusedByUnit(_) | Life::RefusedByGateway(_) | Life::Expired => (Tone::Caution, Shape::Diamond),
         Life::NotAcknowledged => (Tone::Alarm, Shape::Cross),

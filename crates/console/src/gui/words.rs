@@ -84,12 +84,14 @@ pub(super) fn origin(origin: Origin) -> (Tone, String) {
 }
 
 /// Progress of a command.
-pub(super) fn life(life: Life) -> String {
+pub(super) fn life(life: Life, now: Instant) -> String {
     match life {
         Life::Requested => "asked of the gateway".to_owned(),
         Life::Staged => "staged at the gateway".to_owned(),
         Life::Released => "confirmed".to_owned(),
         Life::Sent => "sent to the unit".to_owned(),
+        Life::Stored(due) if now < due => format!("stored, due in {:.1} s", due.since(now).as_ms() / 1000.0),
+        Life::Stored(due) => format!("stored, due {:.1} s ago", now.since(due).as_ms() / 1000.0),
         Life::Executed => "executed".to_owned(),
         Life::RefusedByUnit(reason) => format!("REFUSED by the unit: {}", reason.name()),
         Life::RefusedByGateway(Some(reason)) => format!("REFUSED by the gateway: {}", reason.name()),

@@ -256,7 +256,10 @@ fn command_shows_the_time_of_each_stage() {
     bench.staged(&bytes, CommandStage::Sent);
     bench.pass(Span::ms(20));
     let (_, hash) = (intent.id, sha2::Digest::finalize(<sha2::Sha256 as sha2::Digest>::new_with_prefix(&bytes)).into());
-    bench.acknowledged(NodeId::UNIT_A, &Ack { id: command, intent: hash, refused: None, mode: Mode::HoldSafe });
+    bench.acknowledged(
+        NodeId::UNIT_A,
+        &Ack { id: command, intent: hash, refused: None, mode: Mode::HoldSafe, due: None },
+    );
     let already = bench.next(Mode::HoldSafe);
     bench.heard(&already, Span::ms(20));
     let times = |bench: &Bench| bench.console.shown(bench.now).commands[0].times;

@@ -362,6 +362,7 @@ pub(crate) fn step(at_ms: u64, action: Action, mode: Mode) -> Step {
         action,
         reason: "as planned".into(),
         within_ms: 2000,
+        tag: None,
     }
 }
 

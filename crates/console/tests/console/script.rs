@@ -36,7 +36,7 @@ fn enabling_is_staged_released_and_acknowledged_once() {
     let releases = bench.asked.iter().filter(|a| matches!(a, Asked::Release(c) if c.intent == hash)).count();
     assert_eq!((releases, bench.asked.len()), (1, 2));
     bench.staged(&bytes, CommandStage::Sent);
-    let ack = Ack { id: intent.id, intent: hash, refused: None, mode: Mode::Ready };
+    let ack = Ack { id: intent.id, intent: hash, refused: None, mode: Mode::Ready, due: None };
     bench.acknowledged(NodeId::UNIT_B, &ack);
     bench.acknowledged(NodeId::UNIT_A, &Ack { intent: [0; 32], ..ack });
     assert_eq!(bench.refusals(), [Reason::Signature, Reason::Confirmation]);
@@ -112,7 +112,7 @@ fn step_without_time_follows_the_previous_one() {
     assert_eq!(bench.intents().len(), 1);
     let (intent, bytes) = bench.intents()[0].clone();
     bench.staged(&bytes, CommandStage::Staged);
-    let ack = Ack { id: intent.id, intent: Sha256::digest(&bytes).into(), refused: None, mode: Mode::Ready };
+    let ack = Ack { id: intent.id, intent: Sha256::digest(&bytes).into(), refused: None, mode: Mode::Ready, due: None };
     bench.acknowledged(NodeId::UNIT_A, &ack);
     bench.reports(Mode::Idle, Span::ms(200));
     assert_eq!(bench.intents()[1].0.kind, CommandKind::Hold);
@@ -161,7 +161,7 @@ proptest! {
                     3 => bench.staged(bytes, CommandStage::Expired),
                     n => {
                         let refused = refused[usize::from(n) - 4];
-                        bench.acknowledged(NodeId::UNIT_A, &Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle });
+                        bench.acknowledged(NodeId::UNIT_A, &Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle, due: None });
                     }
                 }
             }
@@ -229,7 +229,10 @@ fn message_about_another_intent_changes_no_command() {
     bench.pass(Span::ms(1));
     let (intent, _) = bench.intents()[0].clone();
     bench.staged(b"another intent", CommandStage::Refused);
-    bench.acknowledged(NodeId::UNIT_A, &Ack { id: intent.id, intent: [3; 32], refused: None, mode: Mode::HoldSafe });
+    bench.acknowledged(
+        NodeId::UNIT_A,
+        &Ack { id: intent.id, intent: [3; 32], refused: None, mode: Mode::HoldSafe, due: None },
+    );
     assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::Requested);
 }
 

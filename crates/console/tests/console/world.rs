@@ -428,7 +428,7 @@ impl World {
         let Some((intent, bytes)) = self.bench.intents().into_iter().rev().nth(back) else { return };
         let hash: IntentHash = Sha256::digest(&bytes).into();
         let refused = refused.then_some(Reason::Interlock);
-        let ack = Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle };
+        let ack = Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle, due: None };
         if own {
             self.answered.push((hash, refused.is_none()));
         }

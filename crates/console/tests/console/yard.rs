@@ -196,7 +196,7 @@ impl Yard {
         }
         actor.execute(intent);
         let (mode, node) = (actor.mode, actor.unit.node());
-        let ack = Ack { id: intent.id, intent: Sha256::digest(signed).into(), refused: None, mode };
+        let ack = Ack { id: intent.id, intent: Sha256::digest(signed).into(), refused: None, mode, due: None };
         self.bench.acknowledged(node, &ack);
     }
 }

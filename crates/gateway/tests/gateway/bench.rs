@@ -376,7 +376,7 @@ pub(crate) fn command(sequence: u64) -> CommandId {
 }
 
 pub(crate) fn intent(sequence: u64, kind: CommandKind, reason: &str) -> Intent {
-    Intent { id: command(sequence), unit: UnitId::A, nonce: Nonce(5), kind, reason: Text::new(reason) }
+    Intent { id: command(sequence), unit: UnitId::A, nonce: Nonce(5), kind, reason: Text::new(reason), tag: None }
 }
 
 pub(crate) fn signed_intent(intent: &Intent) -> Vec<u8> {

@@ -292,8 +292,10 @@ fn refusal_flood_is_bounded_with_exact_count() {
         bench.now += Span(20);
         bench.give(&Input::Record { session, bytes: vec![0xff; 40] });
         if n == flood / 2 {
-            bench
-                .acknowledge(NodeId::UNIT_B, &Ack { id: command(1), intent: [0; 32], refused: None, mode: Mode::Idle });
+            bench.acknowledge(
+                NodeId::UNIT_B,
+                &Ack { id: command(1), intent: [0; 32], refused: None, mode: Mode::Idle, due: None },
+            );
         }
     }
     bench.pass(Span::s(2));

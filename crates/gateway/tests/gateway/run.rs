@@ -65,7 +65,7 @@ fn stranger_in_a_command_is_refused_by_name() {
     let signed = key_of(stranger().node()).sign(Purpose::Intent, &codec::encode(&given));
     assert_eq!(bench.stage(&signed), Some(Reason::Role));
     assert!(refused(&bench, Interface::Requests).unwrap().1.contains("unit-64"));
-    let ack = Ack { id: given.id, intent: [0; 32], refused: None, mode: Mode::HoldSafe };
+    let ack = Ack { id: given.id, intent: [0; 32], refused: None, mode: Mode::HoldSafe, due: None };
     let bytes = key_of(stranger().node()).sign(Purpose::Ack, &codec::encode(&ack));
     bench.give(&Input::Published { subject: Subject::Ack(stranger()), bytes });
     let (reason, said) = refused(&bench, Interface::Acks).unwrap();

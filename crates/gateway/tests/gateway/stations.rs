@@ -19,7 +19,7 @@ fn second_station() -> Sender {
 }
 
 fn executed(signed: &[u8]) -> Ack {
-    Ack { id: command(1), intent: Sha256::digest(signed).into(), refused: None, mode: Mode::HoldSafe }
+    Ack { id: command(1), intent: Sha256::digest(signed).into(), refused: None, mode: Mode::HoldSafe, due: None }
 }
 
 /// A holder of the operator's key can have another order executed under the HOLD's id.

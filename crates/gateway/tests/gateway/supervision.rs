@@ -60,7 +60,8 @@ fn unacknowledged_or_refused_hold_stops_grants() {
         grants(bench, a, Span::ms(250)) > 0
     };
     assert!(!supervised(&mut bench));
-    let ack = Ack { id: command(1), intent: Sha256::digest(&hold).into(), refused: None, mode: Mode::HoldSafe };
+    let ack =
+        Ack { id: command(1), intent: Sha256::digest(&hold).into(), refused: None, mode: Mode::HoldSafe, due: None };
     bench.acknowledge(NodeId::UNIT_B, &ack);
     assert!(!supervised(&mut bench), "another unit's acknowledgement");
     bench.acknowledge(NodeId::UNIT_A, &Ack { intent: [0; 32], ..ack });

@@ -10,7 +10,7 @@ use minicbor::{Decode, Encode};
 use sha2::{Digest, Sha256};
 
 use crate::codec::Text;
-use crate::command::CommandKind;
+use crate::command::{CommandKind, TimeTag};
 use crate::feed::CommandStage;
 use crate::guest::{Declared, Fault, MAX_NAME, MAX_WHY, Place};
 use crate::id::{CommandId, FrameId, NodeId, PeerId, RecordId, TrackId, UnitId, WorldId};
@@ -88,11 +88,13 @@ pub enum Event {
     /// A secure session opened (true) or ended.
     #[n(17)] Session { #[n(0)] peer: PeerId, #[n(1)] open: bool },
     /// An operator gave an intent.
-    #[n(18)] Intended { #[n(0)] command: CommandId, #[n(1)] kind: CommandKind },
+    #[n(18)] Intended { #[n(0)] command: CommandId, #[n(1)] kind: CommandKind, #[n(2)] tag: Option<TimeTag> },
     /// The gateway moved a command along.
     #[n(19)] Staged { #[n(0)] command: CommandId, #[n(1)] stage: CommandStage },
     /// A unit executed a command, or refused it.
     #[n(20)] Executed { #[n(0)] command: CommandId, #[n(1)] kind: CommandKind, #[n(2)] refused: Option<Reason> },
+    /// A unit stored a command until its time.
+    #[n(101)] Stored { #[n(0)] command: CommandId, #[n(1)] kind: CommandKind, #[n(2)] due: Span },
     /// A verified acknowledgement reached the console.
     #[n(21)] Acknowledged { #[n(0)] command: CommandId, #[n(1)] refused: Option<Reason> },
     /// The recorder sealed its log so far.

@@ -50,6 +50,9 @@ pub enum ShownAs {
     /// Not answered in time: an alarm.
     #[n(7)]
     NotAcknowledged,
+    /// Stored by the unit until its time.
+    #[n(8)]
+    Stored,
 }
 
 /// Contradiction in a teammate's claim.

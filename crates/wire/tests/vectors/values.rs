@@ -7,7 +7,7 @@ use minicbor::bytes::ByteSlice;
 use wire::audit::{Head, Seal, SealedHead};
 use wire::bearing::{Bearings, Direction};
 use wire::codec::{self, List, Malformed, Text};
-use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request, TimeTag};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
@@ -208,8 +208,11 @@ fn session_messages() -> Vec<Named> {
     ]
 }
 
+/// Time tag of a command for later.
+const TAG: TimeTag = TimeTag { after: Span::s(40), within: Span::s(1) };
+
 pub(crate) fn intent(kind: CommandKind, reason: &str) -> Intent {
-    Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason) }
+    Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason), tag: None }
 }
 
 /// The unit with this name, numbered by rule.
@@ -239,6 +242,7 @@ fn intents() -> Vec<Named> {
         named!("arm", Intent, intent(CommandKind::Arm(TrackId(3)), "vehicle in view")),
         named!("confirm", Intent, intent(CommandKind::Confirm(TrackId(3)), "still in view")),
         named!("configure", Intent, intent(CommandKind::Configure(VALUES), "wet ground")),
+        named!("hold-at-a-time", Intent, Intent { tag: Some(TAG), ..intent(CommandKind::Hold, "") }),
         named!("hold-of-unit-64", Intent, Intent { unit: ruled("unit-64"), ..intent(CommandKind::Hold, "") }),
     ]
 }
@@ -252,9 +256,10 @@ fn orders() -> Vec<Named> {
 }
 
 fn acks() -> Vec<Named> {
-    let executed = Ack { id: COMMAND, intent: [0xcd; 32], refused: None, mode: Mode::HoldSafe };
+    let executed = Ack { id: COMMAND, intent: [0xcd; 32], refused: None, mode: Mode::HoldSafe, due: None };
     let refused = Ack { refused: Some(Reason::Late), mode: Mode::Ready, ..executed };
-    vec![named!("executed", Ack, executed), named!("refused", Ack, refused)]
+    let stored = Ack { due: Some(Span::ms(39_700)), mode: Mode::Ready, ..executed };
+    vec![named!("executed", Ack, executed), named!("refused", Ack, refused), named!("stored", Ack, stored)]
 }
 
 fn requests() -> Vec<Named> {
@@ -577,7 +582,7 @@ pub(crate) fn events() -> impl Iterator<Item = u8> {
         .chain(60..62)
         .chain(65..71)
         .chain(80..89)
-        .chain(92..101)
+        .chain(92..102)
 }
 
 fn entries() -> Vec<Named> {
@@ -651,7 +656,9 @@ fn decisions() -> Vec<(&'static str, Event)> {
                 failing: Guards::default(),
             },
         ),
-        ("intended", Event::Intended { command: COMMAND, kind: CommandKind::Arm(TrackId(3)) }),
+        ("intended", Event::Intended { command: COMMAND, kind: CommandKind::Arm(TrackId(3)), tag: None }),
+        ("intended-for-later", Event::Intended { command: COMMAND, kind: CommandKind::Hold, tag: Some(TAG) }),
+        ("stored", Event::Stored { command: COMMAND, kind: CommandKind::Hold, due: Span::ms(39_700) }),
         ("staged", Event::Staged { command: COMMAND, stage: CommandStage::Staged }),
         ("executed", Event::Executed { command: COMMAND, kind: CommandKind::Hold, refused: None }),
         (

@@ -166,7 +166,7 @@ fn units() -> Keyring {
 fn order(sequence: u64, kind: CommandKind) -> Vec<u8> {
     use sha2::{Digest, Sha256};
     let nonce = Nonce(20 * sequence);
-    let intent = Intent { id: id(sequence), unit: UnitId::A, nonce, kind, reason: codec::Text::new("why") };
+    let intent = Intent { id: id(sequence), unit: UnitId::A, nonce, kind, reason: codec::Text::new("why"), tag: None };
     let intent = operator().sign(Purpose::Intent, &codec::encode(&intent));
     let confirmation = Confirmation { id: id(sequence), intent: Sha256::digest(&intent).into() };
     let confirmation = operator().sign(Purpose::Confirmation, &codec::encode(&confirmation));
@@ -175,6 +175,6 @@ fn order(sequence: u64, kind: CommandKind) -> Vec<u8> {
 }
 
 fn ack(sequence: u64) -> Vec<u8> {
-    let ack = Ack { id: id(sequence), intent: [1; 32], refused: None, mode: Mode::Ready };
+    let ack = Ack { id: id(sequence), intent: [1; 32], refused: None, mode: Mode::Ready, due: None };
     Key::from_bytes(&[8; 32]).sign(Purpose::Ack, &codec::encode(&ack))
 }
