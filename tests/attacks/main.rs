@@ -20,6 +20,7 @@ mod orders;
 mod peers;
 mod processes;
 mod sensing;
+mod stored;
 mod timebase;
 mod timing;
 mod views;

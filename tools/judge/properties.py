@@ -263,6 +263,8 @@ def p8(log):
             continue
         # The unit counts a time tag from a nonce that is older than the order, by the limit at most.
         after, within = tags.get(k, (0, limit - SLACK))
+        if k in stores and towards_safe(kind):
+            within = float("inf")  # made up for; P3 judges the delay
         if t - given[k] > after + within + SLACK:
             yield "P8", t, "executed late"
         stored = stores.get(k)

@@ -168,6 +168,8 @@ pub struct Times {
     pub released: Option<Instant>,
     /// On its way to the unit.
     pub sent: Option<Instant>,
+    /// Stored by the unit until its time.
+    pub stored: Option<Instant>,
     /// Answered: executed, refused or void.
     pub answered: Option<Instant>,
     /// The intended effect was seen in a report by which the unit has heard the command.
@@ -177,10 +179,11 @@ pub struct Times {
 impl Times {
     fn reached(&mut self, now: Instant, life: Life) {
         let stage = match life {
-            Life::Requested | Life::Stored(_) | Life::NotAcknowledged => return,
+            Life::Requested | Life::NotAcknowledged => return,
             Life::Staged => &mut self.staged,
             Life::Released => &mut self.released,
             Life::Sent => &mut self.sent,
+            Life::Stored(_) => &mut self.stored,
             Life::Executed | Life::RefusedByUnit(_) | Life::RefusedByGateway(_) | Life::Expired => &mut self.answered,
         };
         stage.get_or_insert(now);
@@ -230,7 +233,15 @@ impl Commands {
         }
         let Issued { id, unit, kind, tag, intent, .. } = *issued;
         let none = None;
-        let times = Times { requested: now, staged: none, released: none, sent: none, answered: none, effect: none };
+        let times = Times {
+            requested: now,
+            staged: none,
+            released: none,
+            sent: none,
+            stored: none,
+            answered: none,
+            effect: none,
+        };
         let shown = ShownCommand { id, intent, unit, kind, tag, by, life: Life::Requested, since: now, times };
         self.0.push_back(Given { shown, asked: now });
     }

@@ -1,7 +1,8 @@
 //! The headless operator: follows a script and sees only what is displayed.
 //!
 //! A step becomes due at its time, or when the step before it is done; then it waits for its conditions, at most for
-//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A command that
+//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. A step is done when its
+//! command is executed, or stored by the unit until its time. A command that
 //! is not acknowledged in time, or refused for a condition that may pass, is tried once more under a new id; no id is
 //! ever asked for or confirmed twice. Signing is left to `intent`.
 
@@ -219,7 +220,9 @@ impl Operator {
 fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
     let Some(life) = life else { return Some(Progress::Done(now)) };
     let again = match life {
-        Life::Requested | Life::Staged | Life::Released | Life::Sent | Life::Stored(_) => return None,
+        Life::Requested | Life::Staged | Life::Released | Life::Sent => return None,
+        // The result of a stored command at its time is no reason to ask for it again.
+        Life::Stored(_) => false,
         Life::Executed | Life::RefusedByGateway(_) | Life::Expired => false,
         Life::RefusedByUnit(reason) => matches!(reason, Reason::Interlock | Reason::Late),
         Life::NotAcknowledged => true,

@@ -3,10 +3,11 @@
 use evidence::trial::Outcome;
 use evidence::{Planned, Property};
 use instrument::Note;
-use wire::command::CommandKind;
+use wire::command::{CommandKind, TimeTag};
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};
 use wire::mode::{Cause, Mode};
+use wire::time::Span;
 
 use super::log::{Log, command};
 
@@ -28,6 +29,31 @@ fn p8_command_executed_twice_or_late() {
     log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(5), kind: CommandKind::Disarm, tag: None });
     log.add(6000, NodeId::UNIT_A, Event::Executed { command: command(5), kind: CommandKind::Disarm, refused: None });
     assert_eq!(log.breaks(), [Property::P8]);
+}
+
+/// An enabling for four seconds after `given_ms`, to be carried out within one more, executed at `executed_ms`.
+fn tagged(given_ms: u64, executed_ms: u64) -> Log {
+    let (kind, after) = (CommandKind::Enable, Span::s(4));
+    let mut log = Log::whole();
+    let tag = Some(TimeTag { after, within: Span::s(1) });
+    log.add(given_ms, NodeId::CONSOLE, Event::Intended { command: command(5), kind, tag });
+    log.add(given_ms + 100, NodeId::UNIT_A, Event::Stored { command: command(5), kind, due: after });
+    log.add(executed_ms, NodeId::UNIT_A, Event::Executed { command: command(5), kind, refused: None });
+    log
+}
+
+#[test]
+fn p8_time_tagged_command_early_or_late() {
+    for (ms, early_or_late) in [(3400, true), (5000, false), (6900, false), (7200, true)] {
+        let expected = if early_or_late { vec![Property::P8] } else { Vec::new() };
+        assert_eq!(tagged(2000, ms).breaks(), expected, "{ms} ms");
+    }
+}
+
+/// The unit of this log is armed at two seconds, so what was stored before is void.
+#[test]
+fn p8_stored_command_outlives_a_change_of_mode() {
+    assert_eq!(tagged(1500, 5500).breaks(), [Property::P8]);
 }
 
 /// A command that a rogue gives under `key`, its word at `ms`.

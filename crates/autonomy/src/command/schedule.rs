@@ -60,11 +60,14 @@ impl Schedule {
         Ok(window.due.since(now))
     }
 
-    /// Takes out the next order that is due, with the time for which its window is over, if it is.
+    /// Takes out the next order that is due; of one away from safe with the time for which its window is over, if it is. That to stop was
+    /// acknowledged, and is made up for by a unit that was kept from running.
     pub fn due(&mut self, now: Instant) -> Option<(Ordered, Option<Span>)> {
         let (window, _) = self.0.first().filter(|(window, _)| now >= window.due)?;
-        let over = (now > window.until).then(|| now.since(window.until));
-        Some((self.0.remove(0).1, over))
+        let until = window.until;
+        let (_, order) = self.0.remove(0);
+        let over = (now > until && !order.kind().towards_safe()).then(|| now.since(until));
+        Some((order, over))
     }
 
     /// Takes out every order that leads away from safe.

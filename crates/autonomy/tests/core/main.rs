@@ -6,6 +6,7 @@ mod bench;
 mod commands;
 mod modes;
 mod pilot;
+mod stored;
 mod teammates;
 
 /// The committed snapshot of `Machine::step`. With `HOLDSAFE_RENEW` set it is written anew; then read the diff.

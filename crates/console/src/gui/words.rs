@@ -108,6 +108,7 @@ pub(super) fn stages(command: &ShownCommand) -> String {
         ("staged", times.staged),
         ("confirmed", times.released),
         ("sent", times.sent),
+        ("stored", times.stored),
         ("answered", times.answered),
         ("effect", times.effect),
     ];

@@ -7,7 +7,7 @@ use console::life::Life;
 use console::operator::{Action, Step, TrackCondition, When};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
-use wire::command::{Ack, CommandKind};
+use wire::command::{Ack, CommandKind, TimeTag};
 use wire::core::{Core, Input};
 use wire::event::Event;
 use wire::feed::CommandStage;
@@ -116,6 +116,45 @@ fn step_without_time_follows_the_previous_one() {
     bench.acknowledged(NodeId::UNIT_A, &ack);
     bench.reports(Mode::Idle, Span::ms(200));
     assert_eq!(bench.intents()[1].0.kind, CommandKind::Hold);
+}
+
+/// It waits for hours without an alarm, and its execution is told once more.
+#[test]
+fn stored_command_is_shown_with_its_time_and_then_as_executed() {
+    let tag = Some(TimeTag { after: Span::s(20), within: Span::s(1) });
+    let script = vec![Step { tag, ..step(500, Action::Hold, Mode::Ready) }];
+    let mut bench = Bench::new(Policy::default(), script);
+    bench.reports(Mode::Ready, Span::s(1));
+    let (intent, bytes) = bench.intents()[0].clone();
+    assert_eq!(intent.tag, tag);
+    let hash = Sha256::digest(&bytes).into();
+    let stored = Ack { id: intent.id, intent: hash, refused: None, mode: Mode::Ready, due: Some(Span::ms(19_500)) };
+    bench.acknowledged(NodeId::UNIT_A, &stored);
+    let due = bench.now + Span::ms(19_500);
+    let life = |bench: &Bench| bench.console.shown(bench.now).commands[0].life;
+    bench.reports(Mode::Ready, Span::s(5));
+    assert_eq!((life(&bench), bench.intents().len()), (Life::Stored(due), 1));
+    assert!(bench.console.shown(bench.now).alarms.is_empty());
+    bench.acknowledged(NodeId::UNIT_A, &Ack { mode: Mode::HoldSafe, due: None, ..stored });
+    assert_eq!(life(&bench), Life::Executed);
+    bench.acknowledged(NodeId::UNIT_A, &stored);
+    assert_eq!(life(&bench), Life::Executed, "and it does not go back");
+}
+
+#[test]
+fn stored_command_that_is_refused_at_its_time_is_not_asked_for_again() {
+    let tag = Some(TimeTag { after: Span::s(2), within: Span::s(1) });
+    let script = vec![Step { tag, ..step(500, Action::Hold, Mode::Ready) }];
+    let mut bench = Bench::new(Policy::default(), script);
+    bench.reports(Mode::Ready, Span::s(1));
+    let (intent, bytes) = bench.intents()[0].clone();
+    let hash = Sha256::digest(&bytes).into();
+    let stored = Ack { id: intent.id, intent: hash, refused: None, mode: Mode::Ready, due: Some(Span::s(1)) };
+    bench.acknowledged(NodeId::UNIT_A, &stored);
+    bench.reports(Mode::Ready, Span::s(1));
+    bench.acknowledged(NodeId::UNIT_A, &Ack { refused: Some(Reason::Interlock), due: None, ..stored });
+    bench.reports(Mode::Ready, Span::s(3));
+    assert_eq!(bench.intents().len(), 1);
 }
 
 #[test]

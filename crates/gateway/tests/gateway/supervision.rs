@@ -1,7 +1,7 @@
 //! Leases and fan-out.
 
 use sha2::{Digest, Sha256};
-use wire::command::{Ack, CommandKind, Request};
+use wire::command::{Ack, CommandKind, Intent, Request, TimeTag};
 use wire::core::Input;
 use wire::id::{NodeId, Nonce, PeerId, SessionId};
 use wire::mode::Mode;
@@ -69,6 +69,34 @@ fn unacknowledged_or_refused_hold_stops_grants() {
     bench.acknowledge(NodeId::UNIT_A, &Ack { refused: Some(Reason::Late), ..ack });
     assert!(!supervised(&mut bench), "a refusal");
     bench.acknowledge(NodeId::UNIT_A, &ack);
+    assert!(supervised(&mut bench));
+}
+
+/// Neither before it is due nor by the word that it is stored is a HOLD taken for executed.
+#[test]
+fn hold_with_a_time_tag_stops_grants_from_its_time_on() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    let tag = Some(TimeTag { after: Span::s(2), within: Span::s(1) });
+    let hold = signed_intent(&Intent { tag, ..intent(1, CommandKind::Hold, "") });
+    assert_eq!(bench.stage(&hold), None);
+    let supervised = |bench: &mut Bench| {
+        bench.hello(a);
+        assert_eq!(bench.report(a), None);
+        grants(bench, a, Span::ms(250)) > 0
+    };
+    let ack = Ack {
+        id: command(1),
+        intent: Sha256::digest(&hold).into(),
+        refused: None,
+        mode: Mode::Ready,
+        due: Some(Span::s(2)),
+    };
+    bench.acknowledge(NodeId::UNIT_A, &ack);
+    assert!(supervised(&mut bench), "it is not due");
+    bench.pass(Span::s(2));
+    assert!(!supervised(&mut bench), "it is due, and stored is not executed");
+    bench.acknowledge(NodeId::UNIT_A, &Ack { mode: Mode::HoldSafe, due: None, ..ack });
     assert!(supervised(&mut bench));
 }
 
