@@ -244,17 +244,23 @@ impl Autonomy {
             return self.store(now, window, order);
         }
         let refused = self.obey(now, &order);
-        self.judged_order(now, &order, refused);
+        self.concluded(now, &order.claimed(), order.moved(), refused);
     }
 
-    /// An order was carried out as it came, or refused.
-    pub(crate) fn judged_order(&mut self, now: Instant, order: &Ordered, refused: Option<Refusal>) {
+    /// An order was carried out as it came, or refused; `moved` is the value to which it moved its operator's counter.
+    pub(crate) fn concluded(
+        &mut self,
+        now: Instant,
+        claimed: &Claimed,
+        moved: Option<CommandId>,
+        refused: Option<Refusal>,
+    ) {
         match &refused {
             None => self.accounts.accepted(Interface::Commands),
             Some(refusal) => self.refuse(now, Interface::Commands, None, refusal),
         }
-        self.heard(order.moved(), refused.as_ref().map(Refusal::reason));
-        self.answer(now, &order.claimed(), refused.as_ref());
+        self.heard(moved, refused.as_ref().map(Refusal::reason));
+        self.answer(now, claimed, refused.as_ref());
     }
 
     /// The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far

@@ -23,13 +23,13 @@ impl Autonomy {
                 self.write(now, Event::Stored { command: claimed.id, kind: claimed.kind, due });
                 self.acknowledge(&claimed, None, Some(due));
             }
-            Err((refusal, order)) => self.judged_order(now, &order, Some(refusal)),
+            Err(refusal) => self.concluded(now, &claimed, moved, Some(refusal)),
         }
     }
 
     /// Carries out the orders that are due.
     pub(crate) fn carry_out_stored(&mut self, now: Instant) {
-        while let Some((order, over)) = self.schedule.due(now) {
+        while let Some((order, over)) = self.schedule.due(now).filter(|_| !self.quiet) {
             let refused = self.unfit(now, &order, over).or_else(|| self.obey(now, &order));
             self.answer(now, &order.claimed(), refused.as_ref());
         }

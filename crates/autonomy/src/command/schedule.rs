@@ -48,12 +48,12 @@ pub struct Schedule(Vec<(Window, Ordered)>);
 
 impl Schedule {
     /// Has an order wait until its window. Gives the time that is left.
-    pub fn store(&mut self, now: Instant, window: Window, order: Ordered) -> Result<Span, (Refusal, Ordered)> {
+    pub fn store(&mut self, now: Instant, window: Window, order: Ordered) -> Result<Span, Refusal> {
         if now > window.until {
-            return Err((Refusal::Missed { over: now.since(window.until) }, order));
+            return Err(Refusal::Missed { over: now.since(window.until) });
         }
         if self.0.iter().filter(|(_, other)| other.id().operator == order.id().operator).count() >= MAX_STORED {
-            return Err((Refusal::Full { limit: MAX_STORED }, order));
+            return Err(Refusal::Full { limit: MAX_STORED });
         }
         let place = self.0.partition_point(|(other, _)| other.due <= window.due);
         self.0.insert(place, (window, order));
