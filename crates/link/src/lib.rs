@@ -23,6 +23,7 @@ pub mod lockstep;
 pub mod loopback;
 pub mod memory;
 pub mod mqtt;
+pub mod packets;
 pub mod pki;
 pub mod process;
 pub mod recorded;

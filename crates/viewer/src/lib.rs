@@ -8,6 +8,7 @@
 //! `camera` (optical: x right, y down, z ahead) and its `lidar`.
 
 pub mod display;
+pub mod packets;
 mod sensed;
 mod shape;
 mod stage;

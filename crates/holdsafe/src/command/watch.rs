@@ -1,5 +1,5 @@
 //! `holdsafe watch RUN`: the view of a run's console, as text, from another terminal: over ssh, or in a script; with
-//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer. `sensors`
+//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer, with `--packets` for a ground system. `sensors`
 //! and `window` are windows.
 //!
 //! It reads the console's input journal while it grows, and prints the console's own words: no second model, no key and
@@ -32,7 +32,7 @@ use wire::core::{Input, Output};
 use wire::id::NodeId;
 
 use follow::Follow;
-use onlook::{Page, Viewer};
+use onlook::{Ground, Page, Viewer};
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, its last is not
 /// current.
@@ -47,7 +47,7 @@ pub(super) struct Args {
     #[arg(long, group = "place")]
     text: bool,
     /// Print the last view, and end.
-    #[arg(long, conflicts_with_all = ["web", "foxglove", "sensors", "window"])]
+    #[arg(long, conflicts_with_all = ["web", "foxglove", "packets", "sensors", "window"])]
     once: bool,
     /// Show it to a browser on this host instead, at this port or a free one, and print the address.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0", group = "place")]
@@ -55,6 +55,9 @@ pub(super) struct Args {
     /// Offer it to Foxglove's app on this host instead, at this port or the app's usual one; takes a build with `--features foxglove`.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8765", group = "place")]
     foxglove: Option<u16>,
+    /// Offer it as CCSDS space packets to a ground system on this host instead, at this port or a free one (docs/operator/packets.md).
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0", group = "place")]
+    packets: Option<u16>,
     /// Show the sensors of a run that goes on, in a window beside the operator's.
     #[arg(long, group = "place")]
     sensors: bool,
@@ -73,18 +76,21 @@ enum Place {
     Terminal { json: bool },
     Page(Page),
     Viewer(Viewer),
+    Ground(Ground),
 }
 
 impl Place {
     fn open(context: &Context, args: &Args, run: &Path) -> Result<Self, Failure> {
-        let place = match (args.web, args.foxglove) {
-            (Some(port), _) => Place::Page(Page::open(port, site(run))?),
-            (None, Some(port)) => Place::Viewer(Viewer::open(port)?),
-            (None, None) => return Ok(Place::Terminal { json: context.json }),
+        let place = match (args.web, args.foxglove, args.packets) {
+            (Some(port), ..) => Place::Page(Page::open(port, site(run))?),
+            (None, Some(port), _) => Place::Viewer(Viewer::open(port)?),
+            (None, None, Some(port)) => Place::Ground(Ground::open(port)?),
+            (None, None, None) => return Ok(Place::Terminal { json: context.json }),
         };
         let address = match &place {
             Place::Page(page) => page.address(),
             Place::Viewer(viewer) => viewer.address(),
+            Place::Ground(ground) => ground.address(),
             Place::Terminal { .. } => String::new(),
         };
         if context.json {
@@ -100,7 +106,7 @@ impl Place {
         match self {
             Place::Terminal { .. } => Duration::from_millis(200),
             // These count the age of a picture, and that grows with the wait for it.
-            Place::Page(_) | Place::Viewer(_) => Duration::from_millis(20),
+            Place::Page(_) | Place::Viewer(_) | Place::Ground(_) => Duration::from_millis(20),
         }
     }
 
@@ -111,18 +117,19 @@ impl Place {
             Place::Terminal { json: false } => out::say(format_args!("{text}")),
             Place::Page(page) => page.lay(picture, since),
             Place::Viewer(viewer) => viewer.show(&picture)?,
+            Place::Ground(ground) => ground.show(&picture)?,
         }
         Ok(())
     }
 
-    /// Reports that there has been no picture for so many seconds. A page counts for itself.
+    /// Reports that there has been no picture for so many seconds. A page counts for itself, and so does a ground system, by the missing packets.
     fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
         match self {
             Place::Terminal { json: true } => out::say(format_args!("{}", json!({ "not_current_s": seconds }))),
             Place::Terminal { json: false } => {
                 out::say(format_args!("NOT CURRENT: the console has said nothing more for {seconds} s"));
             }
-            Place::Page(_) => {}
+            Place::Page(_) | Place::Ground(_) => {}
             Place::Viewer(viewer) => viewer.silent(seconds)?,
         }
         Ok(())
@@ -159,7 +166,7 @@ fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut looked = None;
     let mut now = trace_us();
     let mut news = News::of(&mut log).map_err(unread)?;
-    if news.finished && args.web.or(args.foxglove).is_some() {
+    if news.finished && args.web.or(args.foxglove).or(args.packets).is_some() {
         let run = run.display();
         return Err(Failure::new(
             Exit::NoEvidence,

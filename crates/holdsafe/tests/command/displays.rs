@@ -1,7 +1,8 @@
 //! Displays of a run: `watch`, `console` and `live --console`, as far as they go without a display.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read};
+use std::net::TcpStream;
 use std::process::{Command, Stdio};
 
 use console::process::player::Player;
@@ -34,6 +35,28 @@ pub(super) fn short() -> (tempfile::TempDir, String) {
     (folder, path)
 }
 
+/// Packets that a ground system reads of a run until it is over: application process and length of each.
+fn packets(run: &str) -> std::thread::JoinHandle<Vec<(u16, usize)>> {
+    let mut watch = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    let mut watch = watch.args(["watch", run, "--packets", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(watch.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let at: Value = serde_json::from_str(&line).unwrap();
+    let address = at["address"].as_str().and_then(|at| at.strip_prefix("tcp://")).unwrap().to_owned();
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        TcpStream::connect(address).unwrap().read_to_end(&mut bytes).unwrap();
+        assert!(watch.wait().unwrap().success());
+        let (mut rest, mut found) = (bytes.as_slice(), Vec::new());
+        while let [first, second, _, _, high, low, ..] = *rest {
+            let length = 7 + usize::from(u16::from_be_bytes([high, low]));
+            found.push((u16::from_be_bytes([first, second]) & 0x7ff, length));
+            rest = &rest[length.min(rest.len())..];
+        }
+        found
+    })
+}
+
 /// It is watched from beside to its end.
 #[test]
 fn live_run_is_watched_and_shown_again() {
@@ -48,11 +71,15 @@ fn live_run_is_watched_and_shown_again() {
         assert!(live.try_wait().unwrap().is_none(), "the run ended before there was anything to watch");
         std::thread::yield_now();
     }
+    let packets = packets(run);
     let mut watch = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     let mut watch = watch.args(["watch", run, "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(watch.stdout.take().unwrap()).lines();
     let pictures: Vec<Value> = lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
     assert!(watch.wait().unwrap().success() && live.wait().unwrap().success());
+    let packets = packets.join().unwrap();
+    let of = |apid: u16| packets.iter().filter(|packet| packet.0 == apid).collect::<Vec<_>>();
+    assert!(of(64).len() >= 2 && of(65).iter().all(|packet| packet.1 == 79) && of(65).len() >= 2, "{packets:?}");
     let fresh = |picture: &&Value| picture["units"][0]["state"]["freshness"] == "fresh";
     assert!(pictures.iter().filter(fresh).count() >= 2, "{} pictures", pictures.len());
     let times: Vec<u64> = pictures.iter().filter_map(|picture| picture["at_us"].as_u64()).collect();

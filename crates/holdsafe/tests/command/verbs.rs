@@ -108,7 +108,9 @@ fn watch_opens_windows() {
     same(&["watch", dir, "--window"], &["console", dir]);
     same(&["watch", "--sensors", dir], &["sensors", dir]);
     same(&["watch", dir, "--text"], &["watch", dir]);
-    for wrong in [&["--window", "--web"][..], &["--sensors", "--once"], &["--text", "--foxglove"]] {
+    for wrong in
+        [&["--window", "--web"][..], &["--sensors", "--once"], &["--text", "--foxglove"], &["--packets", "--web"]]
+    {
         assert_eq!(holdsafe(&[&["watch", dir], wrong].concat()).status.code(), Some(2), "{wrong:?}");
     }
 }

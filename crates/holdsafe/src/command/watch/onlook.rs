@@ -1,5 +1,5 @@
-//! Spectators of a run outside a terminal: a browser, by a page that polls for each picture, and Foxglove's app, to
-//! which each is sent.
+//! Spectators of a run outside a terminal: a browser, by a page that polls for each picture, and Foxglove's app or a
+//! ground system, to which each is sent.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -69,6 +69,33 @@ impl Page {
     pub(super) fn lay(&self, picture: String, since: Option<u64>) {
         let mut laid = self.laid.lock().unwrap_or_else(PoisonError::into_inner);
         *laid = Laid { picture: Some(picture), since };
+    }
+}
+
+/// A ground system that reads space packets, if there is one.
+pub(super) struct Ground {
+    offered: link::packets::Offered,
+    packets: viewer::packets::Packets,
+}
+
+impl Ground {
+    /// Offers them on this port of loopback.
+    pub(super) fn open(port: u16) -> Result<Self, Failure> {
+        let offered = link::packets::Offered::open(port).map_err(|why| taken(port, &why))?;
+        Ok(Self { offered, packets: viewer::packets::Packets::default() })
+    }
+
+    /// Address for the ground system.
+    pub(super) fn address(&self) -> String {
+        format!("tcp://{}", self.offered.address())
+    }
+
+    /// Sends a picture.
+    pub(super) fn show(&mut self, picture: &str) -> Result<(), Failure> {
+        let untold =
+            |why: &dyn std::fmt::Display| Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {why}"));
+        let packets = self.packets.look(link::clock::wall_us(), picture).map_err(|why| untold(&why))?;
+        self.offered.say(&packets).map(|_| ()).map_err(|why| untold(&why))
     }
 }
 
