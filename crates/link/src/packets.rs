@@ -1,6 +1,6 @@
 //! Telemetry packets for a ground system on this host: over TCP, on loopback, to every client that connects.
 //!
-//! No byte is read from a client, so none can give an order. There is no secret: every user of the host can connect, and reads what the console
+//! No byte is read from a client, so none can give an order. There is no secret: every user of the host can connect, and reads the values that the console
 //! displays. A client that does not keep up is cut off at a packet's end or in the middle, and may connect again; no packet waits for it here. The
 //! content of packets is the caller's.
 

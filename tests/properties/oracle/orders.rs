@@ -50,7 +50,7 @@ fn p8_time_tagged_command_early_or_late() {
     }
 }
 
-/// The unit of this log is armed at two seconds, so what was stored before is void.
+/// The unit of this log is armed at two seconds, so an order stored before is void.
 #[test]
 fn p8_stored_command_outlives_a_change_of_mode() {
     assert_eq!(tagged(1500, 5500).breaks(), [Property::P8]);

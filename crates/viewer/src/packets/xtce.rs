@@ -1,6 +1,6 @@
 //! Description of the packets in XTCE 1.2 (OMG formal/18-10-04, CCSDS 660.0-B-2), by which a ground system reads them.
 //!
-//! Made of the same tables as the packets. A ground system is told what to mark: DEGRADED, HOLD_SAFE, a guard that fails, and a value that is not
+//! Made of the same tables as the packets. It tells a ground system the values to mark: DEGRADED, HOLD_SAFE, a guard that fails, and a value that is not
 //! fresh; and that a packet comes at least twice a second, so that a silent console's values expire there.
 
 use std::fmt::Write;
