@@ -26,6 +26,7 @@ use sim::sensor::camera::{REACH, Sweep, eye, ray};
 use sim::terrain::{CELLS, SIDE};
 use sim::world::{STEP, World};
 use wire::id::FrameId;
+use wire::platform::Sensors;
 use wire::sensor::{Camera, Candidates, Fix, Lidar, Modalities, Navigation, Pose, ProductMode, ReceiverTime};
 use wire::time::{Instant, Span};
 
@@ -57,10 +58,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         runtime::adopt(&library)?;
     }
     println!("{}", runtime::describe()?);
-    let detector = Detector::built_in()?;
+    let detector = Detector::built_in(&Camera::GROUND)?;
     stages(&detector)?;
     let (world, plant) = settled(0)?;
-    let image = Example::new(cells::named("clear")?, Split::HeldOut, 0)?.frame.rgb;
+    let image = Example::new(&Sensors::GROUND, cells::named("clear")?, Split::HeldOut, 0)?.frame.rgb;
     here(&world, &plant, &detector, &image)?;
     if let Some(python) = after("--python") {
         referee(&python, &world, &plant, &image)?;
@@ -96,7 +97,7 @@ fn stepped() -> Result<(f64, f32), Box<dyn Error>> {
 fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
     let (camera, limits, scanner) = (Camera::GROUND, Limits::default(), Scanner::new(&Lidar::GROUND));
     let pose = Pose { x_mm: 0, y_mm: 0, yaw_mrad: 0 };
-    let (mut ego, network) = (Ego::default(), Detector::thermal()?);
+    let (mut ego, network) = (Ego::default(), Detector::thermal(&Camera::GROUND)?);
     let mut took: Vec<[Duration; STAGES.len()]> = Vec::new();
     let mut tracker = Tracker::default();
     for k in 0..FRAMES + WARM_UP {

@@ -208,12 +208,14 @@ fn array(rows: u16, columns: u16, bytes: &[u8]) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use wire::platform::Sensors;
+
     use super::*;
     use crate::cells::{self, Split};
 
     #[test]
     fn written_frames_read_back_as_rendered() {
-        let example = Example::new(cells::named("clear").unwrap(), Split::HeldOut, 3).unwrap();
+        let example = Example::new(&Sensors::GROUND, cells::named("clear").unwrap(), Split::HeldOut, 3).unwrap();
         let mut coco = Coco::new("one frame".to_owned(), "0");
         let files = coco.add("clear", 3, &example).unwrap();
         let decode = |bytes: &[u8]| {

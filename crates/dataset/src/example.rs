@@ -5,6 +5,7 @@ use sim::limits::SceneError;
 use sim::scene::{Scene, Start};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
+use wire::platform::Sensors;
 use wire::sensor::Frames;
 use wire::time::Instant;
 
@@ -35,27 +36,29 @@ pub struct Example {
     pub scene: Scene,
     /// Viewpoint.
     pub start: Start,
-    /// The sensors' output, with its labels.
+    /// The sensors, over the viewpoint.
+    pub sensors: Sensors,
+    /// Their output, with its labels.
     pub frame: Labelled,
 }
 
 impl Example {
-    /// Frame `number` of a cell's split.
+    /// Frame `number` of a cell's split, taken with `sensors`.
     ///
     /// # Errors
     /// `cells.toml` was edited into something else.
-    pub fn new(cell: &Cell, split: Split, number: u64) -> Result<Self, ExampleError> {
+    pub fn new(sensors: &Sensors, cell: &Cell, split: Split, number: u64) -> Result<Self, ExampleError> {
         let (scene, start) = draw::scene(cell, split, number)?;
-        Example::of(scene, start, number)
+        Example::of(sensors, scene, start, number)
     }
 
     /// The frame of any scene, with the noise of frame `number`.
     ///
     /// # Errors
     /// The scene cannot be built.
-    pub fn of(scene: Scene, start: Start, number: u64) -> Result<Self, ExampleError> {
-        let frame = render(&scene, start, number ^ NOISE)?;
-        Ok(Example { scene, start, frame })
+    pub fn of(sensors: &Sensors, scene: Scene, start: Start, number: u64) -> Result<Self, ExampleError> {
+        let frame = render(sensors, &scene, start, number ^ NOISE)?;
+        Ok(Example { scene, start, sensors: *sensors, frame })
     }
 
     /// As perception gets it.

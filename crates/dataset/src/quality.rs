@@ -72,7 +72,7 @@ pub fn measure(
 ) -> Result<Quality, QualityError> {
     let (mut outcomes, mut claims, mut sightings) = (Vec::new(), Claims::default(), Sightings::default());
     for number in numbers {
-        let example = Example::new(cell, split, number)?;
+        let example = Example::new(stages.sensors(), cell, split, number)?;
         let found = stages.detector().detect(&example.frame.rgb, LEAST)?;
         outcomes.push(precision::judge(&example.frame.labels, &found));
         claims.add(stages.thermal(), &example, |_| true);

@@ -10,7 +10,7 @@ use base64::Engine as _;
 use perception::corroborate::{Judgement, Limits, corroborate};
 use perception::lidar::returns;
 use perception::stages::Stages;
-use wire::sensor::{Blob, Camera, Candidates, Class, Lidar, Modalities, Modality, PixelBox};
+use wire::sensor::{Blob, Candidates, Class, Modalities, Modality, PixelBox};
 
 use crate::coco::picture;
 use crate::example::Example;
@@ -36,7 +36,7 @@ pub struct Entry<'a> {
 /// # Errors
 /// A plane is not of its size.
 pub fn draw(entries: &[Entry<'_>], stages: &Stages) -> Result<String, png::EncodingError> {
-    let camera = Camera::GROUND;
+    let camera = stages.sensors().camera;
     let (w, h) = (u32::from(camera.width) * SCALE, u32::from(camera.height) * SCALE);
     let (width, row) = (3 * (w + GAP) + h + 2 * GAP, h + TITLE + GAP);
     let height = row * entries.len() as u32 + GAP;
@@ -158,7 +158,7 @@ fn thermal(example: &Example, candidates: &Candidates) -> Result<(Vec<u8>, Strin
 /// Returns as dots, clusters as circles; ahead is up.
 fn above(example: &Example, candidates: &Candidates) -> String {
     let (mut path, mut marks) = (String::new(), String::new());
-    for [x, y, _] in returns(Lidar::GROUND, &example.frame.lidar) {
+    for [x, y, _] in returns(example.sensors.lidar, &example.frame.lidar) {
         if libm::hypotf(x, y) < ABOVE_M {
             let _ = write!(path, "M{:.1} {:.1}h.2", -y, -x);
         }

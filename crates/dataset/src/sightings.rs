@@ -7,7 +7,7 @@ use perception::stages::Stages;
 use serde::Serialize;
 use sim::scene::Start;
 use wire::id::ObjectId;
-use wire::sensor::{Camera, Class, Modalities};
+use wire::sensor::{Class, Modalities};
 
 use crate::draw::distance;
 use crate::example::{Example, counts};
@@ -88,7 +88,7 @@ pub fn stands_near(stages: &Stages, limits: &Limits, example: &Example, object: 
 /// Class and place in the world of each unvetoed sighting.
 fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, [f32; 2])> {
     let candidates = stages.candidates(&example.frames(), limits.score);
-    let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), &candidates);
+    let judged = corroborate(&example.sensors.camera, limits, Modalities::default(), &candidates);
     let left = judged.iter().filter_map(|j| j.sighting.filter(|s| s.stands()));
     left.map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32)))).collect()
 }

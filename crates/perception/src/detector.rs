@@ -12,11 +12,11 @@ use ort::session::builder::GraphOptimizationLevel;
 use ort::value::{Outlet, TensorElementType, TensorRef};
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
-use wire::sensor::Detection;
+use wire::sensor::{Camera, Detection};
 
 use crate::head::Head;
 use crate::letterbox::{HEIGHT, Letterbox, SIDES, WIDTH};
-use crate::model::{Model, ModelError, ModelRef};
+use crate::model::{Model, ModelError, ModelRef, Networks};
 use crate::onnx::{Inspected, OnnxError};
 use crate::runtime::{RuntimeError, environment};
 
@@ -70,20 +70,20 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// The detector that this crate ships.
+    /// The detector that this crate ships for views from about this camera's height.
     ///
     /// # Errors
     /// It was edited, or the runtime refused it.
-    pub fn built_in() -> Result<Self, DetectorError> {
-        Detector::new(Model::built_in()?)
+    pub fn built_in(camera: &Camera) -> Result<Self, DetectorError> {
+        Detector::new(Networks::of(camera).detector()?)
     }
 
-    /// The network of the thermal stage that this crate ships.
+    /// The network of the thermal stage that this crate ships for them.
     ///
     /// # Errors
     /// It was edited, or the runtime refused it.
-    pub fn thermal() -> Result<Self, DetectorError> {
-        Detector::new(Model::thermal()?)
+    pub fn thermal(camera: &Camera) -> Result<Self, DetectorError> {
+        Detector::new(Networks::of(camera).thermal()?)
     }
 
     /// [`Detector::with_head`] for a model of the shipped one's shapes.
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn shipped_detectors_repeat_to_the_last_bit() {
-        for detector in [Detector::built_in().unwrap(), Detector::thermal().unwrap()] {
+        for detector in [Detector::built_in(&Camera::GROUND).unwrap(), Detector::thermal(&Camera::GROUND).unwrap()] {
             let image: Vec<u8> = (0..3 * WIDTH * HEIGHT).map(|k| (k * 7 % 251) as u8).collect();
             assert_eq!(detector.detect(&image, 10).unwrap(), detector.detect(&image, 10).unwrap());
         }
@@ -203,7 +203,7 @@ mod tests {
         let junk = b"not a model";
         let model = Model::pinned(junk, &crate::model::hex_digest(junk)).unwrap();
         assert!(matches!(Detector::new(model), Err(DetectorError::Onnx(_))));
-        let detector = Detector::built_in().unwrap();
+        let detector = Detector::built_in(&Camera::GROUND).unwrap();
         assert!(matches!(detector.detect(&[0; 12], 500), Err(DetectorError::Image { got: 12 })));
     }
 }

@@ -139,11 +139,11 @@ impl Perception {
     pub fn new(setup: Setup, config: PerceptionConfig, now: Instant) -> Result<Self, PerceptionError> {
         let detector = match &config.detector {
             _ if !config.rendered => return Self::make(setup, config, None, now),
-            None => Arc::new(Detector::built_in()?),
+            None => Arc::new(Detector::built_in(&config.sensors.camera)?),
             Some(Brought { loaded: Some(detector), .. }) => Arc::clone(detector),
             Some(other) => return Err(PerceptionError::NotLoaded(other.model.path.display().to_string())),
         };
-        let stages = Stages::new(&config.sensors, detector, Arc::new(Detector::thermal()?));
+        let stages = Stages::new(&config.sensors, detector, Arc::new(Detector::thermal(&config.sensors.camera)?));
         Self::make(setup, config, Some(stages), now)
     }
 

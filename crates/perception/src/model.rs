@@ -1,16 +1,36 @@
 //! Models pinned by hash: bytes become a [`Model`] only if their SHA-256 is the one that was stated.
 //!
-//! The built-in detector and its manifest are compiled in; an edit to either is refused at start. Reading a model from
+//! The networks that ship and their manifests are compiled in; an edit to either is refused at start. Reading a model from
 //! a file is the process's business.
 
 use sha2::{Digest, Sha256};
+use wire::platform::Sensors;
+use wire::sensor::Camera;
 
 /// The largest model, bytes: seven million weights of four bytes, the second smallest size of the common detectors.
 pub const MAX_MODEL: usize = 32 << 20;
 
-const BUILT_IN: &[u8] = include_bytes!("../models/detector.onnx");
-const THERMAL: &[u8] = include_bytes!("../models/thermal.onnx");
-const MANIFEST: &str = include_str!("../models/manifest.toml");
+/// Networks that this crate ships for views from one height, with the manifest that pins them.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Networks {
+    detector: &'static [u8],
+    thermal: &'static [u8],
+    manifest: &'static str,
+}
+
+/// For views from the ground platform's camera.
+static GROUND: Networks = Networks {
+    detector: include_bytes!("../models/detector.onnx"),
+    thermal: include_bytes!("../models/thermal.onnx"),
+    manifest: include_str!("../models/manifest.toml"),
+};
+
+/// For views from the air platform's camera.
+static ALOFT: Networks = Networks {
+    detector: include_bytes!("../models/aloft/detector.onnx"),
+    thermal: include_bytes!("../models/aloft/thermal.onnx"),
+    manifest: include_str!("../models/aloft/manifest.toml"),
+};
 
 /// A file outside this crate, by path and hash.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -74,32 +94,32 @@ impl<'a> Model<'a> {
     }
 }
 
-impl Model<'static> {
-    /// The detector that this crate ships.
+impl Networks {
+    /// Those that were trained for views from about this camera's height.
+    pub fn of(camera: &Camera) -> &'static Networks {
+        if Sensors::trained_like(camera) == &Sensors::ALOFT { &ALOFT } else { &GROUND }
+    }
+
+    /// The detector.
     ///
     /// # Errors
     /// The model was edited without its manifest, or the manifest names no hash.
-    pub fn built_in() -> Result<Self, ModelError> {
-        Model::pinned(BUILT_IN, built_in_sha256().ok_or(ModelError::Unpinned)?)
+    pub fn detector(&self) -> Result<Model<'static>, ModelError> {
+        Model::pinned(self.detector, self.stated("sha256").ok_or(ModelError::Unpinned)?)
     }
 
-    /// The network of the thermal stage that this crate ships.
+    /// The network of the thermal stage.
     ///
     /// # Errors
     /// The same.
-    pub fn thermal() -> Result<Self, ModelError> {
-        Model::pinned(THERMAL, stated("thermal_sha256").ok_or(ModelError::Unpinned)?)
+    pub fn thermal(&self) -> Result<Model<'static>, ModelError> {
+        Model::pinned(self.thermal, self.stated("thermal_sha256").ok_or(ModelError::Unpinned)?)
     }
-}
 
-/// The hash that the manifest states, for a run's own manifest.
-pub fn built_in_sha256() -> Option<&'static str> {
-    stated("sha256")
-}
-
-fn stated(name: &str) -> Option<&'static str> {
-    let value = |line: &'static str| line.strip_prefix(name)?.strip_prefix(" = \"")?.strip_suffix('"');
-    MANIFEST.lines().find_map(value)
+    fn stated(&self, name: &str) -> Option<&'static str> {
+        let value = |line: &'static str| line.strip_prefix(name)?.strip_prefix(" = \"")?.strip_suffix('"');
+        self.manifest.lines().find_map(value)
+    }
 }
 
 /// SHA-256 in lower-case hexadecimal.
@@ -113,10 +133,10 @@ mod tests {
 
     #[test]
     fn edited_copy_of_the_shipped_model_is_refused() {
-        let pinned = built_in_sha256().unwrap();
-        assert_eq!(Model::built_in().unwrap().bytes().len(), BUILT_IN.len());
-        let mut edited = BUILT_IN.to_vec();
-        edited[BUILT_IN.len() / 2] ^= 1;
+        let pinned = GROUND.stated("sha256").unwrap();
+        let mut edited = GROUND.detector().unwrap().bytes().to_vec();
+        let middle = edited.len() / 2;
+        edited[middle] ^= 1;
         assert!(matches!(Model::pinned(&edited, pinned), Err(ModelError::Changed { .. })));
     }
 

@@ -4,16 +4,16 @@
 use std::sync::Arc;
 
 use wire::platform::Sensors;
-use wire::sensor::{Camera, Candidates, Frames, ProductMode};
+use wire::sensor::{Candidates, Frames, ProductMode};
 
-use crate::detector::Detector;
+use crate::detector::{Detector, DetectorError};
 use crate::lidar::Scanner;
 use crate::{depth, thermal};
 
 /// The stages with their models. A clone shares the models.
 #[derive(Clone, Debug)]
 pub struct Stages {
-    camera: Camera,
+    sensors: Sensors,
     detector: Arc<Detector>,
     thermal: Arc<Detector>,
     scanner: Scanner,
@@ -22,7 +22,21 @@ pub struct Stages {
 impl Stages {
     /// For these sensors: a detector that sees the colour image, and one that sees the bands of the thermal.
     pub fn new(sensors: &Sensors, detector: Arc<Detector>, thermal: Arc<Detector>) -> Self {
-        Stages { camera: sensors.camera, detector, thermal, scanner: Scanner::new(&sensors.lidar) }
+        Stages { sensors: *sensors, detector, thermal, scanner: Scanner::new(&sensors.lidar) }
+    }
+
+    /// The networks that ship for these sensors.
+    ///
+    /// # Errors
+    /// One of them was edited, or the runtime refused it.
+    pub fn shipped(sensors: &Sensors) -> Result<Self, DetectorError> {
+        let (detector, thermal) = (Detector::built_in(&sensors.camera)?, Detector::thermal(&sensors.camera)?);
+        Ok(Stages::new(sensors, Arc::new(detector), Arc::new(thermal)))
+    }
+
+    /// The sensors.
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
     }
 
     /// The detector that sees the colour image.
@@ -39,7 +53,7 @@ impl Stages {
     /// without colour there are none.
     pub fn candidates(&self, frames: &Frames<'_>, least: u16) -> Candidates {
         let (width, height) = (frames.width, frames.height);
-        let sized = width == self.camera.width && height == self.camera.height;
+        let sized = width == self.sensors.camera.width && height == self.sensors.camera.height;
         let rgb = frames.rgb.filter(|_| sized).and_then(|plane| self.detector.detect(plane, least).ok());
         let depth = match (frames.depth.filter(|_| sized), &rgb) {
             (Some(plane), Some(found)) => depth::samples(plane, width, height, found),

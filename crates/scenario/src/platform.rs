@@ -117,9 +117,9 @@ impl Platform {
         }
     }
 
-    /// True if the shipped networks were trained for views from about the height of this platform's camera.
+    /// True if networks ship that were trained for views from about the place of this platform's camera.
     pub fn is_trained_for(&self) -> bool {
-        !self.is_free()
+        !self.is_free() || self.has_camera() && self.seen_from().camera == Sensors::ALOFT.camera
     }
 
     /// True if its body moves without wheels.

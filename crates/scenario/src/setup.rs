@@ -10,9 +10,8 @@ use perception::detector::Brought;
 use spacecraft::orbit::Orbit;
 use wire::bounds::Bounds;
 use wire::person::Role;
-use wire::platform::Body;
+use wire::platform::{Body, Sensors};
 use wire::policy::Policy;
-use wire::sensor::Camera;
 
 use super::file::read_text;
 use super::platform::check::uplink_ms;
@@ -119,7 +118,8 @@ impl Setup {
 
     /// The networks' figures are of the camera that they were trained with.
     fn unmeasured(&self) -> Option<String> {
-        let (trained, camera) = (Camera::GROUND, self.platform.seen_from().camera);
+        let camera = self.platform.seen_from().camera;
+        let trained = Sensors::trained_like(&camera).camera;
         let moved = self.rendered && camera != trained;
         moved.then(|| {
             let (at, from) = (camera.up_m, trained.up_m);

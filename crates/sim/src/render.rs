@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use wire::id::ObjectId;
-use wire::platform::Vehicle;
-use wire::sensor::{Camera, Class, Lidar, PixelBox};
+use wire::platform::{Sensors, Vehicle};
+use wire::sensor::{Class, PixelBox};
 use wire::time::{Instant, Span};
 
 use crate::fault::Faults;
@@ -70,11 +70,11 @@ pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError>
     Ok((world, plant))
 }
 
-/// The frame that a unit standing at `pose` would take of `scene` at the start of a run. `seed` seeds the noise.
-pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
+/// The frame that `sensors`, over a vehicle that stands at `pose`, would take of `scene` at the start of a run. `seed` seeds the noise.
+pub fn render(sensors: &Sensors, scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
     let faults = Faults::new(&[])?;
     let (world, plant) = settled(scene, pose)?;
-    let mut imagers = Imagers::new(Camera::GROUND, Lidar::GROUND, seed);
+    let mut imagers = Imagers::new(sensors.camera, sensors.lidar, seed);
     imagers.measure(1, &world, &plant, &faults, Span::ZERO);
     Ok(labelled(&imagers, &world))
 }
@@ -126,7 +126,7 @@ mod tests {
         let mut scene = Scene { objects: Scene::default().objects.split_off(2), ..Scene::default() };
         scene.objects[0].print = print;
         let [east, north] = scene.objects[0].path[0];
-        render(&scene, Start { east: east - 8.0, north, heading: 0.0 }, 5).unwrap()
+        render(&Sensors::GROUND, &scene, Start { east: east - 8.0, north, heading: 0.0 }, 5).unwrap()
     }
 
     /// The attacker's computed image equals the rendered one, to the rounding of a byte.

@@ -15,6 +15,7 @@ use dataset::precision::judge;
 use perception::grid::decode;
 use perception::letterbox::{HEIGHT, WIDTH};
 use sim::Label;
+use wire::platform::Sensors;
 
 use crate::data::{felt, heated, seen};
 use crate::net::Net;
@@ -29,23 +30,23 @@ const LEAST: u16 = 100;
 const STEPS: usize = 30;
 
 /// Recalibrates a model and the weights beside it.
-pub(crate) fn write(sense: Sense, directory: &Path) -> Result<(), Box<dyn Error>> {
+pub(crate) fn write(sense: Sense, sensors: &Sensors, directory: &Path) -> Result<(), Box<dyn Error>> {
     let device = Device::default();
     let path = sense.model(directory);
     let net = Net::new(sense, &device).try_load_file(path.with_extension("bpk"))?;
-    let (slope, offset) = fit(&sample(sense, &net, &device)?);
+    let (slope, offset) = fit(&sample(sense, sensors, &net, &device)?);
     println!("objectness: {slope:.3} x {offset:+.3}");
     save(&net.calibrated(slope as f32, offset as f32, &device), &path)
 }
 
 /// Logit of each detection's score, and whether it was right.
-fn sample(sense: Sense, net: &Net, device: &Device) -> Result<Vec<(f64, bool)>, Box<dyn Error>> {
+fn sample(sense: Sense, sensors: &Sensors, net: &Net, device: &Device) -> Result<Vec<(f64, bool)>, Box<dyn Error>> {
     let mut sample = Vec::new();
     for cell in cells::all()?.iter().filter(|cell| cell.learnt) {
         for number in 0..FRAMES {
             let example = match sense {
-                Sense::Colour => seen(Frame::new(cell, Split::Tuning, number)?),
-                Sense::Thermal => felt(heated(cell, Split::Tuning, number, &[])?.0),
+                Sense::Colour => seen(Frame::new(sensors, cell, Split::Tuning, number)?),
+                Sense::Thermal => felt(heated(sensors, cell, Split::Tuning, number, &[])?.0),
             };
             let mut plane = vec![0.0; 3 * HEIGHT * WIDTH];
             paint(&example.image, false, 1.0, &mut plane);

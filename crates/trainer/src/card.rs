@@ -93,17 +93,21 @@ impl Made {
 }
 
 /// Measures the models of `directory` and writes `manifest.toml`, `detector.md` and `thermal.md` beside them.
-pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn write(
+    sensors: &Sensors,
+    directory: &Path,
+    frames: Option<u64>,
+) -> Result<(), Box<dyn std::error::Error>> {
     let frames = frames.unwrap_or(FRAMES);
     let [colour, thermal] = [Made::read(Sense::Colour, directory)?, Made::read(Sense::Thermal, directory)?];
-    let stages = Stages::new(&Sensors::GROUND, Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
+    let stages = Stages::new(sensors, Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
     let (mut rows, mut warm) = (Vec::new(), Vec::new());
     for split in [Split::HeldOut, Split::Novel] {
         for cell in cells::all()? {
             let row = measure(&stages, cell, split, 0..frames, &Limits::default())?;
             let mut claims = Claims::default();
             for number in 0..frames {
-                let (frame, which) = heated(cell, split, number, &[])?;
+                let (frame, which) = heated(sensors, cell, split, number, &[])?;
                 claims.add(&thermal.detector, &frame, |object| which.contains(&object));
             }
             eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);

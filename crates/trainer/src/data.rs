@@ -13,6 +13,7 @@ use rand_core::SeedableRng;
 use sha2::{Digest, Sha256};
 use sim::Label;
 use wire::id::ObjectId;
+use wire::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::sense::Sense;
@@ -52,9 +53,10 @@ pub(crate) struct Target {
     pub(crate) place: Vec<f32>,
 }
 
-/// Frames that may be learnt from, the cells in turn, with the hash of all that is in them. `pool`: heat that some fakes bear.
+/// Frames of `sensors` that may be learnt from, the cells in turn, with the hash of all that is in them. `pool`: heat that some fakes bear.
 pub(crate) fn examples(
     sense: Sense,
+    sensors: &Sensors,
     frames: std::ops::Range<u64>,
     pool: &[Vec<f32>],
 ) -> Result<(Vec<Example>, String), ExampleError> {
@@ -63,8 +65,8 @@ pub(crate) fn examples(
     for k in frames {
         let (cell, number) = (learnt[k as usize % learnt.len()], k / learnt.len() as u64);
         let example = match sense {
-            Sense::Colour => seen(Frame::new(cell, Split::Training, number)?),
-            Sense::Thermal => felt(heated(cell, Split::Training, number, pool)?.0),
+            Sense::Colour => seen(Frame::new(sensors, cell, Split::Training, number)?),
+            Sense::Thermal => felt(heated(sensors, cell, Split::Training, number, pool)?.0),
         };
         hash.update(&example.image);
         let mut labels: Vec<&Label> = example.labels.iter().chain(&example.ignored).collect();
@@ -103,6 +105,7 @@ pub(crate) fn felt(example: Frame) -> Example {
 /// A frame of a scene in which a third of all decoys and obstacles are heated evenly, and which those are; another third bear heat
 /// out of `pool`, if there is any.
 pub(crate) fn heated(
+    sensors: &Sensors,
     cell: &Cell,
     split: Split,
     number: u64,
@@ -126,7 +129,7 @@ pub(crate) fn heated(
             object.print = print(&[0.0; SHIFTS], heat);
         }
     }
-    Ok((Frame::of(scene, start, number)?, which))
+    Ok((Frame::of(sensors, scene, start, number)?, which))
 }
 
 /// The grid of targets. A cell belongs to the smallest object with a middle part that covers the cell's middle, and in any case

@@ -6,7 +6,7 @@
 //! the pure-Rust runtime on frames that were not learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]`
 //! changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys,
 //! `trainer perturbations DIR OTHER [VIEWS]` adds one pattern to every image, `trainer joint` prints on them and heats them
-//! against all stages at once. Not part of the normal build: no crate depends on this package.
+//! against all stages at once. `trainer aloft`, before one of the first five, looks from where the air platform's camera is. Not part of the normal build: no crate depends on this package.
 
 mod calibrate;
 mod card;
@@ -29,6 +29,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use perception::model::hex_digest;
+use wire::platform::Sensors;
 
 use crate::card::{Round, Training};
 use crate::means::Means;
@@ -36,7 +37,7 @@ use crate::sense::Sense;
 use crate::train::Kind;
 use crate::victim::Victim;
 
-const USAGE: &str = "usage: trainer train|refine colour|thermal DIR [STEPS] [FRAMES] | trainer harden colour|thermal DIR [STEPS] [FRAMES] \
+const USAGE: &str = "usage: trainer [aloft] train|refine colour|thermal DIR [STEPS] [FRAMES] | trainer harden colour|thermal DIR [STEPS] [FRAMES] \
                      [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints|perturbations DIR OTHER [VIEWS] | \
                      trainer joint COLOUR_DIR THERMAL_DIR OTHER_COLOUR_DIR OTHER_THERMAL_DIR PAGE [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
@@ -60,8 +61,14 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let (sensors, words) = match words.split_first() {
+        Some((&"aloft", rest)) if matches!(rest, ["train" | "refine" | "harden" | "calibrate" | "measure", ..]) => {
+            (&Sensors::ALOFT, rest)
+        }
+        _ => (&Sensors::GROUND, words.as_slice()),
+    };
     let number = |word: Option<&&str>| word.map(|word| word.parse::<u64>()).transpose();
-    match words.as_slice() {
+    match words {
         [verb @ ("train" | "refine" | "harden"), what, directory, rest @ ..]
             if rest.len() <= 2 + usize::from(*verb == "harden") =>
         {
@@ -72,11 +79,11 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
                 _ => Kind::Hardened(most),
             };
             let (steps, frames) = (number(rest.first())?.unwrap_or(STEPS), number(rest.get(1))?.unwrap_or(FRAMES));
-            train(sense(what)?, Path::new(directory), kind, steps, frames)
+            train(sense(what)?, sensors, Path::new(directory), kind, steps, frames)
         }
-        ["calibrate", what, directory] => calibrate::write(sense(what)?, Path::new(directory)),
+        ["calibrate", what, directory] => calibrate::write(sense(what)?, sensors, Path::new(directory)),
         ["measure", directory, rest @ ..] if rest.len() <= 1 => {
-            card::write(Path::new(directory), number(rest.first())?)
+            card::write(sensors, Path::new(directory), number(rest.first())?)
         }
         ["pixels", directory, rest @ ..] if rest.len() <= 1 => {
             pixels::write(Path::new(directory), number(rest.first())?)
@@ -100,6 +107,7 @@ fn sense(name: &str) -> Result<Sense, String> {
 /// One round: from new weights, or from those of the round before with frames that follow its own.
 fn train(
     sense: Sense,
+    sensors: &Sensors,
     directory: &Path,
     kind: Kind,
     steps: u64,
@@ -111,7 +119,7 @@ fn train(
     let hardens_heat = sense == Sense::Thermal && matches!(kind, Kind::Hardened(_));
     let pool = if hardens_heat { heats::pool(&Victim::read(sense, directory)?.net)? } else { Vec::new() };
     let kind = if hardens_heat { Kind::Again } else { kind };
-    let (examples, data_sha256) = data::examples(sense, first..first + frames, &pool)?;
+    let (examples, data_sha256) = data::examples(sense, sensors, first..first + frames, &pool)?;
     eprintln!("{frames} frames rendered");
     let seed = SEED + training.round.len() as u64;
     let cpu = train::train(sense, &examples, steps as usize, seed, kind, &sense.model(directory))?;

@@ -66,7 +66,7 @@ pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn
     let stages = Stages::new(
         &Sensors::GROUND,
         Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?),
-        Arc::new(Detector::thermal()?),
+        Arc::new(Detector::thermal(&Sensors::GROUND.camera)?),
     );
     let mut rows = String::new();
     for goal in [Goal::None, Goal::Hide, Goal::Impersonate] {
@@ -74,7 +74,8 @@ pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn
             let mut tally = Tally::default();
             let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
             for k in 0..frames.unwrap_or(FRAMES) {
-                let frame = Frame::new(learnt[k as usize % learnt.len()], Split::HeldOut, 10_000 + k)?;
+                let frame =
+                    Frame::new(&Sensors::GROUND, learnt[k as usize % learnt.len()], Split::HeldOut, 10_000 + k)?;
                 let rgb = perturb(&net, &frame, goal, strength, &device)?;
                 judge(&stages, frame, rgb, &mut tally);
             }

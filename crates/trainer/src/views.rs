@@ -13,6 +13,7 @@ use sim::fault::MAX_STRENGTH;
 use sim::perturbation::{self, Perturbation};
 use sim::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
 use sim::scene::{Scene, Start};
+use wire::platform::Sensors;
 use wire::sensor::Class;
 
 use crate::train::{FRAME, paint};
@@ -170,7 +171,7 @@ fn frame(scene: &Scene, start: Start, noise: u64, print: Option<Print>, kelvin: 
     for decoy in scene.objects.iter_mut().filter(|object| object.class == Class::Decoy) {
         (decoy.print, decoy.kelvin) = (print.clone(), kelvin);
     }
-    Example::of(scene, start, noise)
+    Example::of(&Sensors::GROUND, scene, start, noise)
 }
 
 /// As it can be printed: whole steps. Without `heat` its object is as warm as it is.

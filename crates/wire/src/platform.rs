@@ -355,6 +355,17 @@ pub struct Sensors {
 impl Sensors {
     /// Those of `platforms/ground.toml`; a test holds the two equal.
     pub const GROUND: Sensors = Sensors { camera: Camera::GROUND, lidar: Lidar::GROUND };
+    /// Those of `platforms/air.toml` as seen from the ground below its cruise; a test holds the two equal.
+    pub const ALOFT: Sensors = Sensors {
+        camera: Camera { forward_m: 0.2, up_m: 3.1, ..Camera::GROUND },
+        lidar: Lidar { up_m: 3.15, ..Lidar::GROUND },
+    };
+
+    /// Those of the two for which networks are trained that look from about as high as `camera`.
+    pub fn trained_like(camera: &Camera) -> &'static Sensors {
+        let middle = (Self::GROUND.camera.up_m + Self::ALOFT.camera.up_m) / 2.0;
+        if camera.up_m < middle { &Self::GROUND } else { &Self::ALOFT }
+    }
 }
 
 impl Default for Sensors {

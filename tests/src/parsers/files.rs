@@ -3,13 +3,14 @@
 use assess::log::{Log, LogError};
 use assess::map::Map;
 use evidence::trial::Trial;
-use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
+use perception::model::{MAX_MODEL, Model, ModelError, Networks, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
 use runner::kept::{finished, kept_line};
 use scenario::{AttackSpace, MAX_FILE_BYTES, Problems, Weaknesses};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use wire::bounds::Bounds;
+use wire::sensor::Camera;
 
 /// Most variations of one scenario.
 const MAX_VARIATIONS: usize = 4096;
@@ -128,10 +129,9 @@ pub fn shelf(bytes: &[u8]) -> bool {
 /// Bytes are a model under their own hash alone, and it is taken whole or refused at a place within them.
 pub fn model(bytes: &[u8]) -> bool {
     let (own, small) = (hex_digest(bytes), bytes.len() <= MAX_MODEL);
+    let shipped = Networks::of(&Camera::GROUND).detector().expect("the shipped model");
     assert_eq!(Model::pinned(bytes, &own).map(|model| model.bytes()).ok(), small.then_some(bytes));
-    for pinned in
-        [hex_digest(own.as_bytes()).as_str(), &own[..63], "", perception::model::built_in_sha256().unwrap_or("")]
-    {
+    for pinned in [hex_digest(own.as_bytes()).as_str(), &own[..63], "", hex_digest(shipped.bytes()).as_str()] {
         if pinned != own {
             let refused = Model::pinned(bytes, pinned).expect_err("another hash was pinned");
             assert!(matches!(refused, ModelError::Changed { .. } | ModelError::TooLarge { .. }));

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use dataset::cells::{self, Cell, Split};
 use dataset::coco::{Coco, Found};
@@ -11,13 +10,14 @@ use dataset::quality::LEAST;
 use dataset::sheet::{self, Entry};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
-use perception::detector::{Detector, DetectorError};
+use perception::detector::Detector;
 use perception::model::hex_digest;
 use perception::stages::Stages;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out};
 use serde::Serialize;
 use wire::platform::Sensors;
+use wire::sensor::Camera;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -77,7 +77,8 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell]) -> Result<
     let names: Vec<String> = cells.iter().map(|cell| cell.name.clone()).collect();
     let described = format!("simulated scenes, {} cells {}", split.name(), names.join(", "));
     let mut coco = Coco::new(described, env!("CARGO_PKG_VERSION"));
-    let detector = if args.detect { Some(Detector::built_in().map_err(Failure::internal)?) } else { None };
+    let detector =
+        if args.detect { Some(Detector::built_in(&Camera::GROUND).map_err(Failure::internal)?) } else { None };
     let (mut files, mut found) = (BTreeMap::new(), Vec::new());
     let progress = Progress::new("frames", cells.len() * args.frames as usize, context.talk);
     for number in (0..args.frames).map(|k| context.seed + k) {
@@ -85,7 +86,7 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell]) -> Result<
             if context.stop.asked() {
                 return Err(Failure::new(Exit::Interrupted, format!("interrupted; {} has no manifest", dir.display())));
             }
-            let example = Example::new(cell, split, number).map_err(Failure::internal)?;
+            let example = Example::new(&Sensors::GROUND, cell, split, number).map_err(Failure::internal)?;
             for (path, content) in coco.add(&cell.name, number, &example).map_err(Failure::internal)? {
                 keep(dir, &path, &content, &mut files)?;
             }
@@ -136,11 +137,9 @@ fn keep(dir: &Path, path: &str, content: &[u8], files: &mut BTreeMap<String, Str
 }
 
 fn sheet(context: &Context, file: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
-    let shipped = || -> Result<Stages, DetectorError> {
-        Ok(Stages::new(&Sensors::GROUND, Arc::new(Detector::built_in()?), Arc::new(Detector::thermal()?)))
-    };
-    let stages = shipped().map_err(Failure::internal)?;
-    let examples = cells.iter().map(|cell| Example::new(cell, split, context.seed).map_err(Failure::internal));
+    let stages = Stages::shipped(&Sensors::GROUND).map_err(Failure::internal)?;
+    let examples =
+        cells.iter().map(|cell| Example::new(&Sensors::GROUND, cell, split, context.seed).map_err(Failure::internal));
     let examples = examples.collect::<Result<Vec<_>, _>>()?;
     let title = |cell: &Cell| format!("{}, {} frame {}", cell.name, split.name(), context.seed);
     let entries = cells.iter().zip(&examples).map(|(cell, example)| Entry { title: title(cell), example });

@@ -298,3 +298,21 @@ fn template_passes_its_own_check() {
     let platform = parse_platform("rover.toml", "rover", &text).unwrap();
     assert_eq!((platform.name.as_str(), platform.limits()), ("rover", Limits::GROUND));
 }
+
+/// The networks for views from the air were trained with the camera that these two have in flight.
+#[test]
+fn camera_in_flight_is_that_of_the_networks() {
+    for name in ["air", "wing"] {
+        let platform = load_platform(&root().join(format!("platforms/{name}.toml"))).unwrap();
+        assert_eq!(platform.seen_from().camera, Sensors::ALOFT.camera, "{name}");
+        assert!(platform.is_trained_for(), "{name}");
+    }
+    assert_eq!(load_platform(&root().join("platforms/air.toml")).unwrap().seen_from(), Sensors::ALOFT);
+    for (name, trained) in [("ground", true), ("courier", true), ("space", false)] {
+        assert_eq!(
+            load_platform(&root().join(format!("platforms/{name}.toml"))).unwrap().is_trained_for(),
+            trained,
+            "{name}"
+        );
+    }
+}
