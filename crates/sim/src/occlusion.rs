@@ -354,7 +354,11 @@ mod tests {
     }
 
     fn labelled(scene: &Scene, pose: Start) -> Option<Label> {
-        render(&Sensors::GROUND, scene, pose, 5).unwrap().labels.into_iter().find(|label| label.object == ObjectId(0))
+        render(&wire::platform::Sensors::GROUND, scene, pose, 5)
+            .unwrap()
+            .labels
+            .into_iter()
+            .find(|label| label.object == ObjectId(0))
     }
 
     /// Of the same scene from the same place, pixel by pixel. A cell of the grid is the least that can be told.

@@ -118,8 +118,10 @@ pub(crate) fn write(
     let points = points(&stages)?;
     let runtime = runtime::describe()?;
     std::fs::write(directory.join("manifest.toml"), manifest(&colour, &thermal, &rows, runtime)?)?;
-    let cards =
-        [("detector.md", card(&colour, &rows, &points, runtime)), ("thermal.md", thermal_card(&thermal, &rows, &warm))];
+    let cards = [
+        ("detector.md", card(sensors, &colour, &rows, &points, runtime)),
+        ("thermal.md", thermal_card(&thermal, &rows, &warm)),
+    ];
     for (name, card) in cards {
         std::fs::write(directory.join(name), &card)?;
         println!("{card}");
@@ -167,14 +169,23 @@ fn manifest(colour: &Made, thermal: &Made, rows: &[Quality], runtime: &str) -> R
     Ok(format!("{head}{}", toml::to_string(&manifest)?))
 }
 
-fn card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
+fn card(sensors: &Sensors, made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
     let Made { bytes, sha256, training, .. } = made;
+    let (height, attacks) = if sensors == &Sensors::GROUND {
+        (String::new(), "How it fares under attack is in `robustness.md` and `prints.md`.")
+    } else {
+        let from = sensors.camera.up_m;
+        (
+            format!(", the last of them and all that is measured from {from} m above the ground"),
+            "No attack was made on it.",
+        )
+    };
     format!(
         "# Model card: the colour detector\n\n\
          A single-shot convolutional detector, 160 × 120 RGB to a grid of cells of objectness, four classes (vehicle, \
          person, decoy, obstacle) and a box. {bytes} bytes, SHA-256 `{sha256}`.\n\n\
          **Made by** `trainer train`, `refine`, `harden`, `calibrate` and `measure` from rendered frames of the cells marked as learnt in \
-         `crates/dataset/cells.toml`:\n\n{}\n\
+         `crates/dataset/cells.toml`{height}:\n\n{}\n\
          **Measured** through `{runtime}` on frames that nothing was learnt from: seeds held out, and *novel* shapes, paints \
          and grounds; cells marked * are conditions that nothing was learnt from. An object counts from 3 columns, 6 rows \
          and 20 pixels. mAP is the mean average precision at an intersection over union of 0.5, with its 95 % bootstrap interval over \
@@ -184,7 +195,7 @@ fn card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
          **The threshold** beside others, on {TUNING} tuning frames of each cell that is learnt from, which nothing above is measured \
          on.\n\n{points}\n\
          **Not for** anything but this simulation. It knows one camera, one sun and the paints of these classes; \
-         nothing here says how it would do on a photograph. How it fares under attack is in `robustness.md` and `prints.md`.\n",
+         nothing here says how it would do on a photograph. {attacks}\n",
         rounds(training),
         Limits::default().score,
         table(rows),

@@ -24,6 +24,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use wire::sensor::Class;
 
+use wire::platform::Sensors;
+
 use crate::data::{Example, target};
 use crate::descent::Descent;
 use crate::harden::gradient;
