@@ -18,7 +18,7 @@ def mission(log, zero):
     # A named step has no time of its own: its parts do.
     starts = [plan["from"] for plan in log.head["planned"] if planned(plan)[0] != "step"]
     until = log.end if zero is None else zero
-    before = [step for step in script["steps"] if step["at_us"] + step["after_us"] + WAY <= (min(starts) if starts else log.end)]
+    before = [step for step in script["steps"] if step["at_us"] + step.get("after_us", 0) + WAY <= (min(starts) if starts else log.end)]
     owed = script["mission"] or max([LEADS.get(step["do"], "none") for step in before] + ["none"], key=STAGES.index)
     came = {
         "enabled": [c[0] for c in log.changes() if c[2] in NOMINAL_MODES],

@@ -39,11 +39,21 @@ struct Unit {
     tracks: Vec<Aged<Track>>,
 }
 
+/// A value of a picture, with its freshness in words and its age.
 #[derive(Deserialize)]
-struct Aged<T> {
-    freshness: String,
-    age_ms: Option<u64>,
-    value: T,
+pub(crate) struct Aged<T> {
+    pub(crate) freshness: String,
+    pub(crate) age_ms: Option<u64>,
+    pub(crate) value: T,
+}
+
+/// The parts of a picture that `T` names, for the messages of `topic`; refused beyond [`LONGEST`].
+pub(crate) fn read<'a, T: Deserialize<'a>>(topic: &str, picture: &'a str) -> Result<T, ViewError> {
+    let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
+    if picture.len() > LONGEST {
+        return Err(why(format!("a picture of at most {LONGEST} bytes expected, got {}", picture.len())));
+    }
+    serde_json::from_str(picture).map_err(|e| why(e.to_string()))
 }
 
 #[derive(Deserialize)]
@@ -87,11 +97,7 @@ impl Onlooker {
     /// # Errors
     /// When it is no picture, or longer than [`LONGEST`].
     pub fn look(&mut self, at: Micros, picture: &str) -> Result<Vec<Message>, ViewError> {
-        let why = |why: String| ViewError::Message { topic: "/display".to_owned(), why };
-        if picture.len() > LONGEST {
-            return Err(why(format!("a picture of at most {LONGEST} bytes expected, got {}", picture.len())));
-        }
-        let read: Picture = serde_json::from_str(picture).map_err(|e| why(e.to_string()))?;
+        let read: Picture = read("/display", picture)?;
         let mut entities = Vec::new();
         for unit in &read.units {
             entities.push(body(at, unit));

@@ -17,7 +17,7 @@ use spacepackets::time::unix_to_ccsds_days;
 use wire::id::UnitId;
 use wire::mode::Guard;
 
-use crate::display::LONGEST;
+use crate::display::{self, Aged};
 use crate::{Micros, ViewError};
 
 /// Application process of the console's own packet; those of units follow it, by the unit's number.
@@ -30,7 +30,7 @@ pub const NONE: u32 = u32::MAX;
 const DAY: u64 = 86_400_000_000;
 /// Freshness of a value, by number.
 pub const FRESHNESS: [&str; 4] = ["FRESH", "LATE", "STALE", "LOST"];
-/// Whether a condition holds that may not apply.
+/// Words for a condition that may not apply, by number.
 pub const HOLDS: [&str; 3] = ["NO", "YES", "NOT_TOLD"];
 
 /// Encoding of a value.
@@ -133,13 +133,6 @@ struct Unit {
 }
 
 #[derive(Deserialize)]
-struct Aged<T> {
-    freshness: String,
-    age_ms: Option<u64>,
-    value: T,
-}
-
-#[derive(Deserialize)]
 struct State {
     mode: String,
     failing: Vec<String>,
@@ -185,17 +178,16 @@ impl Packets {
     /// The packets of a picture that is sent at `wall_us`, microseconds of Unix time.
     ///
     /// # Errors
-    /// When it is no picture, or longer than [`LONGEST`].
+    /// When it is no picture, or longer than [`display::LONGEST`].
     pub fn look(&mut self, wall_us: Micros, picture: &str) -> Result<Vec<u8>, ViewError> {
-        let why = |why: String| ViewError::Message { topic: "packets".to_owned(), why };
-        if picture.len() > LONGEST {
-            return Err(why(format!("a picture of at most {LONGEST} bytes expected, got {}", picture.len())));
-        }
-        let read: Picture = serde_json::from_str(picture).map_err(|e| why(e.to_string()))?;
+        let read: Picture = display::read("packets", picture)?;
         let mut bytes = self.packet(wall_us, CONSOLE_APID, &CONSOLE, &console(&read));
         for unit in &read.units {
             let named = UnitId::all().find(|of| of.name() == unit.unit);
-            let number = named.ok_or_else(|| why(format!("a unit expected, got {}", unit.unit)))?;
+            let number = named.ok_or_else(|| ViewError::Message {
+                topic: "packets".to_owned(),
+                why: format!("a unit expected, got {}", unit.unit),
+            })?;
             bytes.extend(self.packet(wall_us, apid(number), &UNIT, &values(unit)));
         }
         Ok(bytes)
@@ -305,6 +297,7 @@ mod tests {
     use wire::mode::Mode;
 
     use super::*;
+    use crate::display::LONGEST;
 
     const SHOWN: &str = r#"{"version":1,"at_us":9,"max_speed_mm_s":3000,"silent":["unit-b"],
         "refusals":[{"times":4},{"times":18446744073709551615}],"sessions_lost":[],"alarms":[{"standing":true},{"standing":false}],

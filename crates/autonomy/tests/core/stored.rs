@@ -43,7 +43,7 @@ fn answer(bench: &Bench) -> Option<Option<Reason>> {
 }
 
 #[test]
-fn stored_hold_is_carried_out_in_its_window_and_once() {
+fn stored_hold_is_executed_in_its_window_once() {
     let mut bench = Bench::in_mode(Mode::Ready);
     let left = store(&mut bench, CommandKind::Hold, SECOND).unwrap();
     assert!(left <= SECOND.after && left >= Span::ms(1000 - EARLIER), "{left}");
@@ -58,7 +58,7 @@ fn stored_hold_is_carried_out_in_its_window_and_once() {
 
 /// A delay on the way does not move the window.
 #[test]
-fn window_counts_from_the_nonce_and_not_from_the_arrival() {
+fn window_counts_from_the_nonce() {
     let mut bench = Bench::in_mode(Mode::Ready);
     let order = tagged(&mut bench, CommandKind::Hold, SECOND);
     bench.run(500);
@@ -113,7 +113,7 @@ fn hold_voids_a_stored_resumption_though_the_mode_stays() {
 }
 
 #[test]
-fn change_of_mode_voids_what_leads_away_from_safe_and_keeps_the_rest() {
+fn change_of_mode_voids_orders_away_from_safe() {
     let mut bench = Bench::in_mode(Mode::Ready);
     let later = TimeTag { after: Span::s(2), within: Span::s(1) };
     store(&mut bench, CommandKind::Resume, later).unwrap();
@@ -157,7 +157,7 @@ fn stored_resumption_is_refused_without_a_lease() {
 
 /// A unit that was kept from running through the whole window.
 #[test]
-fn window_that_passed_unseen_is_made_up_for_towards_safe_only() {
+fn missed_window_is_made_up_towards_safe_only() {
     let mut bench = holding();
     store(&mut bench, CommandKind::Resume, SECOND).unwrap();
     bench.now += Span::s(5);

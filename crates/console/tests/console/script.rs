@@ -120,7 +120,7 @@ fn step_without_time_follows_the_previous_one() {
 
 /// It waits for hours without an alarm, and its execution is told once more.
 #[test]
-fn stored_command_is_shown_with_its_time_and_then_as_executed() {
+fn stored_command_shows_its_time_until_executed() {
     let tag = Some(TimeTag { after: Span::s(20), within: Span::s(1) });
     let script = vec![Step { tag, ..step(500, Action::Hold, Mode::Ready) }];
     let mut bench = Bench::new(Policy::default(), script);
@@ -142,7 +142,7 @@ fn stored_command_is_shown_with_its_time_and_then_as_executed() {
 }
 
 #[test]
-fn stored_command_that_is_refused_at_its_time_is_not_asked_for_again() {
+fn stored_command_refused_later_is_not_repeated() {
     let tag = Some(TimeTag { after: Span::s(2), within: Span::s(1) });
     let script = vec![Step { tag, ..step(500, Action::Hold, Mode::Ready) }];
     let mut bench = Bench::new(Policy::default(), script);
