@@ -9,6 +9,7 @@ mod commands;
 mod compounds;
 mod controls;
 mod decoys;
+mod escapes;
 mod evidence;
 mod floods;
 mod handshake;

@@ -14,11 +14,13 @@ const SERVICE: &[&str] = &["wire", "link"];
 const OBSERVED: &[&str] = &["wire", "instrument", "link"];
 
 /// Every crate with those of ours that it may depend on, from the bottom up.
-const MAY_KNOW: [(&str, &[&str]); 35] = [
+const MAY_KNOW: [(&str, &[&str]); 36] = [
     ("wire", &[]),
+    // A process's own confinement.
+    ("sandbox", &[]),
     // Programs of others: the pure part, and their processes.
     ("guest", &["wire"]),
-    ("confine", &["wire", "guest"]),
+    ("confine", &["wire", "guest", "sandbox"]),
     // The other end of the protocol, for guests: it knows nothing of ours.
     ("guest-client", &[]),
     ("parallel", &[]),
@@ -26,7 +28,7 @@ const MAY_KNOW: [(&str, &[&str]); 35] = [
     // Other authors' link, with none of our messages.
     ("mavlink_relay", &[]),
     ("instrument", &["wire"]),
-    ("link", &["wire", "instrument"]),
+    ("link", &["wire", "instrument", "sandbox"]),
     // Orbits and attitudes: pure functions, with no message of ours.
     ("spacecraft", &[]),
     ("sim", &["wire", "instrument", "link", "spacecraft"]),
@@ -91,6 +93,7 @@ const MAY_KNOW: [(&str, &[&str]); 35] = [
         "live",
         &[
             "guest",
+            "sandbox",
             "confine",
             "wire",
             "instrument",

@@ -3,6 +3,7 @@
 mod attacks;
 mod catalogue;
 mod circles;
+mod confinement;
 mod crates;
 mod domains;
 mod figures;

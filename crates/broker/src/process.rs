@@ -66,7 +66,7 @@ pub enum ProcessError {
 
 /// The whole process, from standard input to exit status.
 pub fn main() -> ExitCode {
-    match ServiceSpec::from_stdin().map_err(ProcessError::from).and_then(|spec| run(&spec)) {
+    match ServiceSpec::from_stdin("broker").map_err(ProcessError::from).and_then(|spec| run(&spec)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => link::drive::refuse("broker", &why.to_string()),
     }
@@ -89,7 +89,10 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     let streams = StreamLog::of(witness.as_ref());
     let mut server = Server::start(listen.at, &listen.credential, limits, streams).await?;
     let address = server.address();
-    say("ready", &json!({ "node": spec.node, "pid": std::process::id(), "mqtt": address, "port": address.port() }));
+    say(
+        "ready",
+        &json!({ "node": spec.node, "confinement": spec.level(), "pid": std::process::id(), "mqtt": address, "port": address.port() }),
+    );
     loop {
         tokio::select! {
             event = server.event() => match event {

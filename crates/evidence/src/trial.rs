@@ -229,6 +229,9 @@ pub struct Trial {
     /// The same of each earlier attempt at this trial, which was repeated because of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub host_spoilt_ms: Vec<f64>,
+    /// Confinement of its services: `full`, or `partial` or `none` with the reasons. Live only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub confinement: Option<String>,
     /// Statements of an admitted teammate in bad faith, where it made any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claims: Option<Claims>,
@@ -282,6 +285,7 @@ impl Trial {
             outsiders: BTreeMap::new(),
             host_stall_ms: None,
             host_spoilt_ms: Vec::new(),
+            confinement: None,
             claims: None,
             guest: None,
             mission: None,

@@ -126,7 +126,7 @@ fn deed(w: &Witnessed) -> Option<ToldAction> {
             (format!("{node}: takes a command session of {certificate}"), Phase::Once)
         }
         Any::Instrument(Note::Step { step, begun }) => (format!("step {step}"), phase(begun)),
-        Any::Instrument(Note::Ended { node, killed: true }) => (format!("kill of {node}"), Phase::Once),
+        Any::Instrument(Note::Ended { node, killed: true, .. }) => (format!("kill of {node}"), Phase::Once),
         Any::Instrument(Note::Restarted { node, .. }) => (format!("start of {node} again"), Phase::Once),
         Any::Instrument(Note::Suspended { node, how: Suspension::Hang, on }) => (format!("hang of {node}"), phase(on)),
         Any::Instrument(Note::Suspended { node, how: Suspension::Slow { .. }, on }) => {

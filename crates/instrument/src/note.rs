@@ -67,6 +67,9 @@ pub enum Note {
         #[n(0)] node: NodeId,
         /// On purpose.
         #[n(1)] killed: bool,
+        /// Number of the signal that ended a process which was not killed on purpose, such as 31 (SIGSYS) for a system call that its
+        /// confinement does not allow.
+        #[n(2)] signal: Option<u8>,
     },
     /// The host itself overslept by so much (live only).
     #[n(26)] Stalled { #[n(0)] by: Span },

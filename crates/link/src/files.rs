@@ -40,6 +40,21 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
 }
 
+/// Opens a file that the launcher made and left empty, to write to it; makes it where there is none.
+///
+/// # Errors
+/// When it has content already, is a link, or cannot be made.
+pub(crate) fn begin(path: &Path) -> Result<File> {
+    match File::options().write(true).custom_flags((OFlag::O_NONBLOCK | OFlag::O_NOFOLLOW).bits()).open(path) {
+        Err(why) if why.kind() == ErrorKind::NotFound => create(path),
+        opened => {
+            let file = opened?;
+            let about = file.metadata()?;
+            if about.is_file() && about.len() == 0 { Ok(file) } else { Err(ErrorKind::AlreadyExists.into()) }
+        }
+    }
+}
+
 /// Makes a new file, readable by its owner only, and the folders above it.
 ///
 /// # Errors

@@ -8,6 +8,7 @@
 pub mod bus;
 pub mod certificates;
 pub mod clock;
+pub mod confined;
 pub mod crypto;
 pub mod display;
 pub mod drive;

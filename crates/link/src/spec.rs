@@ -8,6 +8,7 @@ use std::io::{self, BufRead, Read, Write};
 use std::path::PathBuf;
 
 use ::instrument::StepName;
+use sandbox::Level;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use wire::core::{Subject, Topic};
@@ -16,6 +17,7 @@ use wire::setup::Secret;
 use wire::time::Instant;
 
 use crate::clock::HostClock;
+use crate::confined::Confinement;
 use crate::guard::GuardMode;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
@@ -79,6 +81,9 @@ pub struct ServiceSpec {
     /// Room for the input journal, in bytes; 0 for none.
     #[serde(rename = "mouth_bytes", default = "default_journal_bytes")]
     pub journal_bytes: u64,
+    /// Confinement of the process; none for one that keeps all its rights.
+    #[serde(default)]
+    pub confinement: Option<Confinement>,
     /// The core's own configuration.
     #[serde(default)]
     pub config: serde_json::Value,
@@ -88,6 +93,9 @@ pub struct ServiceSpec {
     /// The host's time when the specification was read.
     #[serde(skip)]
     started: Instant,
+    /// The level of confinement that this process has reached.
+    #[serde(skip)]
+    level: Level,
 }
 
 fn any_port() -> LoopbackAddr {
@@ -244,6 +252,12 @@ pub enum SpecError {
     /// Not a specification.
     #[error("specification does not parse: {0}")]
     Json(#[from] serde_json::Error),
+    /// The table of rights has no such service.
+    #[error("no row for `{0}` in the table of rights")]
+    NoRow(String),
+    /// The process keeps rights that it is to give up.
+    #[error(transparent)]
+    Confinement(#[from] sandbox::Error),
 }
 
 /// A message of the launcher after the specification.
@@ -314,9 +328,11 @@ impl ServiceSpec {
             guard: GuardMode::Required,
             own: LoopbackAddr::ANY_PORT,
             journal_bytes: default_journal_bytes(),
+            confinement: None,
             config: serde_json::Value::Null,
             start_us: 0,
             started: Instant(0),
+            level: Level::default(),
         }
     }
 
@@ -331,6 +347,21 @@ impl ServiceSpec {
     /// The host's time when the specification was read: the start time of a core, and of the journal's header.
     pub fn started(&self) -> Instant {
         self.started
+    }
+
+    /// The level of confinement that this process has reached.
+    pub fn level(&self) -> &Level {
+        &self.level
+    }
+
+    /// The file of this start's inputs.
+    pub(crate) fn journal(&self) -> PathBuf {
+        self.run_dir.join("mouth").join(self.log_name())
+    }
+
+    /// The file of deliveries on this start's links.
+    pub(crate) fn witness_log(&self) -> PathBuf {
+        crate::witness::path(&self.run_dir, &self.log_name())
     }
 
     /// The name of this start's logs: `<node>.cbor` for the first, `<node>-<boot>.cbor` for later ones.
@@ -373,13 +404,33 @@ impl ServiceSpec {
         Ok(spec)
     }
 
-    /// First call of every service's `main`: ties this process's life to its launcher's, installs the cryptographic
-    /// provider and logging, and reads the specification from standard input.
+    /// First call of every service's `main`: as [`ServiceSpec::unconfined_from_stdin`], then gives up the rights that the
+    /// table does not give to `service`.
+    ///
+    /// # Errors
+    ///
+    /// As [`ServiceSpec::read`], and where the process cannot be confined as far as its machine allows.
+    pub fn from_stdin(service: &str) -> Result<Self, SpecError> {
+        Self::unconfined_from_stdin()?.confined(service)
+    }
+
+    /// This specification in a process that has given up the rights that the table does not give to `service`.
+    ///
+    /// # Errors
+    ///
+    /// The process cannot be confined as far as its machine allows, or the table has no such service.
+    pub fn confined(mut self, service: &str) -> Result<Self, SpecError> {
+        self.level = crate::confined::enter(service, &self)?;
+        Ok(self)
+    }
+
+    /// Ties this process's life to its launcher's, installs the cryptographic provider and logging, and reads the
+    /// specification from standard input. For a service that starts a program before it is [`ServiceSpec::confined`].
     ///
     /// # Errors
     ///
     /// As [`ServiceSpec::read`].
-    pub fn from_stdin() -> Result<Self, SpecError> {
+    pub fn unconfined_from_stdin() -> Result<Self, SpecError> {
         // A backstop: it follows the launcher's spawning thread; the end of the pipe is what counts.
         nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGKILL).map_err(io::Error::from)?;
         crate::crypto::init();

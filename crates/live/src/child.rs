@@ -102,6 +102,9 @@ impl Child {
         lines: &Sender<(NodeId, Line)>,
         spec: &ServiceSpec,
     ) -> Result<Child, String> {
+        if spec.confinement.is_some() {
+            link::confined::prepare(spec).map_err(|e| format!("logs of {node}: {e}"))?;
+        }
         let mut child = Self::spawn(services, service, node, lines)?;
         let pipe = child.pipe.as_mut().ok_or("no pipe to the service")?;
         spec.write(pipe).map_err(|e| format!("holdsafe-{service} took no specification: {e}"))?;
@@ -169,6 +172,11 @@ impl Child {
     /// True if it has ended.
     pub fn ended(&mut self) -> bool {
         !matches!(self.process.try_wait(), Ok(None))
+    }
+
+    /// The signal that ended it, once its output has ended.
+    pub fn ended_by(&mut self) -> Option<u8> {
+        self.process.wait().ok()?.signal().and_then(|number| u8::try_from(number).ok())
     }
 
     /// Closes its pipe, which ends it.

@@ -10,15 +10,23 @@ use std::path::{Path, PathBuf};
 use instrument::Note;
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
-/// Has the kernel refuse (or take again) whatever the process `pid` writes to files. True only when the kernel then says so.
-pub(super) fn fill(pid: u32, full: bool) -> bool {
-    let Some(pid) = i32::try_from(pid).ok().and_then(Pid::from_raw) else { return false };
-    // Services inherit the launcher's own limit.
-    let usual = getrlimit(Resource::Fsize);
-    let limit = if full { Rlimit { current: Some(0), maximum: usual.maximum } } else { usual };
-    let set = || prlimit(Some(pid), Resource::Fsize, limit);
+/// Has the kernel refuse whatever the process `pid` writes to files; the limit until then, when the kernel says that it does.
+pub(super) fn fill(pid: u32) -> Option<Rlimit> {
+    // Services inherit the launcher's own limit as the most that they can have.
+    set(pid, Rlimit { current: Some(0), maximum: getrlimit(Resource::Fsize).maximum })
+}
+
+/// Has the kernel take again what the process `pid` writes, up to its `usual` limit. True only when the kernel then says so.
+pub(super) fn free(pid: u32, usual: Rlimit) -> bool {
+    set(pid, usual).is_some()
+}
+
+fn set(pid: u32, limit: Rlimit) -> Option<Rlimit> {
+    let pid = i32::try_from(pid).ok().and_then(Pid::from_raw)?;
+    let set = || prlimit(Some(pid), Resource::Fsize, limit).ok();
+    let before = set()?;
     // The second call gives what the first has set.
-    set().and_then(|_| set()).is_ok_and(|now| now.current == limit.current)
+    set().filter(|now| now.current == limit.current).map(|_| before)
 }
 
 /// Looks at how long the recording is.
@@ -66,8 +74,12 @@ mod tests {
         let writing = crate::child::tests::WRITING.lock().unwrap();
         let mut running = std::process::Command::new("cat").stdin(std::process::Stdio::piped()).spawn().unwrap();
         drop(writing);
-        assert!(fill(running.id(), true) && fill(running.id(), false));
+        let usual = fill(running.id()).unwrap();
+        assert_eq!(usual, getrlimit(Resource::Fsize));
+        assert_eq!(fill(running.id()).unwrap().current, Some(0));
+        assert!(free(running.id(), usual));
+        assert_eq!(fill(running.id()), Some(usual));
         running.kill().and_then(|()| running.wait()).unwrap();
-        assert!(!fill(running.id(), true));
+        assert_eq!(fill(running.id()), None);
     }
 }

@@ -7,6 +7,7 @@
 pub mod child;
 mod disk;
 mod guest;
+pub mod hosts;
 pub mod janitor;
 pub mod journals;
 pub mod leftovers;
@@ -33,7 +34,9 @@ use instrument::{Any, Entry, Note, StepName, Suspension};
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
+use nix::sys::signal::Signal;
 use parallel::progress;
+use scenario::Confinement;
 use serde_json::Value;
 use topology::{RunSecret, Topology};
 use wire::audit::Head;
@@ -46,6 +49,7 @@ use wire::time::Span;
 
 use child::{Child, Line, Services};
 use disk::Growth;
+use hosts::{Hosts, Levels};
 use leftovers::Marked;
 use process::ProcessFaults;
 use remains::Remains;
@@ -102,6 +106,8 @@ pub struct Options<'a> {
     pub role: Role,
     /// Acts of a person at the console, each at its time of the run, microseconds, in order.
     pub acts: Vec<(u64, Act)>,
+    /// Confinement of the services.
+    pub confinement: Confinement,
 }
 
 /// Records of a live run, before it is judged.
@@ -112,12 +118,38 @@ pub struct Aftermath {
     pub verification: Verification,
     /// Trust anchors held outside the recorder.
     pub held: Held,
-    /// The first process that ended by itself, and when, microseconds of the run.
-    pub lost: Option<(u64, NodeId)>,
+    /// The first process that ended by itself.
+    pub lost: Option<Lost>,
     /// Duration of the run, microseconds.
     pub lasted: u64,
+    /// Levels of confinement that its services reached.
+    pub levels: Levels,
     /// Folder of its recording and input journals.
     pub logs: Logs,
+}
+
+/// A process that ended by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lost {
+    /// Microseconds of the run.
+    pub at: u64,
+    /// Process.
+    pub node: NodeId,
+    /// The signal that ended it, if one did.
+    pub signal: Option<u8>,
+}
+
+impl std::fmt::Display for Lost {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { at, node, signal } = self;
+        match signal.map(|number| Signal::try_from(i32::from(number))) {
+            Some(Ok(Signal::SIGSYS)) => {
+                write!(f, "{node} was ended at {} ms: a system call that its confinement does not allow", at / 1000)
+            }
+            Some(Ok(signal)) => write!(f, "{node} was ended by {signal} at {} ms", at / 1000),
+            Some(Err(_)) | None => write!(f, "{node} ended by itself at {} ms", at / 1000),
+        }
+    }
 }
 
 /// The folder of a run that is over, with recording and input journals, to be read as long as this lives.
@@ -148,6 +180,11 @@ pub fn run(
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
     store::site(&places.run_dir, topology).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(topology).map_err(|e| e.to_string())?;
+    let wanted = options.confinement;
+    let hosts = (wanted != Confinement::None).then(|| Hosts::start(&options.services, spec::roots(topology, &places)));
+    if let Some(why) = hosts.as_ref().and_then(Hosts::refused) {
+        tracing::info!("services run without namespaces of their own: {why}");
+    }
     let (lines_in, lines) = channel();
     let mut company = Company {
         janitor: None,
@@ -157,6 +194,7 @@ pub fn run(
         stop: options.stop,
         show: options.show,
         window: options.window,
+        wanted,
         acts: options.acts.into_iter().zip(1..).collect(),
         places: &places,
     };
@@ -164,8 +202,17 @@ pub fn run(
     let turn = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
     let start_us = trace_us() + LEAD_US;
     let window = options.window;
-    let mut specs =
-        Specs { topology, places: &places, start_us, guard, credentials, addresses: Default::default(), window };
+    let mut specs = Specs {
+        topology,
+        places: &places,
+        start_us,
+        guard,
+        credentials,
+        hosts: hosts.as_ref(),
+        levels: Levels::default(),
+        addresses: Default::default(),
+        window,
+    };
     company.start_all(&options.services, topology, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
     let mut again = |node: NodeId, boot: Boot| {
@@ -176,6 +223,7 @@ pub fn run(
         Child::start(&options.services, service(&member.role), node, &lines_in, &spec)
     };
     let stayed = company.stay(topology, start_us, &mut again)?;
+    let levels = specs.levels;
     company.finish()?;
     let broker = secret.of(NodeId::BROKER);
     let held = topology.held(Some((&broker, OVERSLEPT_US)));
@@ -184,7 +232,7 @@ pub fn run(
     let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    Ok(Aftermath { log, verification, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
+    Ok(Aftermath { log, verification, held, lost: stayed.lost(), lasted: stayed.lasted, levels, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
@@ -286,10 +334,10 @@ impl Stayed {
         self.ended(NodeId::RECORDER) || disk == Some(true)
     }
 
-    fn lost(&self) -> Option<(u64, NodeId)> {
+    fn lost(&self) -> Option<Lost> {
         self.events.iter().find_map(|(at, event)| {
-            let Note::Ended { node, killed: false } = event else { return None };
-            Some((*at, *node))
+            let Note::Ended { node, killed: false, signal } = event else { return None };
+            Some(Lost { at: *at, node: *node, signal: *signal })
         })
     }
 }
@@ -303,6 +351,7 @@ struct Company<'a> {
     show: &'a mut dyn FnMut(&str),
     /// A window is open, or about to be.
     window: bool,
+    wanted: Confinement,
     /// Future acts of a person, with the number of each.
     acts: VecDeque<((u64, Act), u64)>,
     places: &'a Places,
@@ -377,7 +426,10 @@ impl Company<'_> {
             }
             match self.lines.recv_timeout(Duration::from_millis(50)) {
                 Ok((node, Line::Ready(line))) => {
-                    specs.ready(node, &line);
+                    let level = specs.ready(node, &line);
+                    if self.wanted == Confinement::Full && !level.full() {
+                        return Err(format!("--require-confinement: {node} reaches {level}").into());
+                    }
                     waiting.retain(|n| *n != node);
                 }
                 Ok((node, Line::Refused(why))) => return Err(format!("{node} did not start: {why}").into()),
@@ -457,7 +509,8 @@ impl Company<'_> {
                 Ok((node, Line::Ended)) if !process_faults.ended(node) => {
                     // With its process the window is gone too.
                     self.window &= node != NodeId::CONSOLE;
-                    process_faults.note(clock(), Note::Ended { node, killed: false });
+                    let signal = self.children.iter_mut().find(|child| child.node == node).and_then(Child::ended_by);
+                    process_faults.note(clock(), Note::Ended { node, killed: false, signal });
                 }
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),

@@ -9,7 +9,9 @@ use topology::{ProcessFault, ProcessFaultKind, Topology, Turn, next_turn};
 use wire::id::NodeId;
 
 use super::child::Child;
-use super::disk::fill;
+use rustix::process::Rlimit;
+
+use super::disk::{fill, free};
 
 /// The process faults of a run, with their pending turns.
 pub(super) struct ProcessFaults {
@@ -20,6 +22,8 @@ pub(super) struct ProcessFaults {
     turns: Vec<(u64, usize, Turn)>,
     /// Applied and observed faults, in order.
     events: Vec<(u64, Note)>,
+    /// The limit on the recorder's files before its disk was filled.
+    usual: Option<Rlimit>,
 }
 
 impl ProcessFaults {
@@ -30,6 +34,7 @@ impl ProcessFaults {
             turns: topology.process_faults.iter().enumerate().filter_map(by_time).collect(),
             list: topology.process_faults.clone(),
             events: Vec::new(),
+            usual: None,
         }
     }
 
@@ -93,7 +98,7 @@ impl ProcessFaults {
             (Turn::Restart, _) => return Some(fault.node),
             (Turn::Release, ProcessFaultKind::Fill { .. }) => {
                 let before = clock();
-                let done = child.is_some_and(|child| fill(child.pid(), false));
+                let done = child.zip(self.usual).is_some_and(|(child, usual)| free(child.pid(), usual));
                 self.events.extend(done.then_some((before, Note::DiskFull { node: fault.node, on: false })));
                 self.tell_step(clock(), fault, false);
             }
@@ -115,7 +120,7 @@ impl ProcessFaults {
         match kind {
             ProcessFaultKind::Kill { restart } => {
                 let killed = child.is_some_and(Child::kill);
-                self.events.push((now, Note::Ended { node, killed }));
+                self.events.push((now, Note::Ended { node, killed, signal: None }));
                 self.turns.extend(restart.map(|after| (now + after, i, Turn::Restart)));
             }
             ProcessFaultKind::Suspend { how, lasts } => {
@@ -130,8 +135,9 @@ impl ProcessFaults {
                 self.turns.push((now + after, i, next));
             }
             ProcessFaultKind::Fill { lasts } => {
-                let done = child.is_some_and(|child| fill(child.pid(), true));
-                self.events.extend(done.then_some((clock(), Note::DiskFull { node, on: true })));
+                let filled = child.and_then(|child| fill(child.pid()));
+                self.usual = self.usual.or(filled);
+                self.events.extend(filled.is_some().then_some((clock(), Note::DiskFull { node, on: true })));
                 self.turns.push((now + lasts, i, Turn::Release));
             }
         }

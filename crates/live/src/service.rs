@@ -15,6 +15,8 @@ pub fn main(name: &str) -> Option<ExitCode> {
         "recorder" => link::process::main(),
         "try-detector" => perception::process::try_detector::main(),
         "confine" => confine::inside::main(),
+        "host" => sandbox::host::main(),
+        "level" => sandbox::probe::main(),
         "janitor" => super::janitor::main(),
         _ => return None,
     })

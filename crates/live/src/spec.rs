@@ -8,6 +8,7 @@ use autonomy::Disc;
 use console::process::ProcessConfig;
 use console::site::{Block, MAX_SIDE, Relief, Site};
 use link::clock::HostClock;
+use link::confined::Confinement;
 use link::guard::GuardMode;
 use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, PkiError};
@@ -15,6 +16,8 @@ use link::spec::{
     BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
     WitnessSpec,
 };
+use sandbox::Level;
+use serde::Deserialize;
 use serde_json::{Value, json};
 use sim::scene::Scene;
 use sim::terrain::Terrain;
@@ -23,6 +26,7 @@ use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
 
+use super::hosts::{Hosts, Levels};
 use super::remains::{Remains, SCRATCH};
 
 /// Paths of a run.
@@ -47,7 +51,8 @@ impl Places {
         let temporary = |start: &str| std::env::temp_dir().join(format!("{start}{id}"));
         Self {
             kept: keep.is_some(),
-            run_dir: keep.unwrap_or_else(|| temporary(SCRATCH)),
+            // Services see it from a root folder of their own.
+            run_dir: keep.map_or_else(|| temporary(SCRATCH), |keep| std::path::absolute(&keep).unwrap_or(keep)),
             temporary: temporary("holdsafe-"),
             prefix: format!("hs_{id}_"),
             own,
@@ -70,10 +75,14 @@ impl Places {
         (format!("{}{}_", self.prefix, host as usize), self.temporary.join(scope(host)))
     }
 
+    /// In a folder of its own, which confined services see.
     fn socket(&self) -> PathBuf {
-        self.temporary.join("instrument.sock")
+        self.temporary.join(LOG).join("instrument.sock")
     }
 }
+
+/// Subdirectory of the recorder's socket.
+const LOG: &str = "log";
 
 /// Subdirectory of a second station's channel, beside its host's own.
 const SECOND_STATION: &str = "station-2";
@@ -123,19 +132,27 @@ pub(super) struct Specs<'a> {
     pub credentials: BTreeMap<NodeId, Credential>,
     /// True if the console opens a window.
     pub window: bool,
+    /// The processes that hold the hosts' namespaces; none where services keep all their rights.
+    pub hosts: Option<&'a Hosts>,
+    /// Levels of confinement that services have announced.
+    pub levels: Levels,
     /// Addresses that services have announced, by node and kind.
     pub addresses: BTreeMap<(NodeId, &'static str), LoopbackAddr>,
 }
 
 impl Specs<'_> {
-    /// Notes the addresses of a `ready` line.
-    pub(super) fn ready(&mut self, node: NodeId, line: &Value) {
+    /// Notes the addresses and the level of a `ready` line; the level again.
+    pub(super) fn ready(&mut self, node: NodeId, line: &Value) -> Level {
+        let level = line.get("confinement").and_then(|level| Level::deserialize(level).ok());
+        let level = level.unwrap_or_else(|| Level::none("not said"));
+        self.levels.note(node, level.clone());
         for kind in ["dtls", "relay_datagram", "relay_stream", "mqtt"] {
             let address = line.get(kind).and_then(Value::as_str).and_then(|a| a.parse::<LoopbackAddr>().ok());
             if let Some(address) = address {
                 self.addresses.insert((node, kind), address);
             }
         }
+        level
     }
 
     fn address(&self, node: NodeId, kind: &'static str) -> Result<LoopbackAddr, String> {
@@ -150,6 +167,8 @@ impl Specs<'_> {
         let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.topology, host), self.places.run_dir.clone());
         spec.start_us = self.start_us;
         spec.own = self.places.own;
+        spec.confinement =
+            self.hosts.as_ref().map(|hosts| Confinement { host: hosts.of(host), ..Confinement::default() });
         spec.instrument = Some(self.places.socket());
         spec.witness = self.witness(node);
         spec.guard = match self.guard {
@@ -205,6 +224,10 @@ impl Specs<'_> {
         }
         if node == NodeId::INSIDER_BROKER {
             spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(node)? });
+        }
+        if let Some(confinement) = &mut spec.confinement {
+            confinement.models = models(&member.role);
+            confinement.window = self.window && matches!(member.role, Role::Console(_));
         }
         spec.relay = self.relay(member)?;
         spec.mqtt = self.mqtt(member)?;
@@ -269,6 +292,14 @@ impl Specs<'_> {
         let on_demand = member.role.joins_later();
         Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe, on_demand }))
     }
+}
+
+/// Files of others that a participant reads.
+fn models(role: &Role) -> Vec<PathBuf> {
+    let Role::Perception(config) = role else { return Vec::new() };
+    let detector = config.detector.as_ref().map(|brought| &brought.model);
+    let files = detector.into_iter().chain(&config.runtime).filter(|_| config.rendered);
+    files.map(|file| std::path::absolute(&file.path).unwrap_or_else(|_| file.path.clone())).collect()
 }
 
 /// Configuration of a participant's process.
@@ -336,6 +367,15 @@ fn survey(scene: &Scene) -> Relief {
     Relief { corner: [west, south], cell, columns, heights: heights.map(|(x, y)| ground.height(x, y)).collect() }
 }
 
+/// The hosts of a run, with the roots of their buses.
+pub(super) fn roots(topology: &Topology, places: &Places) -> Vec<(Host, Vec<PathBuf>)> {
+    let mut roots = BTreeMap::from([(Host::Control, true)]);
+    for member in &topology.members {
+        *roots.entry(member.host).or_default() |= !member.publishes.is_empty() || !member.subscribes.is_empty();
+    }
+    roots.into_iter().map(|(host, bus)| (host, if bus { vec![places.domain(host).1] } else { Vec::new() })).collect()
+}
+
 /// The name of the program for a role.
 pub(super) fn service(role: &Role) -> &'static str {
     match role {
@@ -360,5 +400,6 @@ pub(super) fn make_folders(places: &Places) -> std::io::Result<()> {
     builder.create(&places.temporary)?;
     [Host::VehicleA, Host::Control, Host::VehicleC]
         .iter()
-        .try_for_each(|h| builder.create(places.temporary.join(scope(*h))))
+        .try_for_each(|h| builder.create(places.temporary.join(scope(*h))))?;
+    builder.create(places.temporary.join(LOG))
 }

@@ -200,7 +200,7 @@ impl Line {
         let Line { mark: Mark { t_us, node, boot, counter }, local_us, event } = serde_json::from_str(line).ok()?;
         let of = |name: &str| NodeId::from_name(name);
         let event = match event {
-            Launched::Ended { node, killed } => Note::Ended { node: of(&node)?, killed },
+            Launched::Ended { node, killed } => Note::Ended { node: of(&node)?, killed, signal: None },
             Launched::Restarted { node, boot } => Note::Restarted { node: of(&node)?, boot },
             Launched::Suspended { node, how, on } => {
                 // How slow does not matter to who looks on.

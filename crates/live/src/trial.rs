@@ -2,6 +2,7 @@
 
 use std::io::Read;
 
+use super::hosts::Levels;
 use super::journals::{self, CoreReplay};
 use super::{Aftermath, LiveError, Logs, Options, run};
 use evidence::log::Logged;
@@ -27,6 +28,8 @@ pub struct Run {
     pub spoilt: Option<Micros>,
     /// Results of feeding every core its own input journal again.
     pub replays: Vec<CoreReplay>,
+    /// Levels of confinement that its services reached.
+    pub levels: Levels,
     /// Folder of its recording and input journals.
     pub logs: Logs,
 }
@@ -40,8 +43,8 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
     let after = run(&topology, &secret, setup.policy.record_guard, options)?;
     let Judged { evidence, verdict, spoilt, replays } = conclude(&topology, setup, &after);
-    let Aftermath { held, logs, .. } = after;
-    Ok(Run { topology, held, evidence, verdict, spoilt, replays, logs })
+    let Aftermath { held, levels, logs, .. } = after;
+    Ok(Run { topology, held, evidence, verdict, spoilt, replays, levels, logs })
 }
 
 /// Judgement of a finished run.
@@ -61,7 +64,7 @@ pub struct Judged {
 pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged {
     let replays = journals::replay(topology, after.logs.folder());
     let (entries, broken_log) = read(&after.log);
-    let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
+    let lost = after.lost.map(|lost| lost.to_string());
     let evidence = Evidence {
         under: topology.under,
         entries,

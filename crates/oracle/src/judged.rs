@@ -33,6 +33,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         guard_refused: BTreeMap::new(),
         outsiders: BTreeMap::new(),
         host_stall_ms: None,
+        confinement: None,
         host_spoilt_ms: Vec::new(),
         claims: claims(evidence, verdict),
         guest: verdict.guest.clone(),

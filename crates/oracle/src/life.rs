@@ -64,8 +64,7 @@ pub(super) fn killed(evidence: &Evidence, wanted: NodeId, window: Window) -> Opt
         !of.any(|w| Some(w.entry.boot) == boot && w.at > at + LAST_WORDS)
     };
     let dead = |at: Micros| silent(at) && (wanted != NodeId::BROKER || cut_off(evidence, at, evidence.duration));
-    let ends =
-        |w: &&Witnessed| matches!(w.entry.event, Any::Instrument(Note::Ended { node, killed: true }) if node == wanted);
+    let ends = |w: &&Witnessed| matches!(w.entry.event, Any::Instrument(Note::Ended { node, killed: true, .. }) if node == wanted);
     evidence.entries.iter().filter(ends).map(|w| w.at).find(|at| window.has(*at) && dead(*at))
 }
 

@@ -46,7 +46,7 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
     let (mut responses, mut findings) = (Vec::new(), Vec::new());
     for w in &evidence.entries {
         let (node, fate) = match w.entry.event {
-            Any::Instrument(Note::Ended { node, killed: true }) => (node, ProcessFault::Kill),
+            Any::Instrument(Note::Ended { node, killed: true, .. }) => (node, ProcessFault::Kill),
             Any::Instrument(Note::Suspended { node, how: Suspension::Hang, on: true }) => (node, ProcessFault::Hang),
             Any::Instrument(Note::Suspended { node, how: Suspension::Slow { .. }, on: true }) => {
                 (node, ProcessFault::Slow)

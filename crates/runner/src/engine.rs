@@ -152,7 +152,9 @@ fn live_trial(
         }
     }
     let host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
-    let trial = Trial { host_stall_ms, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
+    let confinement = Some(run.levels.summary());
+    let trial =
+        Trial { host_stall_ms, confinement, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
     match &setup.run_dir {
         Some(directory) => held(directory, &run.held, trial),
         None => Ok(trial),
@@ -170,7 +172,8 @@ pub fn run_live(
     let program = std::env::current_exe().map_err(EngineError::failed)?;
     let View { show, window, role, acts } = view;
     let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
-    let options = live::Options { keep, services, stop, show, window, role, acts };
+    let confinement = setup.confinement;
+    let options = live::Options { keep, services, stop, show, window, role, acts, confinement };
     live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
         LiveError::Stopped => EngineError::Stopped,
         LiveError::Environment(why) => EngineError::Environment(why),

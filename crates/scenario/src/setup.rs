@@ -22,6 +22,18 @@ use super::{Name, Platform, Problem, Problems, Scenario};
 /// Every fifth set of frames of a recorded live run stays whole, unless others are asked for: two a second, 1 GB an hour.
 pub const FRAMES: u32 = 5;
 
+/// Confinement of the services of a live run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Confinement {
+    /// As far as the machine allows.
+    #[default]
+    Best,
+    /// Complete, or no run.
+    Full,
+    /// None: to measure its cost, or to look at a service with a debugger.
+    None,
+}
+
 /// Policy, bounds and rendering of a trial, and where its recordings go.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -49,6 +61,8 @@ pub struct Setup {
     pub window: Option<Role>,
     /// Most repetitions of a live trial that a stall of the host alone makes INVALID.
     pub retries: u32,
+    /// Confinement of a live run's services.
+    pub confinement: Confinement,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
 }
@@ -82,7 +96,7 @@ impl Setup {
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
         let (misset, detector, guest, run_dir, frames) = (None, None, None, None, FRAMES);
-        let (window, retries) = (None, 0);
+        let (window, retries, confinement) = (None, 0, Confinement::default());
         Ok(Self {
             policy_name,
             policy,
@@ -96,6 +110,7 @@ impl Setup {
             frames,
             window,
             retries,
+            confinement,
             stop,
         })
     }

@@ -135,6 +135,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         guard_refused: showing.guard_refused.clone(),
         outsiders: BTreeMap::new(),
         host_stall_ms: None,
+        confinement: None,
         host_spoilt_ms: Vec::new(),
         claims: None,
         guest: None,

@@ -232,13 +232,13 @@ impl Twin {
                 let n = &mut self.nodes[usize::from(node)];
                 n.alive = false;
                 n.generation += 1;
-                self.note(Note::Ended { node: id, killed: true });
+                self.note(Note::Ended { node: id, killed: true, signal: None });
                 self.killed_on_path(node);
             }
             None if id == NodeId::BROKER => {
                 self.broker = None;
                 self.broker_killed();
-                self.note(Note::Ended { node: id, killed: true });
+                self.note(Note::Ended { node: id, killed: true, signal: None });
             }
             None => {}
         }

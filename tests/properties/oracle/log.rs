@@ -262,7 +262,7 @@ impl Log {
         self.planned.push(Planned::Kill(node).into());
         let says = |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Any::Service(Event::Located { .. }));
         self.entries.retain(|w| w.at <= ms * 1000 || !says(w));
-        self.add(ms, NodeId::CAMPAIGN, Note::Ended { node, killed: true })
+        self.add(ms, NodeId::CAMPAIGN, Note::Ended { node, killed: true, signal: None })
     }
 
     /// The plant holds a set-point of `asked` and drives at `speed`.

@@ -29,6 +29,7 @@ pub fn spec(bytes: &[u8]) -> bool {
             return true;
         }
         Err(SpecError::TooLong(got)) => assert!(got > MAX_SPEC),
+        Err(error @ (SpecError::NoRow(_) | SpecError::Confinement(_))) => panic!("reading confines nothing: {error}"),
         Err(error @ (SpecError::Io(_) | SpecError::Json(_))) => assert!(!error.to_string().is_empty()),
     }
     false

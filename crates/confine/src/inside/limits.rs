@@ -1,29 +1,14 @@
-//! Limits of a guest's process by number, and rights that it cannot gain.
+//! Limits of a guest's process by number.
 
 use guest::file::Limits;
 use rustix::process::{Resource, Rlimit, geteuid, setrlimit};
 use rustix::system::uname;
-use rustix::thread::{
-    CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities, set_no_new_privs,
-};
+use rustix::thread::set_no_new_privs;
 
 /// Largest file that a guest can write, bytes. Only temporary folders in memory take any.
 const FILE: u64 = 64 << 20;
 /// First kernel that counts a namespace's processes apart from all others of the user.
 const COUNTS_APART: (u32, u32) = (5, 14);
-
-/// Gives up every right in the namespaces, for good.
-pub(super) fn give_up_rights() -> rustix::io::Result<()> {
-    for right in CapabilitySet::all() {
-        match remove_capability_from_bounding_set(right) {
-            // This kernel has no such right.
-            Ok(()) | Err(rustix::io::Errno::INVAL) => {}
-            Err(why) => return Err(why),
-        }
-    }
-    let none = CapabilitySet::empty();
-    set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })
-}
 
 /// Sets the limits, for this process and those that it starts; gives the reasons where the kernel does not hold one.
 pub(super) fn set(limits: &Limits, namespaces: bool) -> Result<Vec<String>, String> {

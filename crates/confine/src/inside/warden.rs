@@ -63,7 +63,7 @@ fn confine(spec: &Spec, refused: Option<String>) -> Result<Level, String> {
     match refused {
         None => {
             level.why.extend(view::replace(&spec.folder, spec.hidden.as_deref())?);
-            limits::give_up_rights().map_err(|why| format!("rights: {why}"))?;
+            sandbox::limits::give_up_rights().map_err(|why| format!("rights: {why}"))?;
         }
         Some(why) => {
             level.why.push(format!("no namespaces ({why})"));

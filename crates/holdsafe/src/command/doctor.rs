@@ -7,8 +7,9 @@ use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
 use link::loopback::LoopbackAddr;
-use live::leftovers;
+use live::child::Services;
 use live::leftovers::Leftovers;
+use live::{hosts, leftovers};
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
 use runner::failure::{Exit, Failure};
@@ -48,6 +49,7 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
         scratch(),
         cores(),
         window(),
+        services(),
         guests(),
     ];
     let ready = needs.iter().all(|need| need.met);
@@ -108,6 +110,19 @@ fn leftovers() -> Need {
 fn window() -> Need {
     let found = console::process::open::probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
     Need { need: "window (run --console)", met: true, found, remedy: "" }
+}
+
+/// Live runs are possible on any machine, and on some less confined: the level is reported and is no fault.
+fn services() -> Need {
+    let level = std::env::current_exe().map_err(|why| why.to_string());
+    let level = level.and_then(|program| hosts::level(&Services::Own(program)));
+    let (met, found) = level.map_or_else(|why| (false, why), |level| (true, level.to_string()));
+    Need {
+        need: "confinement of services",
+        met,
+        found,
+        remedy: "`run --live --no-confinement` leaves the services all rights of the user",
+    }
 }
 
 /// Guests run on any machine, and on some less confined: the level is reported and is no fault.

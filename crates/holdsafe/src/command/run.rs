@@ -15,7 +15,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
-use scenario::FRAMES;
+use scenario::{Confinement, FRAMES};
 use serde::Serialize;
 use wire::person::Role;
 
@@ -77,9 +77,23 @@ pub(super) struct Args {
     /// Of a live trial's recordings, keep every Nth set of sensor frames whole and of the others the hash: 1 keeps all, 0 none.
     #[arg(long, value_name = "N", requires_all = ["live", "out"], default_value_t = FRAMES)]
     frames: u32,
+    /// Run only where every service is confined as its row of docs/reviewer/confinement.md states.
+    #[arg(long, requires = "live")]
+    require_confinement: bool,
+    /// Leave the services all rights of the user: to measure the cost of confinement, or for a debugger.
+    #[arg(long, requires = "live", conflicts_with = "require_confinement")]
+    no_confinement: bool,
 }
 
 impl Args {
+    fn confinement(&self) -> Confinement {
+        match (self.require_confinement, self.no_confinement) {
+            (true, _) => Confinement::Full,
+            (false, true) => Confinement::None,
+            (false, false) => Confinement::Best,
+        }
+    }
+
     /// The platform that is named.
     fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
         self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
@@ -106,6 +120,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         for of in &mut planned {
             of.setup.frames = args.frames;
             of.setup.retries = args.retries.retries;
+            of.setup.confinement = args.confinement();
             of.setup.window = args.console.then_some(args.role);
             let live = if args.live { " --live" } else { "" };
             of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));

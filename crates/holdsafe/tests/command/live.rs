@@ -11,7 +11,7 @@ use live::child::Services;
 use live::trial::{Judged, conclude};
 use live::{Aftermath, Options, run};
 use parallel::progress::Stop;
-use scenario::Setup;
+use scenario::{Confinement, Setup};
 use topology::{RunSecret, Topology, lay_out};
 use wire::core::Output;
 use wire::id::NodeId;
@@ -49,6 +49,7 @@ fn trial(scenario: &Path, seed: u64) -> (Topology, Setup, Aftermath, Judged) {
         window: false,
         role: Role::Supervise,
         acts: Vec::new(),
+        confinement: Confinement::Best,
     };
     let after = run(&topology, &secret, setup.policy.record_guard, options).unwrap();
     let judged = conclude(&topology, &setup, &after);

@@ -139,7 +139,7 @@ async fn drive(
 ) -> Result<(), DriveError> {
     let (sources, senders) = sources::open(watch().opened("stdin")?, acts.0);
     let ports = Ports::open(spec, &senders, attendant)?;
-    say("ready", &ports.ready(spec.node));
+    say("ready", &ports.ready(spec));
     let mut driver = Driver { clock: spec.clock, core, ports, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;
     tokio::time::sleep(LINGER).await;

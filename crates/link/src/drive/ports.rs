@@ -13,7 +13,6 @@ mod telemetry;
 
 use serde_json::{Value, json};
 use wire::core::{Output, Topic};
-use wire::id::NodeId;
 
 use self::audit::Audit;
 use self::command::Command;
@@ -59,9 +58,10 @@ impl Ports {
     }
 
     /// The `ready` line: the addresses that were bound.
-    pub(super) fn ready(&self, node: NodeId) -> Value {
+    pub(super) fn ready(&self, spec: &ServiceSpec) -> Value {
         json!({
-            "node": node,
+            "node": spec.node,
+            "confinement": spec.level(),
             "pid": std::process::id(),
             "dtls": self.telemetry.local(),
             "relay_datagram": self.relay.datagrams().map(|relay| relay.local()),

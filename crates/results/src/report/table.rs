@@ -1,6 +1,6 @@
 //! Tables for a person at a terminal; those of the HTML report are in `dossier::page`. Numbers only: the oracle judged them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 use evidence::FateName;
@@ -80,7 +80,8 @@ pub fn run_table(run: &RunObject) -> String {
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
     let host = host_line([(run.scenario.as_str(), &run.summary)]);
-    let beside = format!("{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials));
+    let beside =
+        format!("{}{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials), unconfined(&run.trials));
     format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
 }
 
@@ -95,6 +96,13 @@ fn outsiders(trials: &[Trial]) -> String {
     }
     let came: Vec<String> = came.iter().map(|(at, n)| format!("{at} {n}")).collect();
     format!("datagrams from outside of the run, counted apart: {}\n", came.join(", "))
+}
+
+/// Trials with services that were confined in part or not at all, and the reasons, where there are any.
+fn unconfined(trials: &[Trial]) -> String {
+    let levels = trials.iter().filter_map(|trial| trial.confinement.as_deref()).filter(|level| *level != "full");
+    let levels: BTreeSet<&str> = levels.collect();
+    levels.iter().map(|level| format!("confinement of services: {level}\n")).collect()
 }
 
 /// The attempts that were repeated because the host had spoilt them, where any were, by name and seed.

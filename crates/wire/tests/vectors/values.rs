@@ -978,7 +978,7 @@ fn instrument() -> Vec<(&'static str, Any)> {
         ("sealed", Any::Service(Event::Sealed { entries: 400, head: [0x33; 32] })),
         ("signed", Any::Service(Event::Signed { signature: [0x44; 64] })),
         ("chain-broken", Any::Service(Event::ChainBroken { node: NodeId::SIM, counter: 12 })),
-        ("ended", Any::Instrument(Note::Ended { node: NodeId::PERCEPTION, killed: true })),
+        ("ended", Any::Instrument(Note::Ended { node: NodeId::PERCEPTION, killed: true, signal: None })),
         ("stalled", Any::Instrument(Note::Stalled { by: Span::ms(60) })),
         ("step", Any::Instrument(Note::Step { step: step("cut"), begun: true })),
         ("hung", Any::Instrument(Note::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on: true })),

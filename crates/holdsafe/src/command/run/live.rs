@@ -47,6 +47,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     // A window is a person's: a run with one is not repeated unasked.
     one.setup.retries = if args.console { 0 } else { args.retries.retries };
+    one.setup.confinement = args.confinement();
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
         out::unused(dir)?;

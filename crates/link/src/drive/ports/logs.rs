@@ -85,7 +85,7 @@ impl Logs {
 }
 
 fn journal(spec: &ServiceSpec) -> Result<Journal> {
-    let file = files::create(&spec.run_dir.join("mouth").join(spec.log_name()))?;
+    let file = files::begin(&spec.journal())?;
     let header = Header { node: spec.node, boot: spec.boot, started: spec.started() };
     Writer::new(BufWriter::with_capacity(1 << 16, file), header, spec.journal_bytes)
 }

@@ -1,0 +1,95 @@
+//! A modelled host: a process that makes namespaces for the services of one machine, and keeps them until its launcher ends.
+//!
+//! Services join them by the process's number ([`crate::Rights::host`]). They have a network of their own, whose only way out is loopback; shared
+//! memory and temporary files of their own, of a bounded size, which the kernel removes with the last process. The first host makes
+//! a user namespace, in which its user keeps the same number and gains no right outside; the others join that.
+
+use std::io::{self, BufRead, Read, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use nix::sched::{CloneFlags, unshare};
+use rustix::mount::{MountFlags, MountPropagationFlags, mount, mount_change};
+use rustix::process::{DumpableBehavior, Signal, set_dumpable_behavior, set_parent_process_death_signal};
+use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
+use serde::{Deserialize, Serialize};
+
+use crate::namespaces;
+
+/// Longest specification, bytes.
+const MAX_SPEC: u64 = 16 * 1024;
+/// Shared memory of a host: the channels of one vehicle with rendered frames take a fifth of it.
+const MEMORY: &std::ffi::CStr = c"size=512m,nr_inodes=16k,mode=1777";
+/// Sockets and node files of a bus.
+const FILES: &std::ffi::CStr = c"size=16m,nr_inodes=16k,mode=700";
+
+/// A host to make.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HostSpec {
+    /// Another host whose user namespace this one joins.
+    #[serde(default)]
+    pub beside: Option<u32>,
+    /// True if the network is that of the host beside.
+    #[serde(default)]
+    pub shares_network: bool,
+    /// Folders that are empty in memory here: the roots of its bus.
+    pub memory: Vec<PathBuf>,
+}
+
+/// Makes the host that standard input names in a line of JSON, prints `ready` or `refused` with the reason, and ends with its input.
+pub fn main() -> ExitCode {
+    let mut line = String::new();
+    let mut input = io::stdin().lock();
+    let read = Read::take(&mut input, MAX_SPEC).read_line(&mut line).map_err(|why| why.to_string());
+    let made =
+        read.and_then(|_| serde_json::from_str(&line).map_err(|why| why.to_string())).and_then(|spec| make(&spec));
+    let (word, value, code) = match made {
+        Ok(()) => ("ready", serde_json::json!({ "pid": std::process::id() }), ExitCode::SUCCESS),
+        Err(why) => ("refused", serde_json::json!(why), ExitCode::from(2)),
+    };
+    // A launcher that is gone closes the input too.
+    let _unread = writeln!(io::stdout(), "{word} {value}");
+    if code == ExitCode::SUCCESS {
+        let _ended = io::copy(&mut input, &mut io::sink());
+    }
+    code
+}
+
+fn make(spec: &HostSpec) -> Result<(), String> {
+    let rest = CloneFlags::CLONE_NEWNS | CloneFlags::CLONE_NEWIPC | CloneFlags::CLONE_NEWUTS;
+    let network = if spec.shares_network { CloneFlags::empty() } else { CloneFlags::CLONE_NEWNET };
+    match spec.beside {
+        None => {
+            if let Some(refused) = namespaces::take(rest | network)? {
+                return Err(format!("user namespaces are refused ({refused})"));
+            }
+        }
+        Some(beside) => {
+            join(beside, "user", LinkNameSpaceType::User)?;
+            if spec.shares_network {
+                join(beside, "net", LinkNameSpaceType::Network)?;
+            }
+            unshare(rest | network).map_err(|why| format!("namespaces: {why}"))?;
+        }
+    }
+    if !spec.shares_network {
+        namespaces::loopback().map_err(|why| format!("loopback interface: {why}"))?;
+    }
+    let step = |part: &'static str| move |why: rustix::io::Errno| format!("{part}: {why}");
+    mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;
+    let flags = MountFlags::NOSUID | MountFlags::NODEV | MountFlags::NOEXEC;
+    mount("tmpfs", "/dev/shm", "tmpfs", flags, MEMORY).map_err(step("shared memory"))?;
+    for folder in &spec.memory {
+        mount("tmpfs", folder, "tmpfs", flags, FILES).map_err(step("folder of the bus"))?;
+    }
+    // The change of user namespace took both, and services find this process's namespaces by its number.
+    set_dumpable_behavior(DumpableBehavior::Dumpable).map_err(step("process"))?;
+    set_parent_process_death_signal(Some(Signal::KILL)).map_err(step("process"))
+}
+
+fn join(beside: u32, name: &str, kind: LinkNameSpaceType) -> Result<(), String> {
+    let path = format!("/proc/{beside}/ns/{name}");
+    let file = std::fs::File::open(&path).map_err(|why| format!("{path}: {why}"))?;
+    move_into_link_name_space(std::os::fd::AsFd::as_fd(&file), Some(kind)).map_err(|why| format!("{path}: {why}"))
+}

@@ -1,0 +1,40 @@
+//! Limits by number, and rights that a process gives up for good.
+
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use rustix::thread::{CapabilitySet, CapabilitySets, remove_capability_from_bounding_set, set_capabilities};
+
+use crate::table::Row;
+
+/// Gives up every right of the process in its user namespace.
+///
+/// # Errors
+/// The kernel's.
+pub fn give_up_rights() -> rustix::io::Result<()> {
+    for right in CapabilitySet::all() {
+        match remove_capability_from_bounding_set(right) {
+            // This kernel has no such right.
+            Ok(()) | Err(rustix::io::Errno::INVAL) => {}
+            Err(why) => return Err(why),
+        }
+    }
+    let none = CapabilitySet::empty();
+    set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })
+}
+
+/// Sets the limits of a row. What the launcher may raise again, to free a full disk, the process cannot: the filter of calls lets it ask for
+/// limits and set none.
+pub(crate) fn set(row: &Row) -> Result<(), String> {
+    let all = [
+        (Resource::Core, 0),
+        (Resource::As, row.memory_mib << 20),
+        (Resource::Nofile, row.descriptors),
+        (Resource::Fsize, row.file_mib << 20),
+    ];
+    for (resource, most) in all {
+        let maximum = getrlimit(resource).maximum;
+        let current = maximum.map_or(most, |maximum| maximum.min(most));
+        setrlimit(resource, Rlimit { current: Some(current), maximum })
+            .map_err(|why| format!("limit {resource:?} of {most}: {why}"))?;
+    }
+    Ok(())
+}
