@@ -13,7 +13,7 @@ use holdsafe_tests::shipped;
 use live::child::Services;
 use live::{LiveError, Options};
 use parallel::progress::Stop;
-use scenario::Confinement;
+use scenario::{Confinement, Hosts};
 use serde_json::json;
 use topology::{RunSecret, lay_out};
 use wire::person::Role;
@@ -93,6 +93,7 @@ impl Machine {
             role: Role::Supervise,
             acts: Vec::new(),
             confinement,
+            hosts: Hosts::Loopback,
         };
         let Err(LiveError::Environment(why)) =
             live::run(&topology, &secret, nominal.setup.policy.record_guard, options)

@@ -38,15 +38,21 @@ impl LoopbackAddr {
     }
 
     /// An address that one run has to itself, of the run's `number`, with a port of the kernel's choice. Never in
-    /// `127.0.0.0/16`, where the host's other programs are.
+    /// `127.0.0.0/16`, where the host's other programs are, and never on a wire between hosts.
     pub fn of_run(number: u32) -> Self {
         let [_, high, middle, low] = number.to_be_bytes();
-        Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::new(127, 1 + high % 254, middle, low)), 0))
+        Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::new(127, 1 + high % 253, middle, low)), 0))
     }
 
-    /// True if `other` is at the same address, whatever its port.
+    /// The address of the host of this number on a wire between hosts ([`sandbox::wire`]), with a port of the kernel's choice.
+    pub fn on_wire(number: u8) -> Self {
+        Self(SocketAddr::new(IpAddr::V4(sandbox::wire::address(number)), 0))
+    }
+
+    /// True if `other` is of the same run, whatever its port: at the same address, or on the same wire.
     pub fn is_host_of(self, other: SocketAddr) -> bool {
-        self.0.ip() == other.ip()
+        let on_wire = |address: SocketAddr| sandbox::wire::is_on_wire(address.ip());
+        self.0.ip() == other.ip() || on_wire(self.0) && on_wire(other)
     }
 
     /// For a socket call.
@@ -148,6 +154,11 @@ mod tests {
             assert!(!own.is_host_of(LoopbackAddr::ANY_PORT.socket()), "{own}");
         }
         assert!(!LoopbackAddr::of_run(1).is_host_of(LoopbackAddr::of_run(2).socket()));
+        let (one, other) = (LoopbackAddr::on_wire(1), LoopbackAddr::on_wire(5));
+        assert!(one.is_host_of(other.socket()), "hosts on a wire are of one run");
+        for number in [0, 0x00fd_ffff, 0x00fc_0001, u32::MAX] {
+            assert!(!one.is_host_of(LoopbackAddr::of_run(number).socket()), "{number}");
+        }
     }
 
     #[test]

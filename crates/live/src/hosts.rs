@@ -8,8 +8,10 @@ use std::path::PathBuf;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
+use link::loopback::LoopbackAddr;
 use sandbox::Level;
 use sandbox::host::HostSpec;
+use sandbox::wire::Station;
 use serde::{Deserialize, Serialize};
 use topology::Host;
 use wire::id::NodeId;
@@ -46,7 +48,7 @@ impl Levels {
 /// # Errors
 /// No service can be confined, and none would start.
 pub fn level(services: &Services) -> Result<Level, String> {
-    let hosts = Hosts::start(services, vec![(Host::Control, Vec::new())]);
+    let hosts = Hosts::start(services, vec![(Host::Control, Vec::new())], false);
     let mut command = services.command("level");
     command.args(hosts.of(Host::Control).map(|pid| pid.to_string()));
     let output = command.output().map_err(|why| format!("cannot start {:?}: {why}", command.get_program()))?;
@@ -65,21 +67,37 @@ pub fn level(services: &Services) -> Result<Level, String> {
 /// The hosts of one run.
 pub(super) struct Hosts {
     running: BTreeMap<Host, Child>,
+    apart: bool,
     refused: Option<String>,
 }
 
 impl Hosts {
-    /// Makes the hosts whose buses have these roots. The first has a network namespace, which the others share.
-    pub(super) fn start(services: &Services, roots: Vec<(Host, Vec<PathBuf>)>) -> Self {
-        let mut hosts = Self { running: BTreeMap::new(), refused: None };
-        for (host, memory) in roots {
+    /// Makes the hosts whose buses have these roots: on one network, or `apart` on a wire with the adversary at its bridge.
+    pub(super) fn start(services: &Services, roots: Vec<(Host, Vec<PathBuf>)>, apart: bool) -> Self {
+        let mut hosts = Self { running: BTreeMap::new(), apart, refused: None };
+        // The router comes last, when all others have a network.
+        let (router, others): (Vec<_>, Vec<_>) =
+            roots.into_iter().partition(|(host, _)| apart && *host == Host::Adversary);
+        for (host, memory) in others.into_iter().chain(router) {
             let beside = hosts.running.values().next().map(Child::pid);
-            match start(services, &HostSpec { beside, shares_network: beside.is_some(), memory }) {
+            let mut spec =
+                HostSpec { beside, shares_network: beside.is_some() && !apart, memory, ..HostSpec::default() };
+            if apart && host == Host::Adversary {
+                spec.router = Some(number(host));
+                let station = |(host, child): (&Host, &Child)| Station { process: child.pid(), number: number(*host) };
+                spec.stations = hosts.running.iter().map(station).collect();
+            }
+            match start(services, &spec) {
                 Ok(child) => hosts.running.insert(host, child),
-                Err(why) => return Self { running: BTreeMap::new(), refused: Some(why) },
+                Err(why) => return Self { running: BTreeMap::new(), apart: false, refused: Some(why) },
             };
         }
         hosts
+    }
+
+    /// The address of a host's services, with a port of the kernel's choice; none if all hosts are on one loopback interface.
+    pub(super) fn address(&self, host: Host) -> Option<LoopbackAddr> {
+        self.apart.then(|| LoopbackAddr::on_wire(number(host)))
     }
 
     /// The process that holds a host's namespaces.
@@ -91,6 +109,11 @@ impl Hosts {
     pub(super) fn refused(&self) -> Option<&str> {
         self.refused.as_deref()
     }
+}
+
+/// A host's number on the wire.
+fn number(host: Host) -> u8 {
+    host as u8 + 1
 }
 
 fn start(services: &Services, spec: &HostSpec) -> Result<Child, String> {

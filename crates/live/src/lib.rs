@@ -108,6 +108,8 @@ pub struct Options<'a> {
     pub acts: Vec<(u64, Act)>,
     /// Confinement of the services.
     pub confinement: Confinement,
+    /// Networks of the hosts.
+    pub hosts: scenario::Hosts,
 }
 
 /// Records of a live run, before it is judged.
@@ -181,9 +183,13 @@ pub fn run(
     store::site(&places.run_dir, topology).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(topology).map_err(|e| e.to_string())?;
     let wanted = options.confinement;
-    let hosts = (wanted != Confinement::None).then(|| Hosts::start(&options.services, spec::roots(topology, &places)));
+    let apart = options.hosts == scenario::Hosts::Namespaces;
+    let hosts =
+        (wanted != Confinement::None).then(|| Hosts::start(&options.services, spec::roots(topology, &places), apart));
     if let Some(why) = hosts.as_ref().and_then(Hosts::refused) {
-        tracing::info!("services run without namespaces of their own: {why}");
+        if apart {
+            link::note!("hosts share the loopback interface: {why}");
+        }
     }
     let (lines_in, lines) = channel();
     let mut company = Company {

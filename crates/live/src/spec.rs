@@ -159,6 +159,11 @@ impl Specs<'_> {
         self.addresses.get(&(node, kind)).copied().ok_or_else(|| format!("{node} has not said where its {kind} is"))
     }
 
+    /// The address at which a host's services listen, with a port of the kernel's choice.
+    fn at(&self, host: Host) -> LoopbackAddr {
+        self.hosts.and_then(|hosts| hosts.address(host)).unwrap_or(LoopbackAddr::ANY_PORT)
+    }
+
     fn credential(&self, node: NodeId) -> Result<Credential, String> {
         self.credentials.get(&node).cloned().ok_or_else(|| format!("{node} has no certificate"))
     }
@@ -166,7 +171,7 @@ impl Specs<'_> {
     fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
         let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.topology, host), self.places.run_dir.clone());
         spec.start_us = self.start_us;
-        spec.own = self.places.own;
+        spec.own = self.hosts.and_then(|hosts| hosts.address(host)).unwrap_or(self.places.own);
         spec.confinement =
             self.hosts.as_ref().map(|hosts| Confinement { host: hosts.of(host), ..Confinement::default() });
         spec.instrument = Some(self.places.socket());
@@ -189,7 +194,7 @@ impl Specs<'_> {
     /// The broker's.
     pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
-        spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
+        spec.broker = Some(BrokerListen { at: self.at(Host::Control), credential: self.credential(NodeId::BROKER)? });
         spec.config = json!({ "secret": secret, "rights": self.topology.rights() });
         Ok(spec)
     }
@@ -209,7 +214,7 @@ impl Specs<'_> {
         for link in &self.topology.links {
             if link.server == node {
                 let credential = self.credential(node)?;
-                spec.listen = Some(DtlsListen { at: LoopbackAddr::on_port(0), credential });
+                spec.listen = Some(DtlsListen { at: self.at(member.host), credential });
             }
             if link.client == node {
                 let remote = if link.relayed {
@@ -223,7 +228,7 @@ impl Specs<'_> {
             }
         }
         if node == NodeId::INSIDER_BROKER {
-            spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(node)? });
+            spec.broker = Some(BrokerListen { at: self.at(member.host), credential: self.credential(node)? });
         }
         if let Some(confinement) = &mut spec.confinement {
             confinement.models = models(&member.role);
@@ -262,7 +267,7 @@ impl Specs<'_> {
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
-        let leg = |upstream| RelayLeg { at: LoopbackAddr::on_port(0), upstream };
+        let leg = |upstream| RelayLeg { at: self.at(member.host), upstream };
         if matches!(member.role, Role::Adversary(AdversaryConfig::DatagramRelay(_))) {
             let upstream = self.address(NodeId::GATEWAY, "dtls")?;
             return Ok(Some(RelaySpec { datagram: Some(leg(upstream)), stream: None }));
@@ -369,7 +374,7 @@ fn survey(scene: &Scene) -> Relief {
 
 /// The hosts of a run, with the roots of their buses.
 pub(super) fn roots(topology: &Topology, places: &Places) -> Vec<(Host, Vec<PathBuf>)> {
-    let mut roots = BTreeMap::from([(Host::Control, true)]);
+    let mut roots = BTreeMap::from([(Host::Control, true), (Host::Adversary, false)]);
     for member in &topology.members {
         *roots.entry(member.host).or_default() |= !member.publishes.is_empty() || !member.subscribes.is_empty();
     }

@@ -15,6 +15,7 @@ use rustix::thread::{LinkNameSpaceType, move_into_link_name_space};
 use serde::{Deserialize, Serialize};
 
 use crate::namespaces;
+use crate::wire::{self, Station};
 
 /// Longest specification, bytes.
 const MAX_SPEC: u64 = 16 * 1024;
@@ -24,7 +25,7 @@ const MEMORY: &std::ffi::CStr = c"size=512m,nr_inodes=16k,mode=1777";
 const FILES: &std::ffi::CStr = c"size=16m,nr_inodes=16k,mode=700";
 
 /// A host to make.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HostSpec {
     /// Another host whose user namespace this one joins.
@@ -33,6 +34,12 @@ pub struct HostSpec {
     /// True if the network is that of the host beside.
     #[serde(default)]
     pub shares_network: bool,
+    /// Number of the router on the wire, if this is the router.
+    #[serde(default)]
+    pub router: Option<u8>,
+    /// The other hosts, if this is the router of their wire.
+    #[serde(default)]
+    pub stations: Vec<Station>,
     /// Folders that are empty in memory here: the roots of its bus.
     pub memory: Vec<PathBuf>,
 }
@@ -74,7 +81,11 @@ fn make(spec: &HostSpec) -> Result<(), String> {
         }
     }
     if !spec.shares_network {
+        wire::without_ipv6();
         namespaces::loopback().map_err(|why| format!("loopback interface: {why}"))?;
+    }
+    if let Some(router) = spec.router {
+        wire::connect(router, &spec.stations).map_err(|why| format!("wire between hosts: {why}"))?;
     }
     let step = |part: &'static str| move |why: rustix::io::Errno| format!("{part}: {why}");
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;

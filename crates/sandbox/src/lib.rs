@@ -15,6 +15,7 @@ pub mod probe;
 mod ruleset;
 pub mod table;
 mod view;
+pub mod wire;
 
 pub use enter::{Error, Rights, enter};
 pub use level::Level;

@@ -34,6 +34,16 @@ pub enum Confinement {
     None,
 }
 
+/// Networks of the hosts of a live run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Hosts {
+    /// All on one loopback interface.
+    #[default]
+    Loopback,
+    /// Each in a network namespace, on a wire with the adversary at its bridge.
+    Namespaces,
+}
+
 /// Policy, bounds and rendering of a trial, and where its recordings go.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -63,6 +73,8 @@ pub struct Setup {
     pub retries: u32,
     /// Confinement of a live run's services.
     pub confinement: Confinement,
+    /// Networks of a live run's hosts.
+    pub hosts: Hosts,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
 }
@@ -96,7 +108,7 @@ impl Setup {
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
         let (misset, detector, guest, run_dir, frames) = (None, None, None, None, FRAMES);
-        let (window, retries, confinement) = (None, 0, Confinement::default());
+        let (window, retries, confinement, hosts) = (None, 0, Confinement::default(), Hosts::default());
         Ok(Self {
             policy_name,
             policy,
@@ -111,6 +123,7 @@ impl Setup {
             window,
             retries,
             confinement,
+            hosts,
             stop,
         })
     }

@@ -15,7 +15,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
-use scenario::{Confinement, FRAMES};
+use scenario::{Confinement, FRAMES, Hosts};
 use serde::Serialize;
 use wire::person::Role;
 
@@ -83,6 +83,9 @@ pub(super) struct Args {
     /// Leave the services all rights of the user: to measure the cost of confinement, or for a debugger.
     #[arg(long, requires = "live", conflicts_with = "require_confinement")]
     no_confinement: bool,
+    /// Networks of the hosts of a live run: one loopback interface, or a namespace each, on a wire with the adversary at its bridge.
+    #[arg(long, requires = "live", value_name = "loopback|namespaces", default_value = "loopback", value_parser = live::hosts)]
+    hosts: Hosts,
 }
 
 impl Args {
@@ -121,6 +124,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             of.setup.frames = args.frames;
             of.setup.retries = args.retries.retries;
             of.setup.confinement = args.confinement();
+            of.setup.hosts = args.hosts;
             of.setup.window = args.console.then_some(args.role);
             let live = if args.live { " --live" } else { "" };
             of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));

@@ -13,7 +13,7 @@ use perception::detector::Brought;
 use perception::process::{load, pin};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use scenario::{Confinement, Setup, parse_labels};
+use scenario::{Confinement, Hosts, Setup, parse_labels};
 
 use super::{holdsafe, root};
 
@@ -134,6 +134,7 @@ fn swapped_model_ends_the_run_before_it_begins() {
         role: wire::person::Role::default(),
         acts: Vec::new(),
         confinement: Confinement::Best,
+        hosts: Hosts::Loopback,
     };
     let Err(LiveError::Environment(why)) = run_live(&scenario, &setup, 1, options) else {
         panic!("a run with a swapped model");

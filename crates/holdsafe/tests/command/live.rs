@@ -11,7 +11,7 @@ use live::child::Services;
 use live::trial::{Judged, conclude};
 use live::{Aftermath, Options, run};
 use parallel::progress::Stop;
-use scenario::{Confinement, Setup};
+use scenario::{Confinement, Hosts, Setup};
 use topology::{RunSecret, Topology, lay_out};
 use wire::core::Output;
 use wire::id::NodeId;
@@ -50,6 +50,7 @@ fn trial(scenario: &Path, seed: u64) -> (Topology, Setup, Aftermath, Judged) {
         role: Role::Supervise,
         acts: Vec::new(),
         confinement: Confinement::Best,
+        hosts: Hosts::Loopback,
     };
     let after = run(&topology, &secret, setup.policy.record_guard, options).unwrap();
     let judged = conclude(&topology, &setup, &after);

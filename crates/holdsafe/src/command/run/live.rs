@@ -7,6 +7,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::retry::retried;
 use runner::{Context, batch, engine, out, plan};
+use scenario::Hosts;
 use wire::person::Role;
 
 use super::Args;
@@ -20,6 +21,14 @@ const SCENARIO: &str = "nominal";
 pub(super) fn role(text: &str) -> Result<Role, String> {
     let named = Role::ALL.into_iter().find(|role| role.name() == text);
     named.ok_or_else(|| format!("one of {} is expected", Role::ALL.map(Role::name).join(", ")))
+}
+
+pub(super) fn hosts(text: &str) -> Result<Hosts, String> {
+    match text {
+        "loopback" => Ok(Hosts::Loopback),
+        "namespaces" => Ok(Hosts::Namespaces),
+        _ => Err("loopback or namespaces is expected".to_owned()),
+    }
 }
 
 /// Checks that there is a display to open a window on.
@@ -48,6 +57,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // A window is a person's: a run with one is not repeated unasked.
     one.setup.retries = if args.console { 0 } else { args.retries.retries };
     one.setup.confinement = args.confinement();
+    one.setup.hosts = args.hosts;
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
         out::unused(dir)?;
