@@ -94,6 +94,7 @@ impl Machine {
             acts: Vec::new(),
             confinement,
             hosts: Hosts::Loopback,
+            shared_kib: sandbox::host::SHARED_KIB,
         };
         let Err(LiveError::Environment(why)) =
             live::run(&topology, &secret, nominal.setup.policy.record_guard, options)

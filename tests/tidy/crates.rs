@@ -137,6 +137,7 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
         &[
             "guest",
             "confine",
+            "sandbox",
             "wire",
             "link",
             "perception",
@@ -155,6 +156,7 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
     (
         "lab",
         &[
+            "sandbox",
             "wire",
             "instrument",
             "link",
@@ -182,6 +184,7 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
         &[
             "guest",
             "confine",
+            "sandbox",
             "wire",
             "link",
             "sim",

@@ -6,6 +6,7 @@ mod agreement;
 mod cost;
 mod detector;
 mod drawn;
+mod faults;
 mod growth;
 mod hold;
 mod intervene;
@@ -49,6 +50,8 @@ pub enum Bench {
     Live(LiveArgs),
     /// Kill each process of live runs at a random moment: the mode the platform ends in, and how soon.
     Kill(kill::Args),
+    /// Faults of processes, clocks, disk, memory, links and files: attempts, survivals, times, and anything that is left behind.
+    Faults(faults::Args),
     /// An operator's HOLD, live: from the hand to the unit, and back to the display, stage by stage.
     Hold(hold::Args),
     /// Duration of each stage live and in the twin, and the gap.
@@ -118,6 +121,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
     match bench {
         Bench::Live(args) => live(context, args),
         Bench::Kill(args) => kill::run(context, args),
+        Bench::Faults(args) => faults::run(context, args),
         Bench::Hold(args) => hold::run(context, args),
         Bench::Stages(args) => stages::run(context, args),
         Bench::Liveness(args) => liveness::run(context, args),

@@ -1,6 +1,7 @@
 //! The objects and tables of `lab`: measurements that only the authors run.
 
 mod agreement;
+mod faults;
 mod growth;
 mod kill;
 mod liveness;
@@ -10,6 +11,7 @@ mod transitions;
 mod worth;
 
 pub use agreement::{AgreementObject, SequenceRow, StratumRow, agreement_table};
+pub use faults::{Attempts, FaultRow, Left, fault_table};
 pub use growth::{Fit, Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use link::loopback::LoopbackAddr;
 use sandbox::Level;
-use sandbox::host::HostSpec;
+use sandbox::host::{HostSpec, SHARED_KIB};
 use sandbox::wire::Station;
 use serde::{Deserialize, Serialize};
 use topology::Host;
@@ -48,7 +48,7 @@ impl Levels {
 /// # Errors
 /// No service can be confined, and none would start.
 pub fn level(services: &Services) -> Result<Level, String> {
-    let hosts = Hosts::start(services, vec![(Host::Control, Vec::new())], false);
+    let hosts = Hosts::start(services, vec![(Host::Control, Vec::new())], false, SHARED_KIB);
     let mut command = services.command("level");
     command.args(hosts.of(Host::Control).map(|pid| pid.to_string()));
     let output = command.output().map_err(|why| format!("cannot start {:?}: {why}", command.get_program()))?;
@@ -72,16 +72,22 @@ pub(super) struct Hosts {
 }
 
 impl Hosts {
-    /// Makes the hosts whose buses have these roots: on one network, or `apart` on a wire with the adversary at its bridge.
-    pub(super) fn start(services: &Services, roots: Vec<(Host, Vec<PathBuf>)>, apart: bool) -> Self {
+    /// Makes the hosts whose buses have these roots: on one network, or `apart` on a wire with the adversary at its bridge; each with
+    /// shared memory of `shared_kib`.
+    pub(super) fn start(services: &Services, roots: Vec<(Host, Vec<PathBuf>)>, apart: bool, shared_kib: u64) -> Self {
         let mut hosts = Self { running: BTreeMap::new(), apart, refused: None };
         // The router comes last, when all others have a network.
         let (router, others): (Vec<_>, Vec<_>) =
             roots.into_iter().partition(|(host, _)| apart && *host == Host::Adversary);
         for (host, memory) in others.into_iter().chain(router) {
             let beside = hosts.running.values().next().map(Child::pid);
-            let mut spec =
-                HostSpec { beside, shares_network: beside.is_some() && !apart, memory, ..HostSpec::default() };
+            let mut spec = HostSpec {
+                beside,
+                shares_network: beside.is_some() && !apart,
+                memory,
+                shared_kib,
+                ..HostSpec::default()
+            };
             if apart && host == Host::Adversary {
                 spec.router = Some(number(host));
                 let station = |(host, child): (&Host, &Child)| Station { process: child.pid(), number: number(*host) };

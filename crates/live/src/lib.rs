@@ -110,6 +110,8 @@ pub struct Options<'a> {
     pub confinement: Confinement,
     /// Networks of the hosts.
     pub hosts: scenario::Hosts,
+    /// Shared memory of each host, KiB ([`sandbox::host::SHARED_KIB`], but in a test of its exhaustion).
+    pub shared_kib: u64,
 }
 
 /// Records of a live run, before it is judged.
@@ -184,8 +186,8 @@ pub fn run(
     let credentials = spec::credentials(topology).map_err(|e| e.to_string())?;
     let wanted = options.confinement;
     let apart = options.hosts == scenario::Hosts::Namespaces;
-    let hosts =
-        (wanted != Confinement::None).then(|| Hosts::start(&options.services, spec::roots(topology, &places), apart));
+    let hosts = (wanted != Confinement::None)
+        .then(|| Hosts::start(&options.services, spec::roots(topology, &places), apart, options.shared_kib));
     if let Some(why) = hosts.as_ref().and_then(Hosts::refused) {
         if apart {
             link::note!("hosts share the loopback interface: {why}");

@@ -172,8 +172,8 @@ pub fn run_live(
     let program = std::env::current_exe().map_err(EngineError::failed)?;
     let View { show, window, role, acts } = view;
     let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
-    let (confinement, hosts) = (setup.confinement, setup.hosts);
-    let options = live::Options { keep, services, stop, show, window, role, acts, confinement, hosts };
+    let (confinement, hosts, shared_kib) = (setup.confinement, setup.hosts, sandbox::host::SHARED_KIB);
+    let options = live::Options { keep, services, stop, show, window, role, acts, confinement, hosts, shared_kib };
     live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
         LiveError::Stopped => EngineError::Stopped,
         LiveError::Environment(why) => EngineError::Environment(why),

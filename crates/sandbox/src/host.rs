@@ -4,6 +4,7 @@
 //! memory and temporary files of their own, of a bounded size, which the kernel removes with the last process. The first host makes
 //! a user namespace, in which its user keeps the same number and gains no right outside; the others join that.
 
+use std::ffi::CString;
 use std::io::{self, BufRead, Read, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,8 +20,8 @@ use crate::wire::{self, Station};
 
 /// Longest specification, bytes.
 const MAX_SPEC: u64 = 16 * 1024;
-/// Shared memory of a host: the channels of one vehicle with rendered frames take a fifth of it.
-const MEMORY: &std::ffi::CStr = c"size=512m,nr_inodes=16k,mode=1777";
+/// Shared memory of a host, KiB: many times that of the channels of one vehicle with rendered frames.
+pub const SHARED_KIB: u64 = 512 << 10;
 /// Sockets and node files of a bus.
 const FILES: &std::ffi::CStr = c"size=16m,nr_inodes=16k,mode=700";
 
@@ -40,6 +41,8 @@ pub struct HostSpec {
     /// The other hosts, if this is the router of their wire.
     #[serde(default)]
     pub stations: Vec<Station>,
+    /// Shared memory, KiB.
+    pub shared_kib: u64,
     /// Folders that are empty in memory here: the roots of its bus.
     pub memory: Vec<PathBuf>,
 }
@@ -90,7 +93,9 @@ fn make(spec: &HostSpec) -> Result<(), String> {
     let step = |part: &'static str| move |why: rustix::io::Errno| format!("{part}: {why}");
     mount_change("/", MountPropagationFlags::PRIVATE | MountPropagationFlags::REC).map_err(step("mounts"))?;
     let flags = MountFlags::NOSUID | MountFlags::NODEV | MountFlags::NOEXEC;
-    mount("tmpfs", "/dev/shm", "tmpfs", flags, MEMORY).map_err(step("shared memory"))?;
+    let shared =
+        CString::new(format!("size={}k,nr_inodes=16k,mode=1777", spec.shared_kib)).map_err(|why| why.to_string())?;
+    mount("tmpfs", "/dev/shm", "tmpfs", flags, shared.as_c_str()).map_err(step("shared memory"))?;
     for folder in &spec.memory {
         mount("tmpfs", folder, "tmpfs", flags, FILES).map_err(step("folder of the bus"))?;
     }

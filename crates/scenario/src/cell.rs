@@ -32,6 +32,16 @@ const SLOW_PERIOD_MS: i64 = 110;
 /// Time at which the operator asks for a HOLD through a broker that is dead, hung or slow, seconds: after every change of mode.
 const LATE_HOLD_S: f64 = 7.4;
 
+/// Classes of trials in which nothing was lost.
+const SAFE: [Outcome; 6] = [
+    Outcome::Nominal,
+    Outcome::Rejected,
+    Outcome::Degraded,
+    Outcome::HoldSafe,
+    Outcome::FalseTrip,
+    Outcome::Undetected,
+];
+
 /// One variation of a scenario: its settings, its policy and its expected classes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -117,6 +127,44 @@ impl Scenario {
         scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
         scenario.expected = Located::nowhere(List::of(expected.iter().copied()));
         scenario
+    }
+
+    /// The same scenario with `process` stopped for `seconds` at a moment that the seed draws, as of a kill.
+    pub fn hanging(&self, process: Process, seconds: f64) -> Scenario {
+        let mut scenario = self.killing(process, &SAFE);
+        let lasts = Kill { duration_s: Real::nearest(seconds), ending: Ending::Hang, ..scenario.kill[0].clone() };
+        scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S + seconds));
+        scenario.kill = List::of([lasts]);
+        scenario
+    }
+
+    /// The same scenario with the broker killed within 50 ms before or after an operator's HOLD, at a moment that the seed draws.
+    pub fn killing_broker_at_hold(&self) -> Scenario {
+        let mut scenario = self.killing(Process::Broker, &SAFE);
+        scenario.varies.injection_phase_s = Located::nowhere(List::of([0.0, 0.1].map(Real::nearest)));
+        let at_s = Located::nowhere(Real::nearest(HOLD_AT_S - 0.05));
+        scenario.kill = List::of([Kill { at_s, ..scenario.kill[0].clone() }]);
+        scenario
+    }
+
+    /// The same scenario with two processes killed, the second so many seconds after the first, from a moment that the seed draws.
+    pub fn killing_both(&self, first: Process, second: Process, apart_s: f64) -> Scenario {
+        let mut scenario = self.killing(first, &SAFE);
+        let of_first = scenario.kill[0].clone();
+        let at_s = Located::nowhere(Real::nearest(KILL_AT_S + apart_s));
+        let second = Kill { process: second, at_s, ..of_first.clone() };
+        scenario.kill = List::of([of_first, second]);
+        scenario
+    }
+
+    /// The same scenario on a link that loses a share of its datagrams and delays each by up to `jitter_ms`, all along; none for a
+    /// jitter beyond a minute.
+    pub fn on_a_bad_link(&self, loss: f64, jitter_ms: i64) -> Option<Scenario> {
+        let mut scenario = self.clone();
+        scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
+        scenario.conditions.jitter_ms = Located::nowhere(Whole::new(jitter_ms)?);
+        scenario.expected = Located::nowhere(List::of(SAFE));
+        Some(scenario)
     }
 
     /// Sets the expected classes.

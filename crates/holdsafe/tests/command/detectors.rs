@@ -135,6 +135,7 @@ fn swapped_model_ends_the_run_before_it_begins() {
         acts: Vec::new(),
         confinement: Confinement::Best,
         hosts: Hosts::Loopback,
+        shared_kib: sandbox::host::SHARED_KIB,
     };
     let Err(LiveError::Environment(why)) = run_live(&scenario, &setup, 1, options) else {
         panic!("a run with a swapped model");

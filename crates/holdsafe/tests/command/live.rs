@@ -51,6 +51,7 @@ fn trial(scenario: &Path, seed: u64) -> (Topology, Setup, Aftermath, Judged) {
         acts: Vec::new(),
         confinement: Confinement::Best,
         hosts: Hosts::Loopback,
+        shared_kib: sandbox::host::SHARED_KIB,
     };
     let after = run(&topology, &secret, setup.policy.record_guard, options).unwrap();
     let judged = conclude(&topology, &setup, &after);

@@ -251,6 +251,14 @@ fn changes(context: &Context, sweep: &Sweep<'_>, of: &Recorded, values: u8) -> R
     }))
 }
 
+/// Number of bytes at which the recording of a nominal run was cut, and of those after which everything up to the last seal was read.
+pub(super) fn power_cuts(context: &Context) -> Result<(u64, u64), Failure> {
+    let of = recorded(context, &Args { scenario: "nominal".to_owned(), values: 1 })?;
+    let sweep = Sweep::new(&of.file, &of.held, Verified::default().shared()).map_err(Failure::internal)?;
+    let cuts = cuts(context, &sweep, &of)?;
+    Ok((cuts.n, cuts.n - cuts.misses.len() as u64))
+}
+
 fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Failure> {
     let mut cuts = Cuts::default();
     for length in 0..of.file.len() {

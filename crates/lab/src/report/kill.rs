@@ -24,7 +24,7 @@ pub struct Times {
 }
 
 impl Times {
-    fn of(values: impl Iterator<Item = Option<f64>>) -> Times {
+    pub(super) fn of(values: impl Iterator<Item = Option<f64>>) -> Times {
         let values: Vec<f64> = values.flatten().collect();
         Times { max: values.iter().copied().reduce(f64::max), sample: Sample::of(values) }
     }

@@ -130,6 +130,7 @@ impl Domain {
         })?;
         let bell =
             persist(&channel.node, || channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e)))?;
+        self.reserve()?;
         Ok(Publisher { topic, port, bell, _channel: channel })
     }
 
@@ -165,6 +166,10 @@ impl Domain {
             .map_err(|e| library("thread")(&e))?;
         opened.recv().map_err(|e| library("subscription thread")(&e))??;
         Ok(Subscription { stop, received, thread: Some(thread) })
+    }
+
+    fn reserve(&self) -> Result<(), BusError> {
+        sweep::reserve(self.config.global.prefix.as_bytes()).map_err(|e| library("room in shared memory")(&e))
     }
 
     fn open(&self, scope: &str, topic: Topic) -> Result<Channel, BusError> {
@@ -323,6 +328,7 @@ impl Ends {
         let port = persist(&channel.node, || {
             channel.samples.subscriber_builder().create().map_err(|e| library("subscriber")(&e))
         })?;
+        domain.reserve()?;
         Ok(Self { topic, port, bell, _channel: channel })
     }
 

@@ -38,6 +38,27 @@ pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
     }
 }
 
+/// Has the kernel keep memory for every byte of this domain's files, which are made with holes. Without it, a process that touches a
+/// page of a full memory is ended by SIGBUS; with it, a channel that finds no room is not opened.
+///
+/// # Errors
+/// When there is no room.
+pub(super) fn reserve(prefix: &[u8]) -> io::Result<()> {
+    for entry in std::fs::read_dir(SHARED_MEMORY)? {
+        let entry = entry?;
+        if !entry.file_name().as_bytes().starts_with(prefix) {
+            continue;
+        }
+        // One that another process has removed since, or may not be written to any more, needs no room.
+        let Ok(file) = std::fs::File::options().write(true).open(entry.path()) else { continue };
+        let length = file.metadata()?.len();
+        if length > 0 {
+            nix::fcntl::posix_fallocate(&file, 0, length as nix::libc::off_t)?;
+        }
+    }
+    Ok(())
+}
+
 /// Removes permissions of group and others from the shared-memory files with names that start with `prefix`.
 ///
 /// # Errors
