@@ -228,7 +228,7 @@ const OUTSIDE_TRIALS: [&str; 8] =
     ["assess", "dataset", "dossier", "guest-client", "lab", "mavlink_relay", "trainer", "viewer"];
 
 /// The names of all crates.
-fn crates() -> Vec<String> {
+pub(super) fn crates() -> Vec<String> {
     let entries = fs::read_dir(root().join("crates")).expect("a readable folder").map(|e| e.expect("a readable entry"));
     let folders = entries.filter(|entry| entry.path().join("Cargo.toml").exists());
     folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()

@@ -9,7 +9,7 @@ use std::path::Path;
 use super::root;
 
 /// The pages that publish measurements.
-const PAGES: [&str; 16] = [
+const PAGES: [&str; 17] = [
     "README.md",
     "docs/results.md",
     "docs/limits.md",
@@ -26,6 +26,7 @@ const PAGES: [&str; 16] = [
     "docs/researcher/perception.md",
     "docs/researcher/rare.md",
     "docs/researcher/search.md",
+    "docs/reviewer/tool-threats.md",
 ];
 
 /// Programs of this repository that are not verbs of `holdsafe`.

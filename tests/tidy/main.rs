@@ -9,6 +9,7 @@ mod domains;
 mod figures;
 mod links;
 mod results;
+mod supply;
 mod words;
 
 use std::fs;
