@@ -5,6 +5,7 @@ use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, root, shipped};
 use instrument::{Action, Any, Note};
 use scenario::Setup;
+use topology::{RunSecret, lay_out};
 use twin::trial::Run;
 use wire::core::Topic;
 use wire::event::{Event, Interface};
@@ -222,4 +223,20 @@ fn fabricated_vehicle_is_stopped_by_consent_alone() {
     for run in shipped("fabricated_track_declined").expect(SEEDS) {
         assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))));
     }
+}
+
+/// It reads the feed, and is no producer of it: a key would let it write there in the gateway's name.
+#[test]
+fn second_station_has_no_key_of_the_feed() {
+    let stations = ["rogue_station", "stolen_key", "expired_operator", "view_forged"].map(shipped);
+    let mut found = 0;
+    for ready in stations {
+        let topology = lay_out(&ready.scenario, &ready.setup, 1, &RunSecret::seeded(1));
+        for member in topology.members.iter().filter(|member| member.node() == NodeId::INSIDER_OPERATOR) {
+            found += 1;
+            assert!(member.subscribes.contains(&Topic::Feed) && !member.publishes.contains(&Topic::Feed));
+            assert!(member.setup.channels.iter().all(|channel| channel.topic != Topic::Feed));
+        }
+    }
+    assert!(found >= 2, "{found} second stations");
 }

@@ -16,7 +16,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde::{Deserialize, Serialize};
 
-/// Names of all attempts: what is attacked, then how.
+/// Names of all attempts: the target, then the way.
 pub(crate) const NAMES: [&str; 31] = [
     "files: read a secret in the user's home",
     "files: read a list of users",

@@ -1,4 +1,4 @@
-//! A service's process with an attacker's main: it takes the specification and the confinement of the service in whose name it is started,
+//! A service's process with an attacker's main: it takes the specification and the confinement of the service in the place of which it is started,
 //! and then tries to get at everything that is not its own.
 //!
 //! Each attempt is a process of its own, since some of them are fatal. The results go to the launcher in the words of a service that refuses
@@ -37,7 +37,7 @@ fn main() -> ExitCode {
     let _read = std::io::stdin().read_to_end(&mut bytes);
     let done = ServiceSpec::read(bytes.as_slice()).map_err(|why| why.to_string()).and_then(|spec| {
         let targets = Targets::read(program)?;
-        let spec = spec.confined(&service).map_err(|why| why.to_string())?;
+        let spec = link::confined::confine(spec, &service).map_err(|why| why.to_string())?;
         Ok(attempts::attempt(attempt, &service, &spec, &targets))
     });
     match done {

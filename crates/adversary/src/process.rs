@@ -27,7 +27,7 @@ pub fn main() -> ExitCode {
 }
 
 fn make() -> Result<(ServiceSpec, Adversary), Box<dyn std::error::Error>> {
-    let spec = ServiceSpec::from_stdin("adversary")?;
+    let spec = link::confined::from_stdin("adversary")?;
     let ProcessConfig { setup, config } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
     let core = Adversary::new(setup, config, spec.started())?;

@@ -40,12 +40,12 @@ pub fn main_with(attend: impl FnOnce(Value) -> Result<Attendant, Box<dyn Error>>
 type Made = (ServiceSpec, Autonomy, Option<Attendant>);
 
 fn make(attend: impl FnOnce(Value) -> Result<Attendant, Box<dyn Error>>) -> Result<Made, Box<dyn Error>> {
-    let spec = ServiceSpec::unconfined_from_stdin()?;
+    let spec = ServiceSpec::from_stdin()?;
     let ProcessConfig { setup, config, guest } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
     // The guest is a program, and has its own confinement.
     let attendant = guest.map(attend).transpose()?;
-    let spec = spec.confined("autonomy")?;
+    let spec = link::confined::confine(spec, "autonomy")?;
     let core = Autonomy::new(setup, config, spec.started())?;
     Ok((spec, core, attendant))
 }

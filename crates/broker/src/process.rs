@@ -66,7 +66,7 @@ pub enum ProcessError {
 
 /// The whole process, from standard input to exit status.
 pub fn main() -> ExitCode {
-    match ServiceSpec::from_stdin("broker").map_err(ProcessError::from).and_then(|spec| run(&spec)) {
+    match link::confined::from_stdin("broker").map_err(ProcessError::from).and_then(|spec| run(&spec)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => link::drive::refuse("broker", &why.to_string()),
     }

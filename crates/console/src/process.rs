@@ -38,7 +38,7 @@ pub fn main() -> ExitCode {
 }
 
 fn make() -> Result<(ServiceSpec, Console, Option<Site>), Box<dyn std::error::Error>> {
-    let spec = ServiceSpec::from_stdin("console")?;
+    let spec = link::confined::from_stdin("console")?;
     let ProcessConfig { setup, config, window } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
     let core = Console::new(setup, config, spec.started())?;

@@ -27,7 +27,7 @@ pub fn main() -> ExitCode {
 }
 
 fn make() -> Result<(ServiceSpec, Gateway), Box<dyn std::error::Error>> {
-    let spec = ServiceSpec::from_stdin("gateway")?;
+    let spec = link::confined::from_stdin("gateway")?;
     let ProcessConfig { setup, config } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
     let core = Gateway::new(setup, config, spec.started())?;

@@ -21,6 +21,7 @@ mod plant;
 mod rendering;
 mod replay;
 mod sensing;
+mod soak;
 mod stages;
 mod tamper;
 mod transitions;
@@ -89,6 +90,8 @@ pub enum Bench {
     Plant(plant::Args),
     /// The same seeds with rendered sensors and without: the share of trials that end otherwise.
     Rendering(rendering::Args),
+    /// One long live run: growth of each process's memory and descriptors, and the run's class.
+    Soak(soak::Args),
     /// Rides through random scenes: accuracy of the tracks, and the noise model beside the stages it stands in for.
     Sensing(sensing::Args),
 }
@@ -140,6 +143,7 @@ pub fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Detector(args) => detector::run(context, args),
         Bench::Plant(args) => plant::run(context, args),
         Bench::Rendering(args) => rendering::run(context, args),
+        Bench::Soak(args) => soak::run(context, args),
         Bench::Sensing(args) => sensing::run(context, args),
     }
 }

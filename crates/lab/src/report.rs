@@ -11,7 +11,7 @@ mod transitions;
 mod worth;
 
 pub use agreement::{AgreementObject, SequenceRow, StratumRow, agreement_table};
-pub use faults::{Attempts, FaultRow, Left, fault_table};
+pub use faults::{Attempts, FaultRow, Left, fault_table, survived};
 pub use growth::{Fit, Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};

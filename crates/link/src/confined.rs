@@ -6,25 +6,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use sandbox::{Level, Rights, table};
-use serde::{Deserialize, Serialize};
 
 use crate::files;
-use crate::spec::{ServiceSpec, SpecError};
-
-/// Settings of a service's confinement that its links do not tell.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Confinement {
-    /// Process that holds the namespaces of the service's host; none where the machine gives none.
-    #[serde(default)]
-    pub host: Option<u32>,
-    /// Models and libraries of others that it reads.
-    #[serde(default)]
-    pub models: Vec<PathBuf>,
-    /// True if it opens a window.
-    #[serde(default)]
-    pub window: bool,
-}
+use crate::spec::{Confinement, ServiceSpec, SpecError};
+use crate::witness;
 
 /// Makes the files that the service of `spec` will write, empty and readable by their owner only.
 ///
@@ -32,7 +17,7 @@ pub struct Confinement {
 /// When one is there already or cannot be made.
 pub fn prepare(spec: &ServiceSpec) -> io::Result<()> {
     let journal = (spec.journal_bytes > 0).then(|| spec.journal());
-    let witness = spec.witness.as_ref().map(|_| spec.witness_log());
+    let witness = spec.witness.as_ref().map(|_| witness::path(&spec.run_dir, &spec.log_name()));
     journal.into_iter().chain(witness).try_for_each(|path| files::create(&path).map(drop))
 }
 
@@ -45,11 +30,31 @@ pub fn reader(service: &str, models: Vec<PathBuf>) -> Result<Level, SpecError> {
     Ok(sandbox::enter(&row, &Rights { models, ..Rights::default() })?)
 }
 
-/// Confines this process as `service`, as far as `spec` asks for it.
-pub(crate) fn enter(service: &str, spec: &ServiceSpec) -> Result<Level, SpecError> {
-    let Some(confinement) = &spec.confinement else { return Ok(Level::none("not asked for")) };
-    let row = table::row(service).ok_or_else(|| SpecError::NoRow(service.to_owned()))?;
-    Ok(sandbox::enter(&row, &rights(spec, confinement))?)
+/// First call of every service's `main`: reads its specification from standard input as [`ServiceSpec::from_stdin`], then gives up
+/// the rights that the table does not give to `service`.
+///
+/// # Errors
+///
+/// As [`ServiceSpec::read`] and [`confine`].
+pub fn from_stdin(service: &str) -> Result<ServiceSpec, SpecError> {
+    confine(ServiceSpec::from_stdin()?, service)
+}
+
+/// The specification in a process that has given up the rights that the table does not give to `service`, as far as it asks for
+/// confinement.
+///
+/// # Errors
+///
+/// The process cannot be confined as far as its machine allows, or the table has no such service.
+pub fn confine(mut spec: ServiceSpec, service: &str) -> Result<ServiceSpec, SpecError> {
+    spec.level = match &spec.confinement {
+        None => Level::none("not asked for"),
+        Some(confinement) => {
+            let row = table::row(service).ok_or_else(|| SpecError::NoRow(service.to_owned()))?;
+            sandbox::enter(&row, &rights(&spec, confinement))?
+        }
+    };
+    Ok(spec)
 }
 
 fn rights(spec: &ServiceSpec, confinement: &Confinement) -> Rights {
@@ -61,7 +66,7 @@ fn rights(spec: &ServiceSpec, confinement: &Confinement) -> Rights {
         host: confinement.host,
         models: confinement.models.clone(),
         journal: (spec.journal_bytes > 0).then(|| spec.journal()),
-        witness: spec.witness.as_ref().map(|_| spec.witness_log()),
+        witness: spec.witness.as_ref().map(|_| witness::path(&spec.run_dir, &spec.log_name())),
         recording: spec.recorder.as_ref().map(|recorder| recorder.directory.clone()),
         bus: spec.bus.iter().map(|bus| bus.root.clone()).collect(),
         log: socket.and_then(|socket| folder(socket)),

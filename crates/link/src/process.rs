@@ -40,7 +40,7 @@ fn survive_limits() {
 }
 
 fn recorder() -> Result<(ServiceSpec, Recorder<Any>), Box<dyn std::error::Error>> {
-    let spec = ServiceSpec::from_stdin("recorder")?;
+    let spec = crate::confined::from_stdin("recorder")?;
     let making: Making = spec.config()?;
     let seals = making.channels.iter().find(|c| c.topic == Topic::Seals).ok_or(NoChannel(Topic::Seals))?;
     let key = Key::from_bytes(&making.secret.0);

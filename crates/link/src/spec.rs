@@ -16,8 +16,8 @@ use wire::id::{Boot, NodeId, PeerId};
 use wire::setup::Secret;
 use wire::time::Instant;
 
+use crate::bus::enclave::SignedEnclaves;
 use crate::clock::HostClock;
-use crate::confined::Confinement;
 use crate::guard::GuardMode;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
@@ -48,6 +48,9 @@ pub struct ServiceSpec {
     /// Shared-memory domains this process takes part in.
     #[serde(default)]
     pub bus: Vec<BusSpec>,
+    /// Rights on them; not asked for where there are none, as of an attacker's process.
+    #[serde(default)]
+    pub enclaves: Option<SignedEnclaves>,
     /// Accepts DTLS sessions.
     #[serde(default)]
     pub listen: Option<DtlsListen>,
@@ -95,7 +98,7 @@ pub struct ServiceSpec {
     started: Instant,
     /// The level of confinement that this process has reached.
     #[serde(skip)]
-    level: Level,
+    pub(crate) level: Level,
 }
 
 fn any_port() -> LoopbackAddr {
@@ -104,6 +107,21 @@ fn any_port() -> LoopbackAddr {
 
 fn default_journal_bytes() -> u64 {
     1 << 30
+}
+
+/// Settings of a service's confinement that its links do not tell.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Confinement {
+    /// Process that holds the namespaces of the service's host; none where the machine gives none.
+    #[serde(default)]
+    pub host: Option<u32>,
+    /// Models and libraries of others that it reads.
+    #[serde(default)]
+    pub models: Vec<PathBuf>,
+    /// True if it opens a window.
+    #[serde(default)]
+    pub window: bool,
 }
 
 /// A shared-memory domain and the channels used in it.
@@ -138,6 +156,9 @@ pub struct ChannelSpec {
     /// Topic, by name.
     #[serde(with = "topic_name")]
     pub topic: Topic,
+    /// Key that hides its messages from the host's other processes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cipher: Option<Secret>,
 }
 
 /// Accepting DTLS sessions.
@@ -317,6 +338,7 @@ impl ServiceSpec {
             clock,
             run_dir,
             bus: Vec::new(),
+            enclaves: None,
             listen: None,
             dial: None,
             mqtt: None,
@@ -359,11 +381,6 @@ impl ServiceSpec {
         self.run_dir.join("mouth").join(self.log_name())
     }
 
-    /// The file of deliveries on this start's links.
-    pub(crate) fn witness_log(&self) -> PathBuf {
-        crate::witness::path(&self.run_dir, &self.log_name())
-    }
-
     /// The name of this start's logs: `<node>.cbor` for the first, `<node>-<boot>.cbor` for later ones.
     pub(crate) fn log_name(&self) -> String {
         match self.boot.0 {
@@ -404,33 +421,13 @@ impl ServiceSpec {
         Ok(spec)
     }
 
-    /// First call of every service's `main`: as [`ServiceSpec::unconfined_from_stdin`], then gives up the rights that the
-    /// table does not give to `service`.
-    ///
-    /// # Errors
-    ///
-    /// As [`ServiceSpec::read`], and where the process cannot be confined as far as its machine allows.
-    pub fn from_stdin(service: &str) -> Result<Self, SpecError> {
-        Self::unconfined_from_stdin()?.confined(service)
-    }
-
-    /// This specification in a process that has given up the rights that the table does not give to `service`.
-    ///
-    /// # Errors
-    ///
-    /// The process cannot be confined as far as its machine allows, or the table has no such service.
-    pub fn confined(mut self, service: &str) -> Result<Self, SpecError> {
-        self.level = crate::confined::enter(service, &self)?;
-        Ok(self)
-    }
-
     /// Ties this process's life to its launcher's, installs the cryptographic provider and logging, and reads the
-    /// specification from standard input. For a service that starts a program before it is [`ServiceSpec::confined`].
+    /// specification from standard input.
     ///
     /// # Errors
     ///
     /// As [`ServiceSpec::read`].
-    pub fn unconfined_from_stdin() -> Result<Self, SpecError> {
+    pub fn from_stdin() -> Result<Self, SpecError> {
         // A backstop: it follows the launcher's spawning thread; the end of the pipe is what counts.
         nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGKILL).map_err(io::Error::from)?;
         crate::crypto::init();

@@ -73,7 +73,7 @@ impl WitnessLog {
     /// When its file is there already or cannot be made.
     pub fn create(spec: &ServiceSpec) -> Result<Option<Self>> {
         let Some(making) = &spec.witness else { return Ok(None) };
-        let file = files::begin(&spec.witness_log())?;
+        let file = files::begin(&path(&spec.run_dir, &spec.log_name()))?;
         let key = Key::from_bytes(&making.secret.0);
         let log = Log {
             journal: Journal::new(making.node, spec.boot, Some(key)),

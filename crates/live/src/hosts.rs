@@ -72,7 +72,7 @@ pub(super) struct Hosts {
 }
 
 impl Hosts {
-    /// Makes the hosts whose buses have these roots: on one network, or `apart` on a wire with the adversary at its bridge; each with
+    /// Makes the hosts, with the roots of their buses: on one network, or `apart` on a wire with the adversary at its bridge; each with
     /// shared memory of `shared_kib`.
     pub(super) fn start(services: &Services, roots: Vec<(Host, Vec<PathBuf>)>, apart: bool, shared_kib: u64) -> Self {
         let mut hosts = Self { running: BTreeMap::new(), apart, refused: None };

@@ -65,6 +65,10 @@ static STARTING: Mutex<()> = Mutex::new(());
 const LEAD_US: u64 = 2_500_000;
 /// Time limit for a service to report that it is ready.
 const READY: Duration = Duration::from_secs(20);
+/// From the end of a run to the end of the rights on its buses, microseconds.
+const SPARE_US: u64 = 60_000_000;
+/// From the start of a run with a window to the end of these rights: that of its certificates.
+const WINDOW_US: u64 = 24 * 3_600_000_000;
 /// Time limit at the end for messages under way.
 const GRACE_US: u64 = 1_200_000;
 /// By how much the host may oversleep before it, and not the platform, explains a latency, microseconds.
@@ -188,10 +192,8 @@ pub fn run(
     let apart = options.hosts == scenario::Hosts::Namespaces;
     let hosts = (wanted != Confinement::None)
         .then(|| Hosts::start(&options.services, spec::roots(topology, &places), apart, options.shared_kib));
-    if let Some(why) = hosts.as_ref().and_then(Hosts::refused) {
-        if apart {
-            link::note!("hosts share the loopback interface: {why}");
-        }
+    if let Some(why) = hosts.as_ref().and_then(Hosts::refused).filter(|_| apart) {
+        link::note!("hosts share the loopback interface: {why}");
     }
     let (lines_in, lines) = channel();
     let mut company = Company {
@@ -217,10 +219,14 @@ pub fn run(
         guard,
         credentials,
         hosts: hosts.as_ref(),
+        secret,
+        enclaves: None,
         levels: Levels::default(),
         addresses: Default::default(),
         window,
     };
+    let until_us = start_us + if window { WINDOW_US } else { topology.duration + SPARE_US };
+    specs.enclaves = Some(store::enclaves(&places.run_dir, &specs.enclaves(until_us), &secret.authority())?);
     company.start_all(&options.services, topology, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
     let mut again = |node: NodeId, boot: Boot| {

@@ -7,24 +7,24 @@ use adversary::AdversaryConfig;
 use autonomy::Disc;
 use console::process::ProcessConfig;
 use console::site::{Block, MAX_SIDE, Relief, Site};
-use link::clock::HostClock;
-use link::confined::Confinement;
+use link::bus::enclave::{Enclaves, Rights, SignedEnclaves, channel};
+use link::clock::{HostClock, trace_us};
 use link::guard::GuardMode;
 use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, PkiError};
 use link::spec::{
-    BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
-    WitnessSpec,
+    BrokerListen, BusSpec, ChannelSpec, Confinement, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec,
+    ServiceSpec, WitnessSpec,
 };
 use sandbox::Level;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use sim::scene::Scene;
 use sim::terrain::Terrain;
-use topology::{Host, Link, Member, Role, Topology, sim_keys};
+use topology::{Host, Link, Member, Role, RunSecret, Topology, sim_keys};
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
-use wire::policy::Requirement;
+use wire::policy::{BusProtection, Requirement};
 
 use super::hosts::{Hosts, Levels};
 use super::remains::{Remains, SCRATCH};
@@ -134,6 +134,10 @@ pub(super) struct Specs<'a> {
     pub window: bool,
     /// The processes that hold the hosts' namespaces; none where services keep all their rights.
     pub hosts: Option<&'a Hosts>,
+    /// The run's secret.
+    pub secret: &'a RunSecret,
+    /// Rights on the buses, signed.
+    pub enclaves: Option<SignedEnclaves>,
     /// Levels of confinement that services have announced.
     pub levels: Levels,
     /// Addresses that services have announced, by node and kind.
@@ -157,6 +161,27 @@ impl Specs<'_> {
 
     fn address(&self, node: NodeId, kind: &'static str) -> Result<LoopbackAddr, String> {
         self.addresses.get(&(node, kind)).copied().ok_or_else(|| format!("{node} has not said where its {kind} is"))
+    }
+
+    /// True if the policy asks for encrypted channels.
+    fn confidential(&self) -> bool {
+        let policies = self.topology.members.iter().map(|member| member.setup.policy.bus);
+        policies.into_iter().any(|bus| bus == BusProtection::Confidential)
+    }
+
+    /// The rights of every service on the buses of its host, from now on; an attacker's process has none, and asks for none.
+    pub(super) fn enclaves(&self, until_us: u64) -> Enclaves {
+        let rights = |member: &Member| {
+            let names = |channels: &[ChannelSpec]| channels.iter().map(|c| channel(&c.scope, c.topic)).collect();
+            let all = self.bus(member);
+            let of = |get: fn(&BusSpec) -> &Vec<ChannelSpec>| {
+                all.iter().flat_map(|bus| get(bus).clone()).collect::<Vec<_>>()
+            };
+            Rights { publishes: names(&of(|bus| &bus.publish)), subscribes: names(&of(|bus| &bus.subscribe)) }
+        };
+        let services = self.topology.members.iter().filter(|member| !is_hostile(member));
+        let services = services.map(|member| (member.node().name().to_owned(), rights(member))).collect();
+        Enclaves { from_us: trace_us(), until_us, services }
     }
 
     /// The address at which a host's services listen, with a port of the kernel's choice.
@@ -204,6 +229,7 @@ impl Specs<'_> {
         let node = member.node();
         let mut spec = self.plain(node, member.host, member.setup.seed);
         spec.bus = self.bus(member);
+        spec.enclaves = self.enclaves.clone().filter(|_| !is_hostile(member));
         spec.config = config(self.topology, member, &self.places.run_dir, self.window.then(|| site(self.topology)));
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
@@ -244,9 +270,11 @@ impl Specs<'_> {
             return Vec::new();
         }
         let (host, endpoint) = (scope(member.host), member.endpoint);
-        let channel = |scope: &str, inside: bool, topic: Topic| {
+        let spec_of = |scope: &str, inside: bool, topic: Topic| {
             let scope = if inside { format!("{scope}-inside") } else { scope.to_owned() };
-            ChannelSpec { scope, topic }
+            let holds = member.setup.channels.iter().any(|held| held.topic == topic);
+            let cipher = (holds && self.confidential()).then(|| self.secret.cipher(member.host, &scope, topic));
+            ChannelSpec { scope, topic, cipher }
         };
         // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
         let second = |m: &Member| {
@@ -254,11 +282,11 @@ impl Specs<'_> {
                 && m.publishes.contains(&Topic::Intents)
         };
         let own = if second(member) { SECOND_STATION } else { host };
-        let publish = member.publishes.iter().map(|t| channel(own, endpoint.writes_inside(*t), *t)).collect();
+        let publish = member.publishes.iter().map(|t| spec_of(own, endpoint.writes_inside(*t), *t)).collect();
         let mut subscribe: Vec<_> =
-            member.subscribes.iter().map(|t| channel(host, endpoint.reads_inside(*t), *t)).collect();
+            member.subscribes.iter().map(|t| spec_of(host, endpoint.reads_inside(*t), *t)).collect();
         if matches!(member.role, Role::Gateway(_)) && self.topology.members.iter().any(second) {
-            subscribe.push(channel(SECOND_STATION, false, Topic::Intents));
+            subscribe.push(spec_of(SECOND_STATION, false, Topic::Intents));
         }
         let (prefix, root) = self.places.domain(member.host);
         // A rogue comes first and makes the channels of its own, with room for their producers beside it.
@@ -297,6 +325,11 @@ impl Specs<'_> {
         let on_demand = member.role.joins_later();
         Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe, on_demand }))
     }
+}
+
+/// True for a participant that is an attacker's.
+fn is_hostile(member: &Member) -> bool {
+    matches!(member.role, Role::Adversary(_))
 }
 
 /// Files of others that a participant reads.

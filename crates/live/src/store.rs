@@ -14,6 +14,7 @@ use evidence::log::{Logged, by_recorder, hex};
 use evidence::verification::Held;
 use evidence::{Evidence, Micros, SCHEMA_VERSION, Witnessed, truth};
 use instrument::{Entry, Note, Suspension};
+use link::bus::enclave::{Enclaves, SignedEnclaves};
 use link::files;
 use link::input_journal;
 use link::instrument::Frame;
@@ -24,6 +25,7 @@ use sha2::{Digest, Sha256};
 use topology::Topology;
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId};
+use wire::sign::Key;
 use wire::time::{Instant, Span};
 
 use crate::journals::CoreReplay;
@@ -76,6 +78,9 @@ pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
 
 /// The file with the site as it was planned, there from the beginning: no secret, and for spectators of a running run.
 const SITE: &str = "site.json";
+/// Rights on the buses, and the authority's signature over them.
+const ENCLAVES: &str = "enclaves.json";
+const ENCLAVES_SIGNATURE: &str = "enclaves.sig";
 /// The longest that is read.
 const MAX_SITE_BYTES: u64 = 1 << 20;
 
@@ -83,6 +88,16 @@ const MAX_SITE_BYTES: u64 = 1 << 20;
 pub fn site(directory: &Path, topology: &Topology) -> std::io::Result<()> {
     // What another run left there stays.
     std::fs::File::create_new(directory.join(SITE))?.write_all(&serde_json::to_vec(&crate::site(topology))?)
+}
+
+/// Signs the rights on the buses of a run, and writes document and signature.
+pub(super) fn enclaves(directory: &Path, of: &Enclaves, authority: &Key) -> Result<SignedEnclaves, String> {
+    let signed = of.sign(authority).map_err(|why| why.to_string())?;
+    let write = |name: &str, bytes: &[u8]| std::fs::File::create_new(directory.join(name))?.write_all(bytes);
+    let written =
+        write(ENCLAVES, signed.document.as_bytes()).and_then(|()| write(ENCLAVES_SIGNATURE, &signed.signature));
+    written.map_err(|why| format!("cannot write to {}: {why}", directory.display()))?;
+    Ok(signed)
 }
 
 /// Reads it back.

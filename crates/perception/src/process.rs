@@ -80,7 +80,7 @@ pub fn main() -> ExitCode {
 }
 
 fn make() -> Result<(ServiceSpec, Perception), Box<dyn std::error::Error>> {
-    let spec = ServiceSpec::from_stdin("perception")?;
+    let spec = link::confined::from_stdin("perception")?;
     let ProcessConfig { setup, config } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
     if let Some(library) = config.runtime.as_ref().filter(|_| config.rendered) {

@@ -129,7 +129,7 @@ const SELF: [i64; 45] = [
     libc::SYS_epoll_ctl,
     libc::SYS_epoll_pwait,
 ];
-/// Open files and folders, within what `view` and `ruleset` leave.
+/// Open files and folders, of those that `view` and `ruleset` leave.
 const OPEN_FILES: [i64; 36] = [
     libc::SYS_read,
     libc::SYS_write,

@@ -1,6 +1,6 @@
 //! A modelled host: a process that makes namespaces for the services of one machine, and keeps them until its launcher ends.
 //!
-//! Services join them by the process's number ([`crate::Rights::host`]). They have a network of their own, whose only way out is loopback; shared
+//! Services join them by the process's number ([`crate::Rights::host`]). They have a network of their own with loopback alone; shared
 //! memory and temporary files of their own, of a bounded size, which the kernel removes with the last process. The first host makes
 //! a user namespace, in which its user keeps the same number and gains no right outside; the others join that.
 
@@ -29,7 +29,7 @@ const FILES: &std::ffi::CStr = c"size=16m,nr_inodes=16k,mode=700";
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HostSpec {
-    /// Another host whose user namespace this one joins.
+    /// Another host, for its user namespace.
     #[serde(default)]
     pub beside: Option<u32>,
     /// True if the network is that of the host beside.

@@ -21,7 +21,7 @@ pub fn give_up_rights() -> rustix::io::Result<()> {
     set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })
 }
 
-/// Sets the limits of a row. What the launcher may raise again, to free a full disk, the process cannot: the filter of calls lets it ask for
+/// Sets the limits of a row. The launcher may raise one again, to free a full disk, and the process may not: the filter of calls lets it ask for
 /// limits and set none.
 pub(crate) fn set(row: &Row) -> Result<(), String> {
     let all = [

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use crate::table::row;
 use crate::{Rights, enter};
 
-/// Confines itself in the host whose process the last argument names, if it names one, and prints `ready` with the level.
+/// Confines itself, in the host of the process that the last argument names if it names one, and prints `ready` with the level.
 pub fn main() -> ExitCode {
     let host = std::env::args().next_back().and_then(|pid| pid.parse().ok());
     let rights = Rights { host, bus: vec![std::env::temp_dir()], ..Rights::default() };

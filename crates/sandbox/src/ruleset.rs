@@ -75,7 +75,7 @@ pub(crate) struct Ports {
     pub(crate) connects: Vec<u16>,
 }
 
-/// Leaves this process `places` and `ports`, and the signals and abstract sockets of its own; the reason for what the kernel does not hold.
+/// Leaves this process `places` and `ports`, and the signals and abstract sockets of its own; the reason where the kernel holds a part.
 pub(crate) fn apply(places: &[Place], ports: &Ports) -> Result<Option<String>, RulesetError> {
     let mut ruleset = Ruleset::default()
         .set_compatibility(CompatLevel::BestEffort)

@@ -1,6 +1,6 @@
 //! A root folder of a process's own, with the files and folders of its row at their places, and no others.
 //!
-//! It holds what Landlock does not know: sockets in the file system, such as those of a desktop's bus or of a container's daemon.
+//! It holds a part that Landlock does not know: sockets in the file system, such as those of a desktop's bus or of a container's daemon.
 
 use std::fs;
 use std::io;

@@ -1,7 +1,7 @@
 //! The wire between hosts that are apart: a bridge in the router's network, and a pair of interfaces to each other host.
 //!
 //! Its addresses are `127.254.0.0/24`. No packet with such an address leaves a machine, so a process that is not in the network of its host
-//! reaches nothing by them. Inside, the kernel routes them between interfaces, where `route_localnet` allows it.
+//! reaches no other by them. Inside, the kernel routes them between interfaces, where `route_localnet` allows it.
 
 use std::fs::{self, File};
 use std::future::Future;

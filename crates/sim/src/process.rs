@@ -29,7 +29,7 @@ pub fn main() -> ExitCode {
 }
 
 fn make() -> Result<(ServiceSpec, Sim), Box<dyn std::error::Error>> {
-    let spec = ServiceSpec::from_stdin("sim")?;
+    let spec = link::confined::from_stdin("sim")?;
     let config: ProcessConfig = serde_json::from_value(spec.config.clone())?;
     let sim = SimConfig { boot: spec.boot, ..config.sim };
     let core = Sim::new(&sim, config.keys, Some(Key::from_bytes(&config.journal)), spec.started())?;

@@ -6,6 +6,7 @@
 pub mod mean;
 pub mod paired;
 pub mod sequential;
+pub mod slope;
 pub mod waiting;
 
 use statrs::function::beta::beta_reg;

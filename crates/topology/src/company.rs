@@ -267,6 +267,8 @@ impl Company<'_> {
                 &reads,
                 writes,
             );
+            // It reads the feed without judging it. The key would let it write there in the gateway's name.
+            member.setup.channels.retain(|channel| channel.topic != Topic::Feed);
             member.peer = peer;
             member.commands = peer.is_some();
         }

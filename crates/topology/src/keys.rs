@@ -38,7 +38,7 @@ impl RunSecret {
 
     /// A revocation of each identity that can be revoked. Here the authority's key is used, and only here.
     pub fn revocations(&self) -> Vec<(NodeId, Vec<u8>)> {
-        let authority = Key::from_bytes(&self.of(NodeId::AUTHORITY).0);
+        let authority = self.authority();
         let strikable = [NodeId::OPERATOR, NodeId::OPERATOR_2, NodeId::UNIT_B, NodeId::UNIT_C];
         strikable.map(|of| (of, Revocation { of }.sign(&authority))).to_vec()
     }
@@ -72,6 +72,17 @@ impl RunSecret {
             readers.map(move |reader| channel((topic, producer), reader))
         };
         topics.iter().copied().flat_map(of).collect()
+    }
+
+    /// The key that hides the messages of a channel, which its publisher and its readers have.
+    pub fn cipher(&self, host: Host, scope: &str, topic: Topic) -> Secret {
+        let of = [&[host as u8, topic as u8], scope.as_bytes()].concat();
+        Secret(self.derive("holdsafe channel cipher v1", &of))
+    }
+
+    /// The authority's signing key, for what is signed before a run's first service starts.
+    pub fn authority(&self) -> Key {
+        Key::from_bytes(&self.of(NodeId::AUTHORITY).0)
     }
 
     fn derive(&self, context: &str, of: &[u8]) -> [u8; 32] {

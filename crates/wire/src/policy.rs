@@ -193,6 +193,20 @@ pub struct Policy {
     /// The record filter in front of a secure session (`link::guard`).
     #[serde(default)]
     pub record_guard: Requirement,
+    /// Protection of messages in shared memory, live.
+    #[serde(default)]
+    pub bus: BusProtection,
+}
+
+/// Protection of messages on a host's inner bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BusProtection {
+    /// Tags say who made a message; every process of the host can read it.
+    #[default]
+    Integrity,
+    /// Messages are encrypted too, under a key for each channel.
+    Confidential,
 }
 
 /// Policy by which a display judges reports: the display's own rule on signatures stands in place of the boundary's. A report is

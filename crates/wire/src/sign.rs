@@ -37,6 +37,8 @@ pub enum Purpose {
     Head,
     /// The authority's revocation of an identity.
     Revocation,
+    /// The authority's document of rights on the inner buses.
+    Enclaves,
 }
 
 impl Purpose {
@@ -48,6 +50,7 @@ impl Purpose {
             Purpose::Ack => b"holdsafe ack v1",
             Purpose::Head => b"holdsafe head v1",
             Purpose::Revocation => b"holdsafe revocation v1",
+            Purpose::Enclaves => b"holdsafe enclaves v1",
         }
     }
 }

@@ -15,10 +15,17 @@ pub(super) struct Args {
     /// Only this platform: every scenario that it shares with the ground platform, and its own; also live.
     #[arg(long, value_name = "PLATFORM", conflicts_with = "reproduce")]
     domain: Option<String>,
+    /// Only the live runs, with the hosts in network namespaces of their own, on a wire with the adversary at its bridge.
+    #[arg(long, conflicts_with = "reproduce")]
+    apart: bool,
     #[command(flatten)]
     of: reproduce::Reproduce,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args.domain.as_deref()) }
+    if args.reproduce {
+        reproduce::run(context, &args.of)
+    } else {
+        reference::run(context, args.domain.as_deref(), args.apart)
+    }
 }

@@ -22,7 +22,7 @@ use serde::Serialize;
 use self::machine::{Around, left};
 use super::kill::PROCESSES;
 use super::tamper;
-use crate::report::{Attempts, FaultRow, fault_table};
+use crate::report::{Attempts, FaultRow, fault_table, survived};
 
 /// Lengths of stops, seconds.
 const STOPS_S: [f64; 3] = [0.2, 1.0, 5.0];
@@ -112,6 +112,12 @@ impl Measuring<'_> {
         attempts: &Attempts,
     ) -> Result<(), Failure> {
         let row = FaultRow::new(fault, what, mode, attempts, left()?);
+        for trial in attempts.trials.iter().filter(|trial| !survived(trial)) {
+            let broken = trial.responses.iter().filter(|response| !response.kept);
+            let broken: Vec<String> = broken.map(|response| format!("{response:?}")).collect();
+            let why = [trial.findings.clone(), broken].concat().join("; ");
+            link::note!("{fault} {}: seed {}, {} ({why})", row.what, trial.seed, trial.outcome.name());
+        }
         link::note!("{fault} {}: {} attempts, {} lost", row.what, row.attempts, row.lost);
         self.rows.push(row);
         Ok(())

@@ -33,7 +33,7 @@ pub struct FaultRow {
     pub attempts: u64,
     /// Of these INVALID: the fault did not provably arrive, or the host overslept.
     pub invalid: u64,
-    /// Valid attempts after which the platform was in the stated mode in time, or whose run was refused before it began, in words.
+    /// Valid attempts after which the platform was in the stated mode in time, and runs that were refused in words before they began.
     pub survived: u64,
     /// Of these refused before the run began.
     pub refused: u64,
@@ -75,7 +75,8 @@ impl FaultRow {
     }
 }
 
-fn survived(trial: &Trial) -> bool {
+/// True if the platform was in the stated mode in time; of an INVALID trial it is not known, and said to be so.
+pub fn survived(trial: &Trial) -> bool {
     let broken = [Outcome::Unsafe, Outcome::GuestFailed, Outcome::Late];
     !broken.contains(&trial.outcome) && trial.responses.iter().all(|response| response.kept)
 }

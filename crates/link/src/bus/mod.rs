@@ -5,8 +5,11 @@
 //! (`wire::bus`). A channel has one publisher at a time, unless one who made it first left room for more; a slow reader loses
 //! the oldest messages of each publisher, never blocks.
 
+pub mod cipher;
+pub mod enclave;
 pub mod sweep;
 
+use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -25,6 +28,10 @@ use iceoryx2::prelude::{
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use tokio::sync::mpsc;
 use wire::core::{Input, Topic};
+use wire::setup::Secret;
+
+use self::cipher::Cipher;
+use crate::clock::trace_us;
 
 type Ipc = ipc::Service;
 type Samples = publish_subscribe::PortFactory<Ipc, [u8], ()>;
@@ -61,6 +68,12 @@ pub enum BusError {
         /// Bytes.
         length: usize,
     },
+    /// A message outside the time of the channel's rights.
+    #[error("the rights on the channel are not valid yet, or no longer")]
+    Time,
+    /// The machine gives no random bytes for a confidential channel.
+    #[error("no randomness from the host")]
+    NoRandomness,
     /// The shared-memory library refused.
     #[error("{what}: {why}")]
     Library {
@@ -84,6 +97,27 @@ pub const MAX_PLACE: usize = 107 - 1 - 39 - 6;
 pub struct Domain {
     config: Config,
     publishers: usize,
+    protection: Protection,
+}
+
+/// Protection of a channel beside the tags of its messages.
+#[derive(Clone, Debug, Default)]
+pub struct Protection {
+    /// Key that hides its messages; none where they are readable by every process of the host.
+    pub cipher: Option<Secret>,
+    /// Times between which it carries messages, microseconds of the machine's monotonic clock; always without them.
+    pub time: Option<(u64, u64)>,
+}
+
+impl Protection {
+    fn carries(&self) -> bool {
+        self.time.is_none_or(|(from, until)| (from..until).contains(&trace_us()))
+    }
+
+    fn cipher(&self, topic: Topic) -> Result<Option<Cipher>, BusError> {
+        let made = self.cipher.as_ref().map(|key| Cipher::new(key, topic));
+        made.map(|cipher| cipher.ok_or(BusError::NoRandomness)).transpose()
+    }
 }
 
 impl Domain {
@@ -104,7 +138,7 @@ impl Domain {
         config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| name(prefix))?;
         let root = iceoryx2::prelude::Path::new(root_text.as_bytes()).map_err(|_| name(root_text))?;
         config.global.set_root_path(&root);
-        Ok(Self { config, publishers: 1 })
+        Ok(Self { config, publishers: 1, protection: Protection::default() })
     }
 
     /// The same domain; channels first created through it have room for so many publishers at once. An existing channel
@@ -112,6 +146,12 @@ impl Domain {
     #[must_use]
     pub fn with_publishers(self, publishers: usize) -> Self {
         Self { publishers, ..self }
+    }
+
+    /// The same domain; channels opened through it have this protection.
+    #[must_use]
+    pub fn protected(&self, protection: Protection) -> Self {
+        Self { protection, ..self.clone() }
     }
 
     /// Opens the writing end of a channel. Not to be moved to another thread.
@@ -123,7 +163,7 @@ impl Domain {
         let port = persist(&channel.node, || {
             let builder = channel.samples.publisher_builder();
             builder
-                .initial_max_slice_len(topic.max_len())
+                .initial_max_slice_len(topic.max_len() + cipher::OVERHEAD)
                 .allocation_strategy(AllocationStrategy::Static)
                 .create()
                 .map_err(|e| library("publisher")(&e))
@@ -131,7 +171,8 @@ impl Domain {
         let bell =
             persist(&channel.node, || channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e)))?;
         self.reserve()?;
-        Ok(Publisher { topic, port, bell, _channel: channel })
+        let cipher = self.protection.cipher(topic)?.map(RefCell::new);
+        Ok(Publisher { topic, port, bell, cipher, protection: self.protection.clone(), _channel: channel })
     }
 
     /// Opens the reading end of a channel: a thread that sleeps until rung and moves messages to `to`.
@@ -263,6 +304,9 @@ pub struct Publisher {
     topic: Topic,
     port: Port<Ipc, [u8], ()>,
     bell: Notifier<Ipc>,
+    /// Not shared: a publisher stays on its thread.
+    cipher: Option<RefCell<Cipher>>,
+    protection: Protection,
     _channel: Channel,
 }
 
@@ -280,6 +324,12 @@ impl Publisher {
         if bytes.len() > self.topic.max_len() {
             return Err(BusError::TooLong { topic: self.topic, length: bytes.len() });
         }
+        if !self.protection.carries() {
+            return Err(BusError::Time);
+        }
+        let hidden = self.cipher.as_ref().map(|cipher| cipher.borrow_mut().encrypt(bytes));
+        let hidden = hidden.map(|hidden| hidden.ok_or(BusError::NoRandomness)).transpose()?;
+        let bytes = hidden.as_deref().unwrap_or(bytes);
         let sample = self.port.loan_slice_uninit(bytes.len()).map_err(|e| library("loan")(&e))?;
         sample.write_from_slice(bytes).send().map_err(|e| library("send")(&e))?;
         self.bell.notify().map_err(|e| library("ring")(&e))?;
@@ -317,6 +367,8 @@ struct Ends {
     topic: Topic,
     port: Subscriber<Ipc, [u8], ()>,
     bell: Listener<Ipc>,
+    cipher: Option<Cipher>,
+    protection: Protection,
     _channel: Channel,
 }
 
@@ -329,7 +381,8 @@ impl Ends {
             channel.samples.subscriber_builder().create().map_err(|e| library("subscriber")(&e))
         })?;
         domain.reserve()?;
-        Ok(Self { topic, port, bell, _channel: channel })
+        let (cipher, protection) = (domain.protection.cipher(topic)?, domain.protection.clone());
+        Ok(Self { topic, port, bell, cipher, protection, _channel: channel })
     }
 
     fn forward(&self, to: &mpsc::Sender<Input>, stop: &AtomicBool, received: &AtomicU64) {
@@ -338,6 +391,12 @@ impl Ends {
                 match self.port.receive() {
                     Ok(Some(sample)) => {
                         let bytes = sample.payload().to_vec();
+                        if !self.protection.carries() {
+                            continue;
+                        }
+                        // Bytes that are no message of the channel go on as they are, for the core to refuse and write down.
+                        let message = self.cipher.as_ref().and_then(|cipher| cipher.decrypt(&bytes));
+                        let bytes = message.unwrap_or(bytes);
                         received.fetch_add(1, Ordering::Relaxed);
                         if to.blocking_send(Input::Bus { topic: self.topic, bytes }).is_err() {
                             return;

@@ -3,9 +3,19 @@
 use std::path::PathBuf;
 
 use link::bus::sweep::sweep;
-use link::bus::{BusError, Domain};
+use link::bus::{BusError, Domain, Protection};
 use tokio::sync::mpsc;
+use wire::bus::{ChannelKey, Sender};
+use wire::codec;
 use wire::core::{Input, Topic};
+use wire::id::{Boot, NodeId};
+use wire::policy::Policy;
+use wire::sensor::Navigation;
+use wire::setup::Secret;
+use wire::time::{Instant, Span};
+use wire::trust::BusGate;
+
+const NOW: Instant = Instant(5_000_000);
 
 /// A domain of this test alone; its traces are removed when it is dropped.
 struct Scratch {
@@ -114,4 +124,91 @@ fn names_outside_the_form_are_refused() {
     assert!(Domain::new(&PathBuf::from("relative"), "hs_abc_").is_err());
     let long = format!("/{}", "long".repeat(20));
     assert!(matches!(Domain::new(&PathBuf::from(long), "hs_abc_"), Err(BusError::Place { length: 88 })));
+}
+
+/// The memory of a channel's messages, as another process of the host finds it.
+fn memory(prefix: &str) -> Vec<PathBuf> {
+    let files = std::fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().path());
+    let data = |path: &PathBuf| {
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        name.starts_with(prefix) && name.ends_with(".data")
+    };
+    files.filter(data).collect()
+}
+
+/// Every byte of the message, one after the other, while it waits for its reader.
+#[test]
+fn message_altered_in_shared_memory_is_refused() {
+    let key = ChannelKey([3; 32]);
+    let body = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None, spatial: None });
+    let sealed = |sender: &mut Sender| sender.seal(NOW, &body);
+    let length = sealed(&mut Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), key.clone())).len();
+    let mut refused = 0;
+    for byte in 0..length {
+        let scratch = Scratch::new("scribble");
+        let (tx, mut inbox) = mpsc::channel(1);
+        let publisher = scratch.domain.publisher("vehicle", Topic::Navigation).unwrap();
+        let _reader = scratch.domain.subscribe("vehicle", Topic::Navigation, tx).unwrap();
+        let mut sender = Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), key.clone());
+        // The first fills the reader's room and the second waits before it, so that the third stays in shared memory.
+        let sent: Vec<Vec<u8>> = (0..3).map(|_| sealed(&mut sender)).collect();
+        sent.iter().for_each(|bytes| publisher.publish(bytes).unwrap());
+        let mut scribbled = 0;
+        for file in memory(&scratch.prefix) {
+            let mut held = std::fs::read(&file).unwrap();
+            while let Some(at) = held.windows(length).position(|window| window == sent[2]) {
+                held[at + byte] ^= 1;
+                std::fs::write(&file, &held).unwrap();
+                scribbled += 1;
+            }
+        }
+        assert_eq!(scribbled, 1, "byte {byte}: the message was in memory");
+        let mut gate = BusGate::new(Topic::Navigation, NodeId::SIM, key.clone(), Span::ms(300));
+        let mut judge = |bytes: &[u8]| gate.admit::<Navigation>(&Policy::default(), NOW, bytes).is_ok();
+        assert!(judge(&bytes(inbox.blocking_recv())) && judge(&bytes(inbox.blocking_recv())));
+        refused += usize::from(!judge(&bytes(inbox.blocking_recv())));
+    }
+    assert_eq!(refused, length);
+}
+
+#[test]
+fn listener_without_the_channels_key_reads_nothing() {
+    let scratch = Scratch::new("hidden");
+    let with = |key: u8| Protection { cipher: Some(Secret([key; 32])), time: None };
+    let (tx, mut inbox) = mpsc::channel(8);
+    let (other_tx, mut other) = mpsc::channel(8);
+    let publisher = scratch.domain.protected(with(1)).publisher("control", Topic::Intents).unwrap();
+    let _reader = scratch.domain.protected(with(1)).subscribe("control", Topic::Intents, tx).unwrap();
+    let strangers = [scratch.domain.clone(), scratch.domain.protected(with(2))];
+    let _listeners: Vec<_> =
+        strangers.iter().map(|domain| domain.subscribe("control", Topic::Intents, other_tx.clone()).unwrap()).collect();
+    let message = b"HOLD of unit-a by the operator";
+    publisher.publish(message).unwrap();
+    assert_eq!(bytes(inbox.blocking_recv()), message);
+    for _ in &strangers {
+        let heard = bytes(other.blocking_recv());
+        assert!(!heard.windows(4).any(|window| window == b"HOLD"), "{heard:?}");
+    }
+    let seen = memory(&scratch.prefix).iter().any(|file| std::fs::read(file).unwrap().windows(4).any(|w| w == b"HOLD"));
+    assert!(!seen, "nor does who maps the memory");
+}
+
+#[test]
+fn channel_outside_the_time_of_its_rights_carries_nothing() {
+    let scratch = Scratch::new("time");
+    let now = link::clock::trace_us();
+    let between = |time| Protection { cipher: None, time: Some(time) };
+    for time in [(0, now), (now + 3_600_000_000, u64::MAX)] {
+        let publisher = scratch.domain.protected(between(time)).publisher("control", Topic::Feed).unwrap();
+        assert!(matches!(publisher.publish(b"late"), Err(BusError::Time)));
+    }
+    let publisher = scratch.domain.publisher("control", Topic::Feed).unwrap();
+    let (tx, mut inbox) = mpsc::channel(8);
+    let (late_tx, mut late) = mpsc::channel(8);
+    let _late = scratch.domain.protected(between((0, now))).subscribe("control", Topic::Feed, late_tx).unwrap();
+    let _reader = scratch.domain.protected(between((0, u64::MAX))).subscribe("control", Topic::Feed, tx).unwrap();
+    publisher.publish(b"in time").unwrap();
+    assert_eq!(bytes(inbox.blocking_recv()), b"in time");
+    drop((_late, publisher));
+    assert!(late.blocking_recv().is_none(), "its reader has no right any more");
 }

@@ -196,7 +196,7 @@ fn successor_recorder_is_heard_by_the_same_services() {
     let reader = domain.subscribe("vehicle", Topic::Seals, tx).unwrap();
     for boot in 1..=3 {
         let mut spec = spec(directory.path(), Boot(boot));
-        let publish = vec![ChannelSpec { scope: "vehicle".into(), topic: Topic::Seals }];
+        let publish = vec![ChannelSpec { scope: "vehicle".into(), topic: Topic::Seals, cipher: None }];
         spec.bus.push(BusSpec {
             root: root.clone(),
             prefix: prefix.clone(),

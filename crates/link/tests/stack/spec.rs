@@ -14,7 +14,7 @@ fn spec() -> ServiceSpec {
     spec.bus.push(BusSpec {
         root: "/run/somewhere/vehicle".into(),
         prefix: "hs_abc_v_".into(),
-        subscribe: vec![ChannelSpec { scope: "unit-a".into(), topic: Topic::Tracks }],
+        subscribe: vec![ChannelSpec { scope: "unit-a".into(), topic: Topic::Tracks, cipher: None }],
         publish: Vec::new(),
         publishers: 2,
     });

@@ -12,7 +12,7 @@ use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::plan::{Chosen, Planned, Wanted, platform_of};
 use runner::{Context, batch, out, plan};
-use scenario::{Scenario, load_platform};
+use scenario::{Hosts, Scenario, load_platform};
 
 /// The paper's findings, which the table begins with; the others follow by name.
 const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
@@ -23,18 +23,26 @@ const RETRIES: u32 = 2;
 /// Live runs side by side for each core: they wait most of their time.
 const LIVE_PER_CORE: usize = 2;
 
-pub(super) fn run(context: &Context, domain: Option<&str>) -> Result<Exit, Failure> {
+pub(super) fn run(context: &Context, domain: Option<&str>, apart: bool) -> Result<Exit, Failure> {
     let root = context.root()?;
     // Every file is read before anything runs.
     let mut plans = match domain {
         Some(name) => on(context, &platform_of(context, name)?, true)?,
         None => everywhere(context)?,
     };
+    if apart {
+        plans.retain(|part| !part.live.is_empty());
+        for part in &mut plans {
+            part.twin.clear();
+            part.live.iter_mut().for_each(|of| of.setup.hosts = Hosts::Namespaces);
+        }
+    }
     if plans.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("no scenario in {}", root.join("scenarios").display())));
     }
     let dir = out::directory(&root, None, "reference")?;
-    let all: Vec<Planned> = plans.iter().flat_map(|part| part.twin.clone()).collect();
+    let all: Vec<Planned> =
+        plans.iter().flat_map(|part| if apart { part.live.clone() } else { part.twin.clone() }).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
     let mut told = Told { dir: &dir, json: context.json, exit: Exit::Fine, rows: Vec::new() };
@@ -42,7 +50,7 @@ pub(super) fn run(context: &Context, domain: Option<&str>) -> Result<Exit, Failu
         let batch = Batch { label, mode, planned, n, seed: context.seed, jobs, out: Some(out) };
         batch.run(context.talk, &context.stop)
     };
-    for Part { scenario, platform, twin, .. } in &plans {
+    for Part { scenario, platform, twin, .. } in plans.iter().filter(|part| !part.twin.is_empty()) {
         let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
         let out = kept_in(&dir, platform);
         let mut trials = Vec::new();
