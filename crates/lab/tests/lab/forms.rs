@@ -4,7 +4,8 @@ use super::lab;
 
 #[test]
 fn quick_measurements_keep_their_form() {
-    let quick: [&[&str]; 10] = [
+    let quick: [&[&str]; 11] = [
+        &["faults", "--only", "F5", "--runs", "1"],
         &["window", "--records", "100"],
         &["liveness", "--hours", "1"],
         &["explain", "--runs", "1"],
