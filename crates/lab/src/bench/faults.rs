@@ -22,7 +22,7 @@ use serde::Serialize;
 use self::machine::{Around, left};
 use super::kill::PROCESSES;
 use super::tamper;
-use crate::report::{Attempts, FaultRow, fault_table, survived};
+use crate::report::{Attempts, FaultRow, Left, fault_table, survived};
 
 /// Lengths of stops, seconds.
 const STOPS_S: [f64; 3] = [0.2, 1.0, 5.0];
@@ -74,7 +74,7 @@ struct Measured {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "faults")).transpose()?;
-    let mut measuring = Measuring { context, args, rows: Vec::new() };
+    let mut measuring = Measuring { context, args, before: left()?, rows: Vec::new() };
     measuring.processes()?;
     measuring.scenarios()?;
     measuring.links()?;
@@ -96,12 +96,25 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 struct Measuring<'a> {
     context: &'a Context,
     args: &'a Args,
+    /// Things of other runs on the machine.
+    before: Left,
     rows: Vec<FaultRow>,
 }
 
 impl Measuring<'_> {
     fn wanted(&self, fault: &str) -> bool {
         self.args.only.is_empty() || self.args.only.iter().any(|only| only == fault)
+    }
+
+    /// Things of ours that were not there before.
+    fn left(&self) -> Result<Left, Failure> {
+        let (now, before) = (left()?, self.before);
+        Ok(Left {
+            processes: now.processes.saturating_sub(before.processes),
+            segments: now.segments.saturating_sub(before.segments),
+            folders: now.folders.saturating_sub(before.folders),
+            namespaces: now.namespaces.saturating_sub(before.namespaces),
+        })
     }
 
     fn add(
@@ -111,7 +124,7 @@ impl Measuring<'_> {
         mode: &'static str,
         attempts: &Attempts,
     ) -> Result<(), Failure> {
-        let row = FaultRow::new(fault, what, mode, attempts, left()?);
+        let row = FaultRow::new(fault, what, mode, attempts, self.left()?);
         for trial in attempts.trials.iter().filter(|trial| !survived(trial)) {
             let broken = trial.responses.iter().filter(|response| !response.kept);
             let broken: Vec<String> = broken.map(|response| format!("{response:?}")).collect();
@@ -171,7 +184,7 @@ impl Measuring<'_> {
                 continue;
             }
             let scenario = scenario::load(&plan::file_of(self.context, name)?)?;
-            let mode = if scenario.is_of_stacks() { Mode::Twin } else { Mode::Live };
+            let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Live };
             self.trials(fault, name.replace('_', " "), &scenario, mode)?;
         }
         Ok(())
@@ -217,7 +230,8 @@ impl Measuring<'_> {
         }
         let (attempts, survived) = tamper::power_cuts(self.context)?;
         let what = "recording cut at each byte: read up to its last seal".to_owned();
-        let mut row = FaultRow::new("F13", what, "files", &Attempts { trials: Vec::new(), refused: attempts }, left()?);
+        let mut row =
+            FaultRow::new("F13", what, "files", &Attempts { trials: Vec::new(), refused: attempts }, self.left()?);
         (row.survived, row.refused, row.lost) = (survived, 0, attempts - survived);
         row.lost_upper_95 = stats::rate_upper(row.lost, attempts, stats::LEVEL);
         self.rows.push(row);

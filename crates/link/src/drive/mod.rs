@@ -24,7 +24,8 @@ use crate::instrument::Frame;
 use crate::recorder::Recording;
 use crate::spec::{Control, ServiceSpec, watch};
 
-/// Period at which buffered logs are handed to the operating system.
+/// Longest time until logs are handed to the operating system: those of observers in front of sessions, and after a write that failed. The
+/// entries of a core go there before its outputs are carried out.
 pub const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
 /// Time for the last records to leave before the links are closed.
@@ -241,9 +242,8 @@ impl Driver {
         self.inputs += 1;
         self.ports.logs.input(now, input);
         self.core.handle(now, input);
-        while let Some(output) = self.core.output() {
-            self.ports.carry_out(output);
-        }
+        let outputs = std::iter::from_fn(|| self.core.output()).collect();
+        self.ports.carry_out(outputs);
     }
 
     /// The host's time, never before the last reading.

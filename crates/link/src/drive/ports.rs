@@ -70,9 +70,14 @@ impl Ports {
         })
     }
 
-    /// Notes an output and carries it out. No step waits.
-    pub(super) fn carry_out(&mut self, output: Output) {
-        self.logs.output(&output);
+    /// Carries outputs out, once they are on file: a process that is killed leaves no act without an entry. No step waits.
+    pub(super) fn carry_out(&mut self, outputs: Vec<Output>) {
+        outputs.iter().for_each(|output| self.logs.output(output));
+        self.logs.flush();
+        outputs.into_iter().for_each(|output| self.carry_out_one(output));
+    }
+
+    fn carry_out_one(&mut self, output: Output) {
         let carried = match output {
             // A seal goes out only when what it seals has been handed to the operating system.
             Output::Bus { topic: Topic::Seals, .. } if self.audit.recording().is_some_and(|r| !r.flush()) => false,
@@ -94,11 +99,7 @@ impl Ports {
             // What is over already is no loss.
             Output::Close { session } => return self.telemetry.close(session),
             Output::Leave => return self.command.leave(),
-            Output::Text { text, .. } => {
-                // Whoever follows the log is to have it now: what is shown ages.
-                self.logs.flush();
-                return say("text", &json!(text));
-            }
+            Output::Text { text, .. } => return say("text", &json!(text)),
         };
         self.undeliverable += u64::from(!carried);
     }

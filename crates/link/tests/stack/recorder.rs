@@ -186,7 +186,7 @@ fn the_end_of_the_pipe_ends_the_process() {
     assert_eq!(running.child.wait().unwrap().code(), Some(ORPHANED));
 }
 
-/// It succeeds a killed recorder.
+/// It succeeds a killed recorder, whose log has every seal that was heard of it.
 #[test]
 fn successor_recorder_is_heard_by_the_same_services() {
     let directory = tempfile::tempdir().unwrap();
@@ -205,9 +205,13 @@ fn successor_recorder_is_heard_by_the_same_services() {
             publishers: 1,
         });
         let mut running = launch(spec);
-        assert!(matches!(inbox.blocking_recv(), Some(Input::Bus { topic: Topic::Seals, .. })));
+        let Some(Input::Bus { bytes: heard, .. }) = inbox.blocking_recv() else { panic!("the channel ended") };
         running.child.kill().unwrap();
         running.child.wait().unwrap();
+        let log = if boot == 1 { "recorder.cbor".to_owned() } else { format!("recorder-{boot}.cbor") };
+        let log = std::fs::File::open(directory.path().join("mouth").join(log)).unwrap();
+        let done = |entry| matches!(entry, Ok(Entry::Output(Output::Bus { bytes, .. })) if bytes == heard);
+        assert!(Reader::new(BufReader::new(log)).unwrap().any(done), "a killed process leaves no act without an entry");
         while inbox.try_recv().is_ok() {}
     }
     drop(reader);
