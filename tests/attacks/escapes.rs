@@ -125,7 +125,9 @@ fn hostile_service_gets_at_nothing_of_others() {
         let level = confined.remove("level").unwrap();
         for (name, result) in &confined {
             let refused = result.starts_with("refused: ") || result.starts_with("ended: ");
-            let held = level == "refused: full" || !NEED_NAMESPACES.contains(&name.as_str());
+            // A kernel without Landlock holds no file back either, and the level says so.
+            let partly = !level.contains("Landlock") && !NEED_NAMESPACES.contains(&name.as_str());
+            let held = level == "refused: full" || partly;
             assert!(refused || !held, "{service}: {name}: {result}, confinement {level}");
             if !refused {
                 println!("{service}: {name}: {result}, confinement {level}");
