@@ -16,7 +16,7 @@ use wire::id::NodeId;
 /// Longest line a service may print, bytes.
 const MAX_LINE: usize = 256 * 1024;
 
-/// Number of looks at the process table for a process that was told to stop.
+/// Number of looks at the process table for a process that was told to stop, or is ending.
 const STOP_LOOKS: u32 = 10_000;
 
 /// Environment variables that a service may see.
@@ -174,9 +174,10 @@ impl Child {
         !matches!(self.process.try_wait(), Ok(None))
     }
 
-    /// The signal that ended it, once its output has ended.
+    /// The signal that ended it, soon after its output has ended; none of a process that goes on without an output.
     pub fn ended_by(&mut self) -> Option<u8> {
-        self.process.wait().ok()?.signal().and_then(|number| u8::try_from(number).ok())
+        let status = (0..STOP_LOOKS).find_map(|_| self.process.try_wait().ok().flatten().or_else(no_status))?;
+        status.signal().and_then(|number| u8::try_from(number).ok())
     }
 
     /// Closes its pipe, which ends it.
@@ -210,6 +211,12 @@ fn is_stopped(pid: u32) -> bool {
 fn look_again() -> bool {
     std::thread::yield_now();
     false
+}
+
+/// The same for a process that is ending.
+fn no_status() -> Option<std::process::ExitStatus> {
+    std::thread::yield_now();
+    None
 }
 
 fn listen(node: NodeId, mut from: impl BufRead, lines: &Sender<(NodeId, Line)>) {
@@ -264,6 +271,16 @@ pub(super) mod tests {
         let mut ended = child(&folder, "exit 0");
         ended.wait();
         assert!(!ended.halt());
+    }
+
+    /// The launcher does not wait for it.
+    #[test]
+    fn process_that_only_closed_its_output_has_no_signal() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut silent = child(&folder, "exec cat >/dev/null");
+        assert_eq!(silent.ended_by(), None);
+        assert!(!silent.ended() && silent.kill());
+        assert_eq!(child(&folder, "kill -SYS $$").ended_by(), Some(31));
     }
 
     #[test]
