@@ -9,7 +9,6 @@ pub mod cipher;
 pub mod enclave;
 pub mod sweep;
 
-use std::cell::RefCell;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -114,9 +113,8 @@ impl Protection {
         self.time.is_none_or(|(from, until)| (from..until).contains(&trace_us()))
     }
 
-    fn cipher(&self, topic: Topic) -> Result<Option<Cipher>, BusError> {
-        let made = self.cipher.as_ref().map(|key| Cipher::new(key, topic));
-        made.map(|cipher| cipher.ok_or(BusError::NoRandomness)).transpose()
+    fn cipher(&self, topic: Topic) -> Option<Cipher> {
+        self.cipher.as_ref().map(|key| Cipher::new(key, topic))
     }
 }
 
@@ -171,7 +169,7 @@ impl Domain {
         let bell =
             persist(&channel.node, || channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e)))?;
         self.reserve()?;
-        let cipher = self.protection.cipher(topic)?.map(RefCell::new);
+        let cipher = self.protection.cipher(topic);
         Ok(Publisher { topic, port, bell, cipher, protection: self.protection.clone(), _channel: channel })
     }
 
@@ -304,8 +302,7 @@ pub struct Publisher {
     topic: Topic,
     port: Port<Ipc, [u8], ()>,
     bell: Notifier<Ipc>,
-    /// Not shared: a publisher stays on its thread.
-    cipher: Option<RefCell<Cipher>>,
+    cipher: Option<Cipher>,
     protection: Protection,
     _channel: Channel,
 }
@@ -327,7 +324,7 @@ impl Publisher {
         if !self.protection.carries() {
             return Err(BusError::Time);
         }
-        let hidden = self.cipher.as_ref().map(|cipher| cipher.borrow_mut().encrypt(bytes));
+        let hidden = self.cipher.as_ref().map(|cipher| cipher.encrypt(bytes));
         let hidden = hidden.map(|hidden| hidden.ok_or(BusError::NoRandomness)).transpose()?;
         let bytes = hidden.as_deref().unwrap_or(bytes);
         let sample = self.port.loan_slice_uninit(bytes.len()).map_err(|e| library("loan")(&e))?;
@@ -381,7 +378,7 @@ impl Ends {
             channel.samples.subscriber_builder().create().map_err(|e| library("subscriber")(&e))
         })?;
         domain.reserve()?;
-        let (cipher, protection) = (domain.protection.cipher(topic)?, domain.protection.clone());
+        let (cipher, protection) = (domain.protection.cipher(topic), domain.protection.clone());
         Ok(Self { topic, port, bell, cipher, protection, _channel: channel })
     }
 
