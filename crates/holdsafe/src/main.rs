@@ -2,6 +2,10 @@
 
 use std::process::ExitCode;
 
+/// That of glibc 2.36 grows without bound under the aligned tensors of inference.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     runner::start::program("holdsafe", holdsafe::command::main)
 }

@@ -22,6 +22,9 @@ use crate::instrument::Frame;
 /// A chunk is closed at this size at the latest, in bytes.
 const CHUNK: u64 = 64 * 1024;
 
+/// A file is closed at this size, in bytes, and the next one begun: the index of its chunks is in memory until then.
+const FILE: u64 = 16 << 20;
+
 /// Pause between attempts to open a file after a failure, in microseconds.
 const PAUSE_US: u64 = 100_000;
 
@@ -126,19 +129,27 @@ impl Recording {
         self.unflushed = 0;
         self.waiting.clear();
         self.room = ROOM;
+        if open.length >= FILE {
+            self.close();
+        }
         true
     }
 
-    /// Writes the index and closes the file.
-    pub fn finish(&mut self) -> RecordingStats {
-        self.retry_at_us = 0;
-        self.flush();
+    /// Writes the index of the open file.
+    fn close(&mut self) {
         if let Some(mut open) = self.open.take()
             && let Err(error) = open.writer.finish()
         {
             tracing::warn!(%error, "recording not closed");
             open.cut();
         }
+    }
+
+    /// Writes the index and closes the file.
+    pub fn finish(&mut self) -> RecordingStats {
+        self.retry_at_us = 0;
+        self.flush();
+        self.close();
         self.stats.lost += self.waiting.len() as u64;
         self.waiting.clear();
         self.stats
@@ -308,6 +319,21 @@ mod tests {
         (0..=room as u64).for_each(|at| recording.receive(frame(at, 1000)));
         assert_eq!((recording.stats().lost, recording.written()), (1, None));
         assert_eq!(recording.finish(), RecordingStats { written: 0, lost: room as u64 + 1, files: 0 });
+    }
+
+    #[test]
+    fn long_recording_goes_on_in_further_files() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("recording");
+        let mut recording = Recording::new(folder.clone());
+        let frames = 2 * FILE / 50_000 + 100;
+        (1..=frames).for_each(|at| {
+            recording.receive(frame(at, 50_000));
+            assert!(recording.flush());
+        });
+        assert_eq!(recording.finish(), RecordingStats { written: frames, lost: 0, files: 3 });
+        let kept = crate::recorded::frames(&folder).unwrap();
+        assert!(kept.iter().map(|f| f.trace_us).eq(1..=frames));
     }
 
     #[test]

@@ -121,6 +121,8 @@ impl Child {
         let mut command = services.command(service);
         let seen = |name: &str| ENVIRONMENT.contains(&name) || (node == NodeId::CONSOLE && WINDOW.contains(&name));
         command.env_clear().envs(std::env::vars().filter(|(name, _)| seen(name)));
+        // The allocator reserves 1 GiB at once otherwise: the whole address space of most services.
+        command.env("MIMALLOC_ARENA_RESERVE", "32MiB");
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = command.spawn().map_err(|e| format!("cannot start {:?}: {e}", command.get_program()))?;
         let pipe = process.stdin.take();

@@ -1,5 +1,9 @@
 //! Perception's process. All of it is in [`perception::process`].
 
+/// That of glibc 2.36 grows without bound under the aligned tensors of inference.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> std::process::ExitCode {
     perception::process::main()
 }

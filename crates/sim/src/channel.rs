@@ -21,6 +21,9 @@ use crate::truth::Witness;
 
 /// The oldest a set-point or act may be on arrival.
 pub const FRESHNESS: Span = Span::ms(300);
+/// A plant that falls behind its clock by more has stalled: the unit had no sight of the world meanwhile, so no act that it
+/// sent before the plant went on is carried out.
+pub const STALL: Span = Span::ms(100);
 
 /// Keys of the sim's channels.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
@@ -75,9 +78,13 @@ impl Channels {
         judged
     }
 
-    /// An act through its gate.
-    pub(crate) fn act(&mut self, now: Instant, bytes: &[u8]) -> Result<Act, Refusal> {
+    /// An act through its gate, not sent before `resumed`, the end of the plant's last stall.
+    pub(crate) fn act(&mut self, now: Instant, resumed: Instant, bytes: &[u8]) -> Result<Act, Refusal> {
         let judged = self.act.admit::<Act>(&self.policy, now, bytes).map(|a| a.into_parts().0);
+        let judged = judged.and_then(|act| match act.stamp < resumed {
+            true => Err(Refusal::Stale { limit: now.since(resumed), age: now.since(act.stamp) }),
+            false => Ok(act),
+        });
         self.count(Topic::Act, &judged);
         judged
     }

@@ -51,7 +51,7 @@ use wire::sign::Key;
 use wire::time::{Instant, Span};
 
 pub use candidates::NoiseModel;
-pub use channel::{ChannelKeys, FRESHNESS};
+pub use channel::{ChannelKeys, FRESHNESS, STALL};
 pub use render::{Label, Labelled, render, settled};
 
 use crate::candidates::Stages;
@@ -176,6 +176,8 @@ pub struct Sim {
     steps: u64,
     frame: FrameId,
     stopped: bool,
+    /// End of the last stall ([`channel::STALL`]).
+    resumed: Instant,
     world: World,
     plant: Plant,
     faults: Faults,
@@ -219,6 +221,7 @@ impl Sim {
             steps: 0,
             frame: FrameId(0),
             stopped: false,
+            resumed: start,
             world,
             plant,
             faults,
@@ -243,6 +246,7 @@ impl Sim {
             steps: self.steps,
             frame: self.frame,
             stopped: self.stopped,
+            resumed: self.resumed,
             world: self.world.clone(),
             plant: self.plant.clone(),
             faults: self.faults.clone(),
@@ -280,6 +284,9 @@ impl Sim {
     fn advance(&mut self, now: Instant) {
         let due = now.since(self.start).0 / STEP.0;
         let last = due.min(self.steps + MAX_CATCH_UP);
+        if !self.stopped && now.since(self.time_of(self.steps)) > STALL {
+            self.resumed = now;
+        }
         while !self.stopped && self.steps < last {
             self.steps += 1;
             let at = self.time_of(self.steps);
@@ -353,9 +360,10 @@ impl Sim {
     fn obey(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
         let judged = match topic {
             Topic::Drive => self.channels.drive(now, bytes).and_then(|drive| self.follow(now, &drive)),
-            Topic::Act => {
-                self.channels.act(now, bytes).map(|act| self.witness.act(now, &act, &self.world, &mut self.out))
-            }
+            Topic::Act => self
+                .channels
+                .act(now, self.resumed, bytes)
+                .map(|act| self.witness.act(now, &act, &self.world, &mut self.out)),
             // Channels that no launcher connects to a sim.
             Topic::Frames
             | Topic::Candidates

@@ -43,7 +43,8 @@ fn how_often_the_core_is_woken_changes_nothing() {
 fn a_fork_continues_identically() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.run(3_000, Some((2000, 50_000)));
-    let mut fork = Rig { sim: rig.sim.fork(WorldId(1)), drive: rig.drive.clone(), now: rig.now, wake_every_ms: None };
+    let (sim, drive, acts) = (rig.sim.fork(WorldId(1)), rig.drive.clone(), rig.acts.clone());
+    let mut fork = Rig { sim, drive, acts, now: rig.now, wake_every_ms: None };
     assert_eq!(fork.run(3_000, Some((2500, -60_000))), rig.run(3_000, Some((2500, -60_000))));
 }
 
@@ -370,17 +371,25 @@ fn unrendered_candidates_place_the_object_where_it_is() {
 fn act_is_answered_with_the_nearest_true_object() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.run(500, None);
-    let command = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
-    let (stamp, track) = (rig.now, TrackId(3));
-    let act = Act { stamp, world: WorldId(0), authority: 1, track, x_mm: 18_600, y_mm: -15_000, command };
-    let bytes = Sender::new(Topic::Act, NodeId::UNIT_A, Boot(1), ChannelKey([4; 32])).seal(rig.now, &encode(&act));
-    rig.sim.handle(rig.now, &Input::Bus { topic: Topic::Act, bytes });
-    let log = rig.drain();
-    let found = events(&log).into_iter().find_map(|(_, e)| match e {
-        Any::Instrument(Note::PlantAct { object, class, distance_mm, .. }) => Some((object, class, distance_mm)),
-        _ => None,
-    });
-    assert_eq!(found, Some((Some(ObjectId(2)), Some(Class::Decoy), 600)));
+    let bytes = rig.act();
+    assert_eq!(rig.acted(bytes), Some((Some(ObjectId(2)), Some(Class::Decoy), 600)));
+}
+
+/// The unit's mode may have changed meanwhile, for want of sensors.
+#[test]
+fn stalled_plant_carries_out_no_act_that_was_sent_before_it_went_on() {
+    let sent_and_stalled = |stall: Span| {
+        let mut rig = Rig::new(SimConfig::new(7, false));
+        rig.wake_every_ms = Some(10);
+        rig.run(500, None);
+        let before = rig.act();
+        rig.now = rig.now + stall;
+        let late = rig.acted(before);
+        let after = rig.act();
+        (late.is_some(), rig.acted(after).is_some())
+    };
+    assert_eq!(sent_and_stalled(sim::STALL), (true, true));
+    assert_eq!(sent_and_stalled(Span(sim::STALL.0 + 1)), (false, true));
 }
 
 #[test]
@@ -403,6 +412,7 @@ fn keys() -> ChannelKeys {
 struct Rig {
     sim: Sim,
     drive: Sender,
+    acts: Sender,
     now: Instant,
     wake_every_ms: Option<u64>,
 }
@@ -411,7 +421,8 @@ impl Rig {
     fn new(config: SimConfig) -> Rig {
         let keys = keys();
         let drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), keys.drive.clone());
-        Rig { sim: Sim::new(&config, keys, None, START).unwrap(), drive, now: START, wake_every_ms: None }
+        let acts = Sender::new(Topic::Act, NodeId::UNIT_A, Boot(1), keys.act.clone());
+        Rig { sim: Sim::new(&config, keys, None, START).unwrap(), drive, acts, now: START, wake_every_ms: None }
     }
 
     /// Runs on, asking for (mm/s, 10⁻⁶/m) every 50 ms under leases of 300 ms.
@@ -436,6 +447,23 @@ impl Rig {
             log.extend(self.drain());
         }
         log
+    }
+
+    /// An act of the unit, sealed now.
+    fn act(&mut self) -> Vec<u8> {
+        let command = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
+        let (stamp, track) = (self.now, TrackId(3));
+        let act = Act { stamp, world: WorldId(0), authority: 1, track, x_mm: 18_600, y_mm: -15_000, command };
+        self.acts.seal(stamp, &encode(&act))
+    }
+
+    /// The nearest true object, its class and its distance in mm, if the plant carries out an act that arrives now.
+    fn acted(&mut self, bytes: Vec<u8>) -> Option<(Option<ObjectId>, Option<Class>, u32)> {
+        self.sim.handle(self.now, &Input::Bus { topic: Topic::Act, bytes });
+        events(&self.drain()).into_iter().find_map(|(_, e)| match e {
+            Any::Instrument(Note::PlantAct { object, class, distance_mm, .. }) => Some((object, class, distance_mm)),
+            _ => None,
+        })
     }
 
     /// Entries of the journal bear the time at which they are handed over: the oracle takes another one for a delay.
