@@ -86,6 +86,11 @@ enum Verb {
     Doctor,
 }
 
+/// Runs a service of this program's own; `None` for an unknown name.
+pub fn service(name: &str) -> Option<Exit> {
+    (name == assess::confined::NAME).then(assess::confined::main)
+}
+
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let command = help::grouped(Cli::command());

@@ -7,5 +7,5 @@ use std::process::ExitCode;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    runner::start::program("holdsafe", holdsafe::command::main)
+    runner::start::program("holdsafe", holdsafe::command::service, holdsafe::command::main)
 }

@@ -7,5 +7,5 @@ use std::process::ExitCode;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    runner::start::program("lab", lab::command::main)
+    runner::start::program("lab", |_| None, lab::command::main)
 }

@@ -41,6 +41,13 @@ impl Exit {
             Exit::Interrupted => 130,
         }
     }
+
+    /// The exit with this code.
+    pub fn of(code: u8) -> Option<Self> {
+        use Exit::{Environment, Fine, Internal, Interrupted, NoEvidence, Unexpected, Usage};
+        let all = [Fine, Internal, Usage, Unexpected, NoEvidence, Environment, Interrupted];
+        all.into_iter().find(|exit| exit.code() == code)
+    }
 }
 
 /// Reason for which a command failed.

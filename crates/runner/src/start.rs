@@ -45,15 +45,21 @@ impl Common {
     }
 }
 
-/// The whole of a program: one of the services of a live run where its first argument says so, else the command line.
-pub fn program(name: &str, command: impl FnOnce(Vec<OsString>) -> Exit) -> ExitCode {
+/// The whole of a program: one of the services of a live run, or of its `own`, where its first argument says so, else the command
+/// line.
+pub fn program(
+    name: &str,
+    own: impl FnOnce(&str) -> Option<Exit>,
+    command: impl FnOnce(Vec<OsString>) -> Exit,
+) -> ExitCode {
     // An argument need not be UTF-8: the command line reports its own arguments.
     let arguments: Vec<OsString> = std::env::args_os().collect();
     if let [_, service, of, ..] = arguments.as_slice()
         && service.as_os_str() == OsStr::new("service")
     {
         let of = of.to_string_lossy();
-        return live::service::main(&of).unwrap_or_else(|| {
+        let ended = live::service::main(&of).or_else(|| own(&of).map(|exit| ExitCode::from(exit.code())));
+        return ended.unwrap_or_else(|| {
             link::note!("{name}: no service `{of}`");
             ExitCode::from(Exit::Usage.code())
         });

@@ -1,14 +1,20 @@
 //! `holdsafe assess FILE --map MAP`: the platform's guards over a recording of another vehicle, in the open loop; `--guess` prints a first map.
+//!
+//! A recording comes from strangers, so a process without a right to any file, network or program parses it ([`confined`]).
+//! This one opens the files and hands them over.
 
+pub(super) mod confined;
+
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
 
-use assess::log::{Log, MAX_LOG};
-use assess::map::{MAX_MAP, Map};
-use assess::{TrackError, guess};
-use results::report::{AssessObject, Assessed, assess_table};
+use assess::log::MAX_LOG;
+use assess::map::MAX_MAP;
+use runner::Context;
 use runner::failure::{Exit, Failure};
-use runner::{Context, out};
-use sha2::{Digest, Sha256};
+
+use confined::Request;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -27,41 +33,52 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let name = args.file.display().to_string();
-    let unusable = |why: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{name}: {why}"));
-    let bytes = read(&args.file, MAX_LOG)?;
-    let log = Log::open(&bytes).map_err(|why| unusable(&why))?;
-    let Some(map) = &args.map else {
-        let text = guess(&log).map_err(|why| unusable(&why))?;
-        out::say(format_args!("{}", text.trim_end()));
-        return Ok(Exit::Fine);
+    let recording = read(&args.file, MAX_LOG)?;
+    let judged = match &args.map {
+        None => None,
+        Some(map) => {
+            let platform = match &args.platform {
+                Some(file) => file.clone(),
+                None => context.root()?.join("platforms/ground.toml"),
+            };
+            let text = read_text(map)?;
+            let platform = scenario::load_platform(&platform)?;
+            let bounds = platform.bounds.to_bounds();
+            let map = (map.display().to_string(), text);
+            Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), bounds })
+        }
     };
-    let map = read_map(map)?;
-    let platform = match &args.platform {
-        Some(file) => file.clone(),
-        None => context.root()?.join("platforms/ground.toml"),
-    };
-    let platform = scenario::load_platform(&platform)?;
-    let bounds = platform.bounds.to_bounds();
-    let result = assess::assess(&log, &map, &bounds, context.seed).map_err(|why: TrackError| unusable(&why))?;
-    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    let platform = platform.name.as_str().to_owned();
-    let of = Assessed { file: name, sha256, log: &log, map: &map, platform, seed: context.seed };
-    let object = AssessObject::new(of, &result);
-    if context.json {
-        out::print_json("assess", &object)?;
-    } else {
-        out::say(format_args!("{}", assess_table(&object).trim_end()));
-    }
-    Ok(if object.judged_s > 0.0 { Exit::Fine } else { Exit::NoEvidence })
+    let request = Request { file: args.file.display().to_string(), judged, seed: context.seed, json: context.json };
+    confine(&request, &recording)
 }
 
-fn read_map(file: &Path) -> Result<Map, Failure> {
-    let name = file.display().to_string();
-    let text = String::from_utf8(read(file, MAX_MAP)?).map_err(|why| {
-        Failure::new(Exit::Usage, format!("{name}: no text from byte {} on", why.utf8_error().valid_up_to()))
-    })?;
-    Ok(Map::parse(&name, &text)?)
+/// Starts this program again as the one that parses, which prints the result; gives its exit code.
+fn confine(request: &Request, recording: &[u8]) -> Result<Exit, Failure> {
+    let program = std::env::current_exe().map_err(Failure::internal)?;
+    let mut request = serde_json::to_vec(request).map_err(Failure::internal)?;
+    request.push(b'\n');
+    let mut command = Command::new(program);
+    let colour = std::env::var_os("NO_COLOR").map(|value| ("NO_COLOR", value));
+    command.args(["service", confined::NAME]).env_clear().envs(colour).stdin(Stdio::piped());
+    let mut child = command.spawn().map_err(Failure::internal)?;
+    if let Some(mut pipe) = child.stdin.take() {
+        // One that ends before it has read everything reports by its status.
+        let _unread = pipe.write_all(&request).and_then(|()| pipe.write_all(recording));
+    }
+    let status = child.wait().map_err(Failure::internal)?;
+    status.code().and_then(|code| Exit::of(u8::try_from(code).ok()?)).ok_or_else(|| {
+        Failure::new(
+            Exit::Usage,
+            format!("the recording ended the process that parses it ({status}): please report it"),
+        )
+    })
+}
+
+fn read_text(file: &Path) -> Result<String, Failure> {
+    String::from_utf8(read(file, MAX_MAP)?).map_err(|why| {
+        let valid = why.utf8_error().valid_up_to();
+        Failure::new(Exit::Usage, format!("{}: no text from byte {valid} on", file.display()))
+    })
 }
 
 fn read(file: &Path, most: u64) -> Result<Vec<u8>, Failure> {

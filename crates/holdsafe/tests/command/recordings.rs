@@ -1,5 +1,8 @@
 //! Recordings of other vehicles: a guessed map, an assessment, and the errors of both.
 
+use std::io::{Read, Write};
+use std::process::{Command, Stdio};
+
 use serde_json::Value;
 
 use super::{holdsafe, root};
@@ -27,6 +30,36 @@ fn cut_recording_is_read_up_to_the_cut() {
         holdsafe(&["assess", &seed("foreign/ulog-cut-in-a-record"), "--map", &seed("settings/map-of-a-recording")]);
     let text = String::from_utf8(told.stdout).unwrap();
     assert!(told.status.success() && text.contains("read to byte 1886 of 1895: a record"), "{text}");
+}
+
+/// It reads its request when it has given up its rights, and waits for the recording then.
+#[test]
+fn recording_is_parsed_by_a_process_without_rights() {
+    let mut parser = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    let mut parser = parser
+        .args(["service", "assess"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let status = format!("/proc/{}/status", parser.id());
+    let field = |name: &str| {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        text.lines().find_map(|line| Some(line.strip_prefix(name)?.trim().to_owned()))
+    };
+    while field("Seccomp:").as_deref() != Some("2") {
+        assert!(parser.try_wait().unwrap().is_none(), "it ended");
+        std::thread::yield_now();
+    }
+    assert_eq!(field("NoNewPrivs:").as_deref(), Some("1"));
+    let mut pipe = parser.stdin.take().unwrap();
+    pipe.write_all(b"{\"file\": \"noise\", \"judged\": null, \"seed\": 1, \"json\": false}\nnoise").unwrap();
+    drop(pipe);
+    let mut said = String::new();
+    parser.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(parser.wait().unwrap().code(), Some(2));
+    assert!(said.contains("noise: "), "{said}");
 }
 
 #[test]

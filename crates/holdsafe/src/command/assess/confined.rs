@@ -1,0 +1,79 @@
+//! The process that parses a recording of others: confined first, then fed over its standard input.
+
+use std::io::{BufRead, Read};
+
+use assess::log::{Log, MAX_LOG};
+use assess::map::{MAX_MAP, Map};
+use assess::{TrackError, guess};
+use results::report::{AssessObject, Assessed, assess_table};
+use runner::failure::{Exit, Failure};
+use runner::out;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use wire::bounds::Bounds;
+
+/// Name of the service, and of its row in the table of rights.
+pub(crate) const NAME: &str = "assess";
+/// Longest request, bytes: a map in JSON's escapes, and names.
+const MAX_REQUEST: u64 = 8 * MAX_MAP;
+
+/// Line before the bytes of the recording.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Request {
+    /// The recording, as it was named.
+    pub(super) file: String,
+    /// Terms of the judgement; without them, a first map is wanted.
+    pub(super) judged: Option<Judged>,
+    pub(super) seed: u64,
+    pub(super) json: bool,
+}
+
+#[derive(Serialize, Deserialize)]
+pub(super) struct Judged {
+    /// Name and text.
+    pub(super) map: (String, String),
+    /// Name of the platform.
+    pub(super) platform: String,
+    pub(super) bounds: Bounds,
+}
+
+/// Confines this process, reads a request and a recording, and prints the result.
+pub(crate) fn main() -> Exit {
+    let confined =
+        link::confined::reader(NAME, Vec::new()).map_err(|why| Failure::new(Exit::Environment, why.to_string()));
+    let asked = confined.and_then(|_level| request());
+    match asked {
+        Ok(request) => answer(&request).unwrap_or_else(|failure| failure.tell(request.json)),
+        Err(failure) => failure.tell(false),
+    }
+}
+
+fn request() -> Result<Request, Failure> {
+    let mut line = String::new();
+    std::io::stdin().lock().take(MAX_REQUEST).read_line(&mut line).map_err(Failure::internal)?;
+    serde_json::from_str(&line).map_err(Failure::internal)
+}
+
+fn answer(request: &Request) -> Result<Exit, Failure> {
+    let Request { file: name, judged, seed, json } = request;
+    let unusable = |why: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{name}: {why}"));
+    let mut bytes = Vec::new();
+    std::io::stdin().lock().take(MAX_LOG + 1).read_to_end(&mut bytes).map_err(Failure::internal)?;
+    let log = Log::open(&bytes).map_err(|why| unusable(&why))?;
+    let Some(Judged { map: (at, text), platform, bounds }) = judged else {
+        let text = guess(&log).map_err(|why| unusable(&why))?;
+        out::say(format_args!("{}", text.trim_end()));
+        return Ok(Exit::Fine);
+    };
+    let map = Map::parse(at, text)?;
+    let result = assess::assess(&log, &map, bounds, *seed).map_err(|why: TrackError| unusable(&why))?;
+    let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let of = Assessed { file: name.clone(), sha256, log: &log, map: &map, platform: platform.clone(), seed: *seed };
+    let object = AssessObject::new(of, &result);
+    if *json {
+        out::print_json("assess", &object)?;
+    } else {
+        out::say(format_args!("{}", assess_table(&object).trim_end()));
+    }
+    Ok(if object.judged_s > 0.0 { Exit::Fine } else { Exit::NoEvidence })
+}
