@@ -383,7 +383,7 @@ fn stalled_plant_carries_out_no_act_that_was_sent_before_it_went_on() {
         rig.wake_every_ms = Some(10);
         rig.run(500, None);
         let before = rig.act();
-        rig.now = rig.now + stall;
+        rig.now += stall;
         let late = rig.acted(before);
         let after = rig.act();
         (late.is_some(), rig.acted(after).is_some())
