@@ -377,7 +377,7 @@ fn act_is_answered_with_the_nearest_true_object() {
 
 /// The unit's mode may have changed meanwhile, for want of sensors.
 #[test]
-fn stalled_plant_carries_out_no_act_that_was_sent_before_it_went_on() {
+fn act_sent_before_a_stall_ended_is_refused() {
     let sent_and_stalled = |stall: Span| {
         let mut rig = Rig::new(SimConfig::new(7, false));
         rig.wake_every_ms = Some(10);

@@ -49,28 +49,29 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
     };
     let request = Request { file: args.file.display().to_string(), judged, seed: context.seed, json: context.json };
-    confine(&request, &recording)
+    confine(context, &request, &recording)
 }
 
 /// Starts this program again as the one that parses, which prints the result; gives its exit code.
-fn confine(request: &Request, recording: &[u8]) -> Result<Exit, Failure> {
+fn confine(context: &Context, request: &Request, recording: &[u8]) -> Result<Exit, Failure> {
     let program = std::env::current_exe().map_err(Failure::internal)?;
-    let mut request = serde_json::to_vec(request).map_err(Failure::internal)?;
-    request.push(b'\n');
+    let mut line = serde_json::to_vec(request).map_err(Failure::internal)?;
+    line.push(b'\n');
     let mut command = Command::new(program);
     let colour = std::env::var_os("NO_COLOR").map(|value| ("NO_COLOR", value));
     command.args(["service", confined::NAME]).env_clear().envs(colour).stdin(Stdio::piped());
     let mut child = command.spawn().map_err(Failure::internal)?;
     if let Some(mut pipe) = child.stdin.take() {
         // One that ends before it has read everything reports by its status.
-        let _unread = pipe.write_all(&request).and_then(|()| pipe.write_all(recording));
+        let _unread = pipe.write_all(&line).and_then(|()| pipe.write_all(recording));
     }
     let status = child.wait().map_err(Failure::internal)?;
+    if context.stop.asked() {
+        return Err(Failure::new(Exit::Interrupted, "interrupted"));
+    }
     status.code().and_then(|code| Exit::of(u8::try_from(code).ok()?)).ok_or_else(|| {
-        Failure::new(
-            Exit::Usage,
-            format!("the recording ended the process that parses it ({status}): please report it"),
-        )
+        let ended = format!("{}: it ended the process that parses it ({status}); please report it", request.file);
+        Failure::new(Exit::Usage, ended)
     })
 }
 

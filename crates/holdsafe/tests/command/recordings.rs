@@ -32,7 +32,7 @@ fn cut_recording_is_read_up_to_the_cut() {
     assert!(told.status.success() && text.contains("read to byte 1886 of 1895: a record"), "{text}");
 }
 
-/// It reads its request when it has given up its rights, and waits for the recording then.
+/// A pipe holds 64 KiB, so that a longer recording is written only as it is read.
 #[test]
 fn recording_is_parsed_by_a_process_without_rights() {
     let mut parser = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
@@ -48,18 +48,29 @@ fn recording_is_parsed_by_a_process_without_rights() {
         let text = std::fs::read_to_string(&status).unwrap_or_default();
         text.lines().find_map(|line| Some(line.strip_prefix(name)?.trim().to_owned()))
     };
-    while field("Seccomp:").as_deref() != Some("2") {
-        assert!(parser.try_wait().unwrap().is_none(), "it ended");
-        std::thread::yield_now();
-    }
-    assert_eq!(field("NoNewPrivs:").as_deref(), Some("1"));
     let mut pipe = parser.stdin.take().unwrap();
-    pipe.write_all(b"{\"file\": \"noise\", \"judged\": null, \"seed\": 1, \"json\": false}\nnoise").unwrap();
+    pipe.write_all(b"{\"file\": \"noise\", \"judged\": null, \"seed\": 1, \"json\": false}\n").unwrap();
+    pipe.write_all(&[b'n'; 256 * 1024]).unwrap();
+    // It reads the recording, and its end is still to come.
+    assert_eq!(["Seccomp:", "NoNewPrivs:"].map(field), ["2", "1"].map(|value| Some(value.to_owned())));
     drop(pipe);
     let mut said = String::new();
     parser.stderr.take().unwrap().read_to_string(&mut said).unwrap();
     assert_eq!(parser.wait().unwrap().code(), Some(2));
     assert!(said.contains("noise: "), "{said}");
+}
+
+/// A limit on the size of files would end it.
+#[test]
+fn assessment_is_added_to_a_large_file() {
+    let mut all = tempfile::tempfile().unwrap();
+    all.write_all(&[b'\n'; 2 << 20]).unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_holdsafe"))
+        .args(["assess", &seed("foreign/ulog-with-px4-names"), "--guess"])
+        .stdout(all.try_clone().unwrap())
+        .status()
+        .unwrap();
+    assert!(status.success() && all.metadata().unwrap().len() > 2 << 20, "{status}");
 }
 
 #[test]

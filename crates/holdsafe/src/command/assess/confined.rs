@@ -41,7 +41,12 @@ pub(super) struct Judged {
 pub(crate) fn main() -> Exit {
     let confined =
         link::confined::reader(NAME, Vec::new()).map_err(|why| Failure::new(Exit::Environment, why.to_string()));
-    let asked = confined.and_then(|_level| request());
+    let asked = confined.and_then(|level| {
+        if !(level.landlock && level.calls) {
+            link::note!("the recording is parsed under confinement {level}");
+        }
+        request()
+    });
     match asked {
         Ok(request) => answer(&request).unwrap_or_else(|failure| failure.tell(request.json)),
         Err(failure) => failure.tell(false),
