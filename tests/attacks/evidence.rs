@@ -323,7 +323,12 @@ fn anchors_and_log_hold_no_secret() {
 
 /// Every trial of one cell of `passive_observer`, within its expected classes.
 fn observed(cell: &str) -> Vec<Trial> {
-    let scenario = scenario::load(&root().join("scenarios/telemetry/passive_observer.toml")).expect("it loads");
+    seen_in("telemetry/passive_observer", cell)
+}
+
+/// Every trial of one cell of a scenario with an observer, within its expected classes.
+fn seen_in(name: &str, cell: &str) -> Vec<Trial> {
+    let scenario = scenario::load(&root().join(format!("scenarios/{name}.toml"))).expect("it loads");
     let variation = scenario.variations(None).into_iter().find(|v| v.cell.as_deref() == Some(cell)).expect("a cell");
     let expected = &variation.scenario.expected;
     let trials = SEEDS.map(|seed| stacks::trial(&variation.scenario, seed).expect("it runs"));
@@ -374,5 +379,20 @@ fn unprotected_link_reveals_every_word() {
         for what in ["key", "secret"] {
             assert_eq!(read(cell, what), [0; 3], "{cell}: what was not said is not found");
         }
+    }
+}
+
+#[test]
+fn confidential_bus_shows_a_listener_nothing() {
+    for trial in seen_in("process/bus_listener", "bus/path") {
+        assert_eq!((trial.receipt, trial.accepted, trial.findings), (true, 16, Vec::new()));
+    }
+    for trial in seen_in("process/bus_listener", "bus/late") {
+        assert_eq!((trial.receipt, trial.dropped["time"], trial.findings), (true, 16, Vec::new()));
+    }
+    for trial in seen_in("process/bus_listener", "bus/behind") {
+        let read = |what: &str| trial.findings.iter().filter(|f| f.starts_with(what)).count();
+        let counts = ["read: order ", "read: acknowledgement ", "read: reason ", "read: the channel's key"].map(read);
+        assert_eq!(counts, [8, 8, 8, 0], "{:?}", trial.findings);
     }
 }

@@ -12,7 +12,7 @@ use super::attack::Act;
 use super::check_steps;
 use super::finding::{Finding, finding, unknown};
 use super::scene::{Object, Point};
-use super::stack::{Certificate, Hand, Link};
+use super::stack::{Certificate, Hand, Link, Observed, Stand};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Process, Role, Scenario, Scene, ThirdUnit, Under};
 
@@ -136,6 +136,9 @@ fn stacks(s: &Scenario) -> Vec<Finding> {
             let remedy = "`other-name` is for who is dialled, `revoked-later` for who dials the telemetry link";
             found.push(finding(&one.certificate, "no such impostor", remedy));
         }
+    }
+    for one in s.observe.iter().filter(|one| *one.at == Stand::Late && one.link != Observed::Bus) {
+        found.push(finding(&one.at, "no such observer", "rights on a channel are those of a bus"));
     }
     for one in &s.downgrade {
         if !crate::stack::can_be_lowered(one.link, *one.by, *one.to) {

@@ -150,7 +150,7 @@ attack::with_attacks! {
         #[serde(default = "default_platform")]
         pub platform: Located<Name>,
         /// Length of a trial; of no account on the real stacks, which run until no more messages come.
-        pub duration_s: Located<Real<100, 3_600_000>>,
+        pub duration_s: Located<Real<100, 7_200_000>>,
         /// Bounds of the platform that this scenario tightens.
         #[serde(default)]
         pub bounds: Tightened,

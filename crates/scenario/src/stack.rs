@@ -177,14 +177,28 @@ pub struct Storm {
     pub expected: Located<List<Outcome, 9>>,
 }
 
+/// Place that is observed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Observed {
+    /// DTLS 1.2 between platform and gateway.
+    Telemetry,
+    /// TLS 1.3 between platform or gateway and broker.
+    Command,
+    /// A channel in the shared memory of the control room's host.
+    Bus,
+}
+
 /// Place of an observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stand {
-    /// On the path between the two ends.
+    /// On the path between the two ends; on a bus, a process without the key of a confidential channel.
     Path,
-    /// Behind the secure layer of an end, where everything is plain: the control.
+    /// Behind the secure layer of an end, where everything is plain; on a bus, beside a channel that tags alone protect: the control.
     Behind,
+    /// On a bus, with the channel's key, after the time of its rights.
+    Late,
 }
 
 /// An observer sees every byte and does no more.
@@ -192,9 +206,9 @@ pub enum Stand {
 #[serde(deny_unknown_fields)]
 pub struct Observe {
     /// The link.
-    pub link: Link,
+    pub link: Observed,
     /// The place.
-    pub at: Stand,
+    pub at: Located<Stand>,
     /// The expected classes.
     pub expected: Located<List<Outcome, 9>>,
 }
@@ -271,7 +285,7 @@ impl Scenario {
             add(label, &one.expected, &|cell| cell.storm = List::of([one.clone()]));
         }
         for one in &self.observe {
-            let label = format!("{}/{}", one.link.name(), word(one.at));
+            let label = format!("{}/{}", word(one.link), word(*one.at));
             add(label, &one.expected, &|cell| cell.observe = List::of([one.clone()]));
         }
         cells

@@ -1,5 +1,5 @@
 //! Trials on the real stacks: the guard, the DTLS library and the TLS library between two ends in memory (`link::memory`),
-//! and for a passive observer the live broker between two clients (`broker::watched`).
+//! and for a passive observer the live broker between two clients (`broker::watched`) or a channel of real shared memory.
 //!
 //! There is no platform here and so no mode. The question is the promise of the links: no identity passes for another, no
 //! record is delivered that was not sent, and none twice, no content can be read, and honest records still get through. The seed draws names, numbers
@@ -17,6 +17,7 @@ mod words;
 
 use broker::watched::WatchError;
 use evidence::trial::Trial;
+use link::bus::BusError;
 use link::dtls::DtlsError;
 use link::pki::PkiError;
 use scenario::Scenario;
@@ -30,6 +31,9 @@ pub enum StackError {
     /// The stack could not be set up.
     #[error(transparent)]
     Dtls(#[from] DtlsError),
+    /// The channel in shared memory could not be used.
+    #[error(transparent)]
+    Bus(#[from] BusError),
     /// The exchange over the broker did not come about.
     #[error(transparent)]
     Watch(#[from] WatchError),

@@ -4,6 +4,9 @@
 //! no key and no session secret may be read on the path. The clear text of a handshake is told, not hidden: with DTLS 1.2 the
 //! certificates of both ends, with TLS 1.3 the name of the end that is dialled and no other.
 //!
+//! On a bus the observer is a process of the host that listens on a channel of real shared memory and maps it. A channel that the policy
+//! makes confidential shows it nothing; one that only tags protect is the control. With a right that has ended it hears nothing.
+//!
 //! The receipt: the observer saw the bytes that arrived at the ends, and the same search finds every mark in the plain text
 //! there. An observer behind the secure layer is the control in which it has to be found.
 
@@ -12,11 +15,12 @@ use std::collections::BTreeSet;
 use broker::watched::{Papers, Watched, watch};
 use link::guard::observe::digest;
 use link::guard::record::{Split, split};
+use link::memory::overheard::{Overheard, Stranger, overheard};
 use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Credential, Role, dns_name};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use scenario::stack::{Link, Observe, Stand};
+use scenario::stack::{Observe, Observed, Stand};
 use wire::core::Side;
 use wire::id::{PeerId, UnitId};
 
@@ -48,8 +52,9 @@ pub(super) fn observed(one: &Observe, seed: u64) -> Result<Showing, StackError> 
     };
     let mut speakers = Speakers::new(unit, rng);
     let seen = match one.link {
-        Link::Telemetry => over_dtls(&ends, &mut speakers)?,
-        Link::Command => over_the_broker(&ends, unit, &mut speakers)?,
+        Observed::Telemetry => over_dtls(&ends, &mut speakers)?,
+        Observed::Command => over_the_broker(&ends, unit, &mut speakers)?,
+        Observed::Bus => over_a_bus(*one.at, &mut speakers)?,
     };
     let mut secrets = seen.secrets.clone();
     secrets.extend(speakers.keys());
@@ -92,6 +97,8 @@ struct Sight {
     path: Vec<Vec<Vec<u8>>>,
     /// Hashes of the arrivals at the ends, direction by direction; none of a direction that arrived otherwise.
     arrived: Vec<Option<Vec<u8>>>,
+    /// Further bytes that the observer sees, which stand for no message.
+    beside: Vec<Vec<u8>>,
     /// Plain text at the ends.
     plain: Vec<Vec<u8>>,
     /// Messages sent.
@@ -122,7 +129,26 @@ fn over_dtls(ends: &Ends, speakers: &mut Speakers) -> Result<Sight, StackError> 
     let arrived = vec![Some(told(&mut pair, Side::Server)), Some(told(&mut pair, Side::Client))];
     let secret = |bytes: Vec<u8>| Mark::new("the association's master secret", bytes);
     let secrets = pair.secrets()?.into_iter().map(secret).collect();
-    Ok(Sight { path, arrived, plain, said, secrets, messages: 2 * pairs.len() as u64 })
+    let beside = Vec::new();
+    Ok(Sight { path, arrived, beside, plain, said, secrets, messages: 2 * pairs.len() as u64 })
+}
+
+fn over_a_bus(at: Stand, speakers: &mut Speakers) -> Result<Sight, StackError> {
+    let (orders, said) = speakers.commands();
+    let messages: Vec<Vec<u8>> = orders.into_iter().map(|(_, bytes)| bytes).collect();
+    let key = speakers.channel_key();
+    let stranger = if at == Stand::Late { Stranger::Late } else { Stranger::Keyless };
+    let Overheard { read, carried, heard, mapped } =
+        overheard(&messages, (at != Stand::Behind).then_some(key), stranger)?;
+    let secrets = vec![Mark::new("the channel's key", key)];
+    // One that hears nothing has nothing that could be proved to have arrived.
+    let (path, arrived) = match at {
+        Stand::Late if heard.is_empty() => (Vec::new(), Vec::new()),
+        Stand::Path | Stand::Behind | Stand::Late => {
+            (vec![heard], vec![Some(digests(carried.iter().map(Vec::as_slice)))])
+        }
+    };
+    Ok(Sight { path, arrived, beside: mapped, plain: read, said, secrets, messages: messages.len() as u64 })
 }
 
 fn over_the_broker(ends: &Ends, who: UnitId, speakers: &mut Speakers) -> Result<Sight, StackError> {
@@ -135,7 +161,8 @@ fn over_the_broker(ends: &Ends, who: UnitId, speakers: &mut Speakers) -> Result<
     let secrets = secrets.into_iter().map(|bytes| Mark::new("a secret of a TLS session", bytes)).collect();
     // Topics go to the broker and come out as no payload.
     let plain = delivered.into_iter().chain(orders.iter().map(|(subject, _)| subject.topic().into_bytes())).collect();
-    Ok(Sight { path, arrived, plain, said, secrets, messages: orders.len() as u64 })
+    let beside = Vec::new();
+    Ok(Sight { path, arrived, beside, plain, said, secrets, messages: orders.len() as u64 })
 }
 
 fn digests<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> Vec<u8> {
@@ -155,15 +182,15 @@ fn judged(one: &Observe, seen: &Sight, ends: &Ends, secrets: &[Mark]) -> Showing
     let mut showing = Showing::of(true);
     for (direction, arrived) in seen.path.iter().zip(&seen.arrived) {
         showing.did(&match one.link {
-            Link::Telemetry => records(direction),
-            Link::Command => digests(direction.iter().map(Vec::as_slice)),
+            Observed::Telemetry => records(direction),
+            Observed::Command | Observed::Bus => digests(direction.iter().map(Vec::as_slice)),
         });
         if let Some(arrived) = arrived {
             showing.saw(arrived);
         }
     }
     let plain = || seen.plain.iter().map(Vec::as_slice);
-    let path = || seen.path.iter().flatten().map(Vec::as_slice);
+    let path = || seen.path.iter().flatten().chain(&seen.beside).map(Vec::as_slice);
     let readable = Search::new(&seen.said).read_in(plain());
     for mark in &seen.said {
         showing.did(mark.what.as_bytes());
@@ -174,19 +201,22 @@ fn judged(one: &Observe, seen: &Sight, ends: &Ends, secrets: &[Mark]) -> Showing
     showing.delivered = seen.messages;
     let marks: Vec<Mark> = seen.said.iter().chain(secrets).cloned().collect();
     let search = Search::new(&marks);
-    let read = match one.at {
-        Stand::Path => search.read_in(path()),
-        Stand::Behind => search.read_in(plain()),
+    let read = match (*one.at, one.link) {
+        (Stand::Behind, Observed::Telemetry | Observed::Command) => search.read_in(plain()),
+        (Stand::Path | Stand::Late | Stand::Behind, _) => search.read_in(path()),
     };
     showing.read.extend(read.into_iter().map(|what| format!("{what} can be read")));
-    if one.at == Stand::Path {
+    if *one.at == Stand::Late && seen.path.iter().all(Vec::is_empty) {
+        showing.refused_n("time", seen.messages);
+    }
+    if *one.at == Stand::Path {
         in_the_clear(one.link, ends, &path, &mut showing);
     }
     showing
 }
 
 /// Names and certificates that anyone on the path can read, against those that the protocol cannot hide.
-fn in_the_clear<'a, I>(link: Link, ends: &Ends, path: &dyn Fn() -> I, showing: &mut Showing)
+fn in_the_clear<'a, I>(link: Observed, ends: &Ends, path: &dyn Fn() -> I, showing: &mut Showing)
 where
     I: Iterator<Item = &'a [u8]>,
 {
@@ -201,14 +231,15 @@ where
         }
     }
     let certified: &[PeerId] = match link {
-        Link::Telemetry => &[ends.unit.0, ends.gateway.0],
-        Link::Command => &[],
+        Observed::Telemetry => &[ends.unit.0, ends.gateway.0],
+        Observed::Command | Observed::Bus => &[],
     };
     let dialled = match link {
-        Link::Telemetry => ends.gateway.0,
-        Link::Command => ends.broker.0,
+        Observed::Telemetry => Some(ends.gateway.0),
+        Observed::Command => Some(ends.broker.0),
+        Observed::Bus => None,
     };
-    known.insert(format!("the name of {dialled}"));
+    known.extend(dialled.map(|peer| format!("the name of {peer}")));
     for peer in certified {
         known.extend([format!("the name of {peer}"), format!("the certificate of {peer}")]);
     }

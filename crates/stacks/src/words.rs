@@ -55,6 +55,13 @@ impl Speakers {
         named.iter().zip(&self.secrets).map(|(what, secret)| Mark::new(*what, *secret)).collect()
     }
 
+    /// A key of a channel in shared memory.
+    pub(super) fn channel_key(&mut self) -> [u8; 32] {
+        let mut key = [0; 32];
+        self.rng.fill_bytes(&mut key);
+        key
+    }
+
     /// Records of a session, a pair of one from the unit and one from the gateway at a time, and their marks.
     pub(super) fn session(&mut self) -> (Vec<[Vec<u8>; 2]>, Vec<Mark>) {
         let (mut pairs, mut marks) = (Vec::new(), Vec::new());

@@ -26,8 +26,8 @@ const MIB: f64 = 1_048_576.0;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Minutes of the run, at most the hour that a scenario may last.
-    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=60))]
+    /// Minutes of the run, at most the two hours of a scenario.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=120))]
     minutes: u64,
     /// Keep the result here.
     #[arg(long, value_name = "DIR")]

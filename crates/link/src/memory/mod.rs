@@ -4,6 +4,7 @@
 //! Manipulating the datagrams, and judging the result, is left to that holder.
 
 pub mod listener;
+pub mod overheard;
 pub mod rogue;
 pub mod tls;
 

@@ -30,7 +30,7 @@ const MISTAKES: [(&str, &str, &str, &str); 34] = [
     ("share = 1.0", "share = nan", "NaN is not a finite number", "nan"),
     ("share = 1.0", "share = inf", "inf is not a finite number", "inf"),
     ("share = 1.0", "", "missing field `share`", "[[loss]]"),
-    ("duration_s = 9.0", "duration_s = -1", "-1 is out of range, expected 0.1 to 3600", "-1"),
+    ("duration_s = 9.0", "duration_s = -1", "-1 is out of range, expected 0.1 to 7200", "-1"),
     ("duration_s = 9.0", "duration_s = 9.0.0", "invalid float", ".0"),
     ("schema_version = 1", "schema_version = 2", "2 is out of range, expected 1 to 1", "2"),
     ("name = \"x\"", "name = \"y\"", "the file is named `x`", "\"y\""),

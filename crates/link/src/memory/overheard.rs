@@ -1,0 +1,129 @@
+//! A channel of real shared memory between its publisher and a reader, with a process beside them that has no part in it.
+//!
+//! The stranger subscribes to the channel and maps its memory, as any process of the same user and host can. A witness beside the reader
+//! takes the bytes as they lie in the channel, so that an observation can be proved; judging it is left to the caller.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+use tokio::sync::mpsc;
+use wire::core::{Input, Topic};
+use wire::setup::Secret;
+
+use crate::bus::sweep::{SHARED_MEMORY, sweep};
+use crate::bus::{BusError, Domain, Protection};
+use crate::clock::{pause, trace_us};
+
+/// The channel: orders of the control room.
+const CHANNEL: (&str, Topic) = ("control", Topic::Intents);
+/// Messages that wait for each listener.
+const ROOM: usize = 32;
+/// Time between two looks for a message.
+const EVERY: Duration = Duration::from_millis(1);
+/// Looks for a message that has to come, ten seconds, and for one that must not, in which hundreds would come.
+const OWED: u32 = 10_000;
+const UNWANTED: u32 = 100;
+
+/// Behaviour of the stranger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stranger {
+    /// It has no key of the channel.
+    Keyless,
+    /// It has the channel's key, and the time of its rights is over.
+    Late,
+}
+
+/// Bytes of the messages at each place, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Overheard {
+    /// At the reader.
+    pub read: Vec<Vec<u8>>,
+    /// In the channel, as the witness found them.
+    pub carried: Vec<Vec<u8>>,
+    /// At the stranger.
+    pub heard: Vec<Vec<u8>>,
+    /// Shared memory of the channel, file by file, as the stranger maps it before the end.
+    pub mapped: Vec<Vec<u8>>,
+}
+
+/// A domain of one trial; its traces are removed when it is dropped.
+struct Scratch {
+    domain: Domain,
+    prefix: String,
+    root: PathBuf,
+}
+
+impl Scratch {
+    fn new() -> Result<Self, BusError> {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let (root, prefix) = (std::env::temp_dir().join(format!("hs_heard_{name}")), format!("hs_h{name}_"));
+        Ok(Self { domain: Domain::new(&root, &prefix)?, prefix, root })
+    }
+
+    fn memory(&self) -> Vec<Vec<u8>> {
+        let entries = std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().filter_map(Result::ok);
+        let ours = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix));
+        ours.filter_map(|entry| std::fs::read(entry.path()).ok()).collect()
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        if let Err(error) = sweep(&self.prefix, &self.root) {
+            tracing::warn!(%error, "a channel's memory is left");
+        }
+    }
+}
+
+/// Sends `messages` over a channel that is hidden under `key`, or by its tags alone without one.
+///
+/// # Errors
+/// The channel cannot be opened, or a message does not come out within ten seconds.
+pub fn overheard(messages: &[Vec<u8>], key: Option<[u8; 32]>, manner: Stranger) -> Result<Overheard, BusError> {
+    let scratch = Scratch::new()?;
+    let (scope, topic) = CHANNEL;
+    let cipher = key.map(Secret);
+    let own = scratch.domain.protected(Protection { cipher: cipher.clone(), time: None });
+    let other = match manner {
+        Stranger::Keyless => scratch.domain.clone(),
+        Stranger::Late => scratch.domain.protected(Protection { cipher, time: Some((0, trace_us())) }),
+    };
+    let publisher = own.publisher(scope, topic)?;
+    let [(to_reader, mut reader), (to_witness, mut witness), (to_stranger, mut stranger)] =
+        std::array::from_fn(|_| mpsc::channel(ROOM));
+    let _subscriptions = [
+        own.subscribe(scope, topic, to_reader)?,
+        scratch.domain.subscribe(scope, topic, to_witness)?,
+        other.subscribe(scope, topic, to_stranger)?,
+    ];
+    let mut seen = Overheard::default();
+    for message in messages {
+        publisher.publish(message)?;
+        seen.read.push(owed(&mut reader)?);
+        seen.carried.push(owed(&mut witness)?);
+        if manner == Stranger::Keyless {
+            seen.heard.push(owed(&mut stranger)?);
+        }
+    }
+    while let Some(bytes) = next(&mut stranger, UNWANTED) {
+        seen.heard.push(bytes);
+    }
+    seen.mapped = scratch.memory();
+    Ok(seen)
+}
+
+fn owed(from: &mut mpsc::Receiver<Input>) -> Result<Vec<u8>, BusError> {
+    next(from, OWED).ok_or_else(|| BusError::Library { what: "channel", why: "a message did not come out".to_owned() })
+}
+
+fn next(from: &mut mpsc::Receiver<Input>, looks: u32) -> Option<Vec<u8>> {
+    (0..looks).find_map(|_| match from.try_recv() {
+        Ok(Input::Bus { bytes, .. }) => Some(bytes),
+        Ok(_) | Err(_) => {
+            pause(EVERY);
+            None
+        }
+    })
+}
