@@ -75,6 +75,20 @@ fn full_decoy_is_acted_on_with_consent() {
     }
 }
 
+/// The same mission; the unit drives to where it has seen the vehicle from far enough around, unless that is further than it gets.
+#[test]
+fn authority_waits_for_bearings_far_enough_apart() {
+    let mut look = shipped("look");
+    for run in look.expect(SEEDS) {
+        assert!(authority(&run), "{:?}", run.verdict.transitions);
+    }
+    let wider = Settings::one("bounds.designation_bearings_mrad", 1500.into());
+    look.scenario = wider.applied_to(&look.scenario).unwrap();
+    look.setup.bounds.designation_bearings_mrad = 1500;
+    let run = look.run(1);
+    assert!(!authority(&run), "{:?}", run.verdict.transitions);
+}
+
 #[test]
 fn decoy_earns_nothing_while_its_vetoer_is_gone() {
     for run in shipped("decoy_thermal_lost").expect(SEEDS) {

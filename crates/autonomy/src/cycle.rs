@@ -17,12 +17,14 @@ use wire::time::{Instant, Span};
 
 use crate::authority::Spent;
 use crate::command::Ordered;
-use crate::designation::{Designated, Stage};
+use crate::designation::{Designated, Stage, fit};
 use crate::flight;
-use crate::geofence::Motion;
+use crate::geofence::{Motion, Point};
 use crate::grid::Keepout;
 use crate::health::{Findings, Health};
 use crate::intake::report_body;
+use crate::look::{Aside, Look};
+use crate::mission::Way;
 use crate::navigation::{self, SetPoint, Surroundings};
 use crate::settings;
 use crate::state::Machine;
@@ -92,7 +94,7 @@ impl Autonomy {
 
     /// Motion of the unit, as long as it is known. Without a place there is no distance to the fence; localisation's own guards
     /// say so.
-    fn placed(&self, now: Instant) -> Option<Motion> {
+    pub(crate) fn placed(&self, now: Instant) -> Option<Motion> {
         let lost = self.localisation.lost(now, self.bounds.product_limit()).is_some();
         self.localisation.motion().filter(|_| !lost && !self.localisation.distrusted())
     }
@@ -126,11 +128,28 @@ impl Autonomy {
         self.judge(now);
         match order.kind() {
             CommandKind::Resume => self.resume(now, order),
-            CommandKind::Arm(track) | CommandKind::Confirm(track) => self.give(now, order, Some(track)),
+            CommandKind::Arm(track) => self.arm(now, order, track),
+            CommandKind::Confirm(track) => self.give(now, order, Some(track)),
             CommandKind::Configure(values) => self.configure(now, order, &values),
             CommandKind::Hold => self.hold(now, order),
             CommandKind::Disarm | CommandKind::Enable => self.give(now, order, None),
         }
+    }
+
+    /// A track that is fit but for its bearings is looked at from another side; the operator asks again.
+    fn arm(&mut self, now: Instant, order: &Ordered, track: TrackId) -> Option<Refusal> {
+        let refused = self.give(now, order, Some(track))?;
+        if let (true, Some(motion), Some(place)) = (self.mode() == Mode::Ready, self.placed(now), self.unborne(track)) {
+            self.look = Some(Look::begin(track, place, &motion, now));
+        }
+        Some(refused)
+    }
+
+    /// Place of a track that is fit but for its bearings.
+    fn unborne(&self, track: TrackId) -> Option<Point> {
+        let apart = self.bearings.apart_mrad(track);
+        let found = self.picture.track(track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
+        (apart < self.bounds.designation_bearings_mrad).then(|| (f64::from(found.x_mm), f64::from(found.y_mm)))
     }
 
     /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values change.
@@ -183,7 +202,7 @@ impl Autonomy {
         let track = track.ok_or(Because::Itself)?;
         let held = self.machine.authority().is_some_and(|authority| authority.track() == track);
         let stage = if held { Stage::Held } else { Stage::Arming };
-        Designated::judge(&self.picture, track, stage, &self.bounds, now)
+        Designated::judge((&self.picture, &self.bearings), track, stage, &self.bounds, now)
     }
 
     fn step(
@@ -299,10 +318,32 @@ impl Autonomy {
         let motion = self.localisation.motion().filter(|_| mode_speed > 0.0);
         let Some(motion) = motion else { return SetPoint::default() };
         let seen = self.seen(now);
-        let Some(way) = self.mission.way(motion.at, &seen, now) else { return SetPoint::default() };
+        let aside = self.aside(&motion, &seen, now);
+        let way = match &aside {
+            Some(Aside::Stand) => None,
+            Some(Aside::Way(points)) => Some(Way { points, beyond: points.last().copied() }),
+            None => self.mission.way(motion.at, &seen, now),
+        };
+        let Some(way) = way else { return SetPoint::default() };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
         navigation::follow(&motion, &way, &around)
+    }
+
+    /// What a look under way asks for: a way from where the unit is, to the other side where there is none on its own; then, with the
+    /// track borne out, to stand for a while. A look that has nothing left to do ends.
+    fn aside(&mut self, motion: &Motion, seen: &[Keepout], now: Instant) -> Option<Aside> {
+        let look = self.look.take().filter(|look| !look.expired(now) && self.mode() == Mode::Ready)?;
+        let found = self.picture.track(look.track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
+        let place = (f64::from(found.x_mm), f64::from(found.y_mm));
+        if self.bearings.apart_mrad(look.track) >= self.bounds.designation_bearings_mrad {
+            self.look = Some(look.done(now));
+            return Some(Aside::Stand);
+        }
+        let lead = |look: &Look| self.mission.lead(motion.at, look.next(motion.at, place)?, seen);
+        let (look, points) = [look, look.turned()].into_iter().find_map(|look| Some((look, lead(&look)?)))?;
+        self.look = Some(look);
+        Some(Aside::Way(std::iter::once(motion.at).chain(points).collect()))
     }
 
     /// The most that the mode allows, mm/s. Without localisation no speed is safe.

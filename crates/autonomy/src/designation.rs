@@ -1,8 +1,8 @@
 //! Designation: whether one track is fit to be acted on.
 //!
 //! [`Designated`] is the proof: the track is in the newest accepted picture, was updated within the track limit, is a
-//! vehicle, confident enough, supported by at least two modalities of which thermal is one, and vetoed by none. It is
-//! good for one judgement; the next one judges again.
+//! vehicle, confident enough, supported by at least two modalities of which thermal is one, and vetoed by none; and where the platform
+//! asks for it, it was so from bearings far enough apart ([`crate::bearings`]). It is good for one judgement; the next one judges again.
 
 use wire::bounds::Bounds;
 use wire::id::TrackId;
@@ -11,6 +11,7 @@ use wire::sensor::{Class, Modality};
 use wire::time::{Instant, Span};
 use wire::track::Track;
 
+use crate::bearings::Bearings;
 use crate::picture::Picture;
 
 /// State of authority on the track, asked for or held; holding it asks for less confidence (hysteresis).
@@ -33,7 +34,7 @@ pub struct Designated {
 impl Designated {
     /// Judges `track` in `picture`; the error names the cause of the unfitness.
     pub(crate) fn judge(
-        picture: &Picture,
+        (picture, bearings): (&Picture, &Bearings),
         track: TrackId,
         stage: Stage,
         bounds: &Bounds,
@@ -43,7 +44,7 @@ impl Designated {
         if now.since(found.updated) > Span::ms(bounds.track_limit_ms) {
             return Err(Because::Silence(found.updated));
         }
-        if fit(found, stage, bounds) {
+        if fit(found, stage, bounds) && bearings.apart_mrad(track) >= bounds.designation_bearings_mrad {
             Ok(Designated { track, x_mm: found.x_mm, y_mm: found.y_mm })
         } else {
             Err(Because::Frame(found.frame))
@@ -66,7 +67,8 @@ impl Designated {
     }
 }
 
-fn fit(track: &Track, stage: Stage, bounds: &Bounds) -> bool {
+/// True if a track is fit by itself.
+pub(crate) fn fit(track: &Track, stage: Stage, bounds: &Bounds) -> bool {
     let least = match stage {
         Stage::Arming => bounds.designation_confidence,
         Stage::Held => bounds.designation_keep,

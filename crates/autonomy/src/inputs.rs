@@ -81,6 +81,7 @@ impl Autonomy {
     fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
         let accepted = self.gates.tracks.admit::<Tracks>(&self.identity.policy, now, bytes)?;
         let (tracks, evidence) = accepted.into_parts();
+        self.bearings.note(&tracks, self.placed(now).map(|motion| motion.at), &self.bounds);
         self.picture.take(tracks, evidence.waived);
         Ok(())
     }

@@ -10,7 +10,7 @@
 //! |---|---|
 //! | order of the modes, and the proof for each | [`transition`] |
 //! | authority | [`authority`] |
-//! | failure of a guard | [`health`], and the module that answers for it: [`picture`], [`localisation`], [`geofence`], [`lease`], [`seals`], [`consistency`], [`designation`] |
+//! | failure of a guard | [`health`], and the module that answers for it: [`picture`], [`localisation`], [`geofence`], [`lease`], [`seals`], [`consistency`], [`designation`], [`bearings`] |
 //! | requirements of an order | [`command`] |
 //! | records of the session | [`intake`] |
 //! | the unit's way | [`mission`], [`grid`], [`navigation`]; in the air [`flight`] |
@@ -20,6 +20,7 @@
 //! The core itself is in three parts: its making (here), the meaning of an input (`inputs`), periodic work
 //! (`cycle`).
 
+pub mod bearings;
 pub mod command;
 pub mod config;
 pub mod consistency;
@@ -35,6 +36,7 @@ mod inputs;
 pub mod intake;
 pub mod lease;
 pub mod localisation;
+pub mod look;
 pub mod mission;
 pub mod navigation;
 pub mod picture;
@@ -71,6 +73,7 @@ pub use config::{AutonomyConfig, ConfigError, Disc, GuestConfig};
 pub use transition::{authority, state};
 
 use authority::Mint;
+use bearings::Bearings;
 use command::CommandGate;
 use command::schedule::Schedule;
 use consistency::Teammates;
@@ -82,6 +85,7 @@ use identity::Identity;
 use intake::Session;
 use lease::Lease;
 use localisation::Localisation;
+use look::Look;
 use mission::Mission;
 use picture::Picture;
 use pilot::Pilot;
@@ -98,6 +102,7 @@ pub struct Autonomy {
     health: Health,
     status: StatusRecord,
     picture: Picture,
+    bearings: Bearings,
     localisation: Localisation,
     fence: Arc<Geofence>,
     map: Arc<[Keepout]>,
@@ -113,6 +118,8 @@ pub struct Autonomy {
     schedule: Schedule,
     revoked: RevocationList,
     mission: Mission,
+    /// A look under way, in place of the mission.
+    look: Option<Look>,
     /// The guest that drives in place of mission and navigation.
     pilot: Option<Pilot>,
     drive: Sender,
@@ -165,6 +172,7 @@ impl Autonomy {
             health: Health::judge(Findings::default(), waived, Waived::default()),
             status: StatusRecord::default(),
             picture: Picture::default(),
+            bearings: Bearings::default(),
             localisation: Localisation::new(config.limits, waived),
             fence,
             map,
@@ -183,6 +191,7 @@ impl Autonomy {
             schedule: Schedule::default(),
             revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
+            look: None,
             pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
@@ -227,6 +236,7 @@ impl Autonomy {
             health: self.health.clone(),
             status: self.status,
             picture: self.picture.clone(),
+            bearings: self.bearings.clone(),
             localisation: self.localisation.clone(),
             fence: Arc::clone(&self.fence),
             map: Arc::clone(&self.map),
@@ -241,6 +251,7 @@ impl Autonomy {
             schedule: self.schedule.fork(fork),
             revoked: self.revoked.clone(),
             mission: self.mission.clone(),
+            look: self.look,
             pilot: self.pilot.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),

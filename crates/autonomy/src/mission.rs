@@ -87,6 +87,11 @@ impl Mission {
         Some(Way { points, beyond })
     }
 
+    /// A way from `at` to a place that is no way point, without its start; `None` where there is none.
+    pub fn lead(&self, at: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
+        self.grid.way(at, to, moving)
+    }
+
     /// The way point `ahead` of the next one.
     fn target(&self, ahead: usize) -> Option<Point> {
         let index = self.legs + ahead;

@@ -74,8 +74,8 @@ pub use operator::{DisplayedState, Operator, Step, Values};
 pub use order::Order;
 pub use perturbation::Perturbation;
 pub use platform::{
-    AloftTable, Bound, BoundsTable, CameraTable, FixedWingTable, GuardsTable, Length, LidarTable, MultirotorTable,
-    Platform, SafeAction, SafeTable, SatelliteTable, Small, Tightened, VehicleTable, platform_schema,
+    AloftTable, Angle, Bound, BoundsTable, CameraTable, FixedWingTable, GuardsTable, Length, LidarTable,
+    MultirotorTable, Platform, SafeAction, SafeTable, SatelliteTable, Small, Tightened, VehicleTable, platform_schema,
     platform_template,
 };
 pub use print::{Heat, Print};

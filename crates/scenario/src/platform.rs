@@ -29,6 +29,8 @@ pub use wing::FixedWingTable;
 
 /// Milliseconds of a bound: never zero.
 pub type Bound = Located<Whole<1, 60_000>>;
+/// Milliradians, at most half a turn.
+pub type Angle = Located<Whole<0, 3_142>>;
 /// Millimetres, millimetres per second, or per second squared.
 pub type Length = Whole<0, 100_000>;
 
@@ -200,6 +202,8 @@ bounds_table! {
     designation_confidence: Located<Whole<0, 1_000>>,
     /// Confidence below which a designated track is given up, permille.
     designation_keep: Whole<0, 1_000>,
+    /// Widest angle between two lines of sight along which a track was borne out before it can be designated, milliradians; 0 asks for none.
+    designation_bearings_mrad: Angle,
     /// Time for which a designated track may go without an update.
     track_limit_ms: Bound,
     /// Highest speed, millimetres per second.
@@ -239,6 +243,9 @@ pub struct Tightened {
     /// Length of a set-point's lease.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set_point_lease_ms: Option<Bound>,
+    /// Angle between two lines of sight to a track that can be designated, milliradians; tighter is wider.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub designation_bearings_mrad: Option<Angle>,
 }
 
 impl Tightened {
@@ -269,6 +276,10 @@ impl Tightened {
             to_hold_safe_ms: pick(&self.to_hold_safe_ms, &base.to_hold_safe_ms),
             lease_ms: pick(&self.lease_ms, &base.lease_ms),
             set_point_lease_ms: pick(&self.set_point_lease_ms, &base.set_point_lease_ms),
+            designation_bearings_mrad: match &self.designation_bearings_mrad {
+                Some(own) => own.clone(),
+                None => base.designation_bearings_mrad.clone(),
+            },
             ..base.clone()
         }
     }

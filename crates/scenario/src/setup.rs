@@ -169,7 +169,12 @@ fn tighten(scenario: &Scenario, platform: &Platform) -> Result<(), Problems> {
         let message = format!("a bound of {} ms is looser than the platform's {base} ms", bound.get());
         Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
     });
-    Problems::none_or(problems.collect())?;
+    let remedy = "a scenario may only tighten bounds: widen it or take it out";
+    let least = platform.bounds.designation_bearings_mrad.get();
+    let narrow = scenario.bounds.designation_bearings_mrad.as_ref().filter(|own| own.get() < least).map(|own| {
+        Problem::with_file(&file, format!("{} mrad is looser than the platform's {least} mrad", own.get()), remedy)
+    });
+    Problems::none_or(problems.chain(narrow).collect())?;
     let in_force = scenario.bounds.over(&platform.bounds);
     let (chain, most) = (uplink_ms(&in_force), in_force.to_hold_safe_ms.get());
     if chain <= most {

@@ -208,6 +208,9 @@ fn bounds_are_tightened_and_never_loosened() {
     let setup = Setup::load(&root(), &with("lease_ms = 400").unwrap(), None, false).unwrap();
     assert_eq!((setup.bounds.lease_ms, setup.bounds.freshness_ms), (400, 300));
     assert_eq!(setup.watermark(), None);
+    let setup = Setup::load(&root(), &with("designation_bearings_mrad = 524").unwrap(), None, false).unwrap();
+    assert_eq!(setup.bounds.designation_bearings_mrad, 524);
+    assert!(with("designation_bearings_mrad = 3143").is_err(), "more than half a turn");
 }
 
 /// A missing file, a directory and a gigabyte.
