@@ -2,20 +2,23 @@
 //!
 //! A flat fake, or one that is made for a place from which it is looked at, may be right from there and not from elsewhere. A platform
 //! may therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that lie so far apart. They go from the
-//! unit's own place to the track's. A contradiction, or a frame without the track, begins the count anew. Fitness itself is judged in
-//! [`crate::designation`].
+//! unit's own place to the track's. A contradiction adds none, and one that lasts, or a frame without the track, begins the count anew. Fitness itself is judged in
+//! [`crate::fitness`].
 
 use arrayvec::ArrayVec;
 use wire::bounds::Bounds;
 use wire::id::TrackId;
+use wire::time::{Instant, Span};
 use wire::track::Tracks;
 
-use crate::designation::{Stage, fit};
+use crate::fitness::{Stage, fit};
 use crate::geofence::Point;
 use crate::localisation::wrap;
 
 /// As many as a message of tracks may hold.
 const MOST: usize = 16;
+/// A contradiction that lasts longer begins the count anew: two decisions of the tracker.
+const DOUBT: Span = Span::ms(1000);
 
 /// Lines of sight along which each track was borne out without a break.
 #[derive(Clone, Debug, Default)]
@@ -32,14 +35,18 @@ struct Lines {
     /// The furthest on either side, from the first.
     right: f64,
     left: f64,
+    /// Stamp of the last message in which no modality contradicted the track.
+    uncontradicted: Instant,
 }
 
 impl Bearings {
-    /// Takes accepted tracks as seen from `place`; nothing is borne out while the unit does not know where it is.
+    /// Takes accepted tracks as seen from `place`; none is borne out while the unit does not know its place.
     pub fn note(&mut self, tracks: &Tracks, place: Option<Point>, bounds: &Bounds) {
-        let there =
-            |lines: &Lines| tracks.tracks.iter().any(|track| track.id == lines.track && track.vetoed.count() == 0);
-        self.tracks.retain(|lines| there(lines));
+        self.tracks.retain(|lines| {
+            let Some(track) = tracks.tracks.iter().find(|track| track.id == lines.track) else { return false };
+            lines.uncontradicted = if track.vetoed.count() == 0 { tracks.stamp } else { lines.uncontradicted };
+            tracks.stamp.since(lines.uncontradicted) <= DOUBT
+        });
         let Some((east, north)) = place else { return };
         let seen =
             tracks.tracks.iter().filter(|track| track.updated == tracks.stamp && fit(track, Stage::Held, bounds));
@@ -48,7 +55,8 @@ impl Bearings {
             match self.tracks.iter_mut().find(|lines| lines.track == track.id) {
                 Some(lines) => lines.widen(line),
                 None => {
-                    let lines = Lines { track: track.id, first: line, right: 0.0, left: 0.0 };
+                    let uncontradicted = tracks.stamp;
+                    let lines = Lines { track: track.id, first: line, right: 0.0, left: 0.0, uncontradicted };
                     // A message holds no more tracks than there is room for, and those that are gone have made it.
                     let _full = self.tracks.try_push(lines);
                 }
@@ -74,15 +82,14 @@ impl Lines {
 mod tests {
     use wire::id::FrameId;
     use wire::sensor::{Class, Modalities, Modality, ProductMode};
-    use wire::time::Instant;
     use wire::track::Track;
 
     use super::*;
 
     const TRACK: TrackId = TrackId(7);
 
-    fn tracks(vetoed: bool) -> Tracks {
-        let (frame, stamp) = (FrameId(1), Instant(1));
+    fn tracks(ms: u64, vetoed: bool) -> Tracks {
+        let (frame, stamp) = (FrameId(1), Instant(ms * 1000));
         let modality = |m| Modalities::default().with(m);
         let track = Track {
             id: TRACK,
@@ -105,25 +112,28 @@ mod tests {
     #[test]
     fn bearings_add_up_until_a_contradiction() {
         let mut bearings = Bearings::default();
+        let mut ms = 0;
         let mut from = |degrees: f64, vetoed| {
+            ms += 600;
             let (sin, cos) = libm::sincos(degrees.to_radians());
-            bearings.note(&tracks(vetoed), Some((10_000.0 * cos, 10_000.0 * sin)), &Bounds::GROUND);
+            bearings.note(&tracks(ms, vetoed), Some((10_000.0 * cos, 10_000.0 * sin)), &Bounds::GROUND);
             bearings.apart_mrad(TRACK)
         };
         assert_eq!(from(-10.0, false), 0, "across the cut of the angle");
         assert_eq!((from(5.0, false), from(0.0, false)), (261, 261));
         assert_eq!(from(-25.0, false), 523);
-        assert_eq!((from(0.0, true), from(10.0, false)), (0, 0), "from here on anew");
+        assert_eq!((from(80.0, true), from(0.0, false)), (523, 523), "a short doubt adds none and takes none");
+        assert_eq!((from(0.0, true), from(0.0, true), from(10.0, false)), (523, 0, 0), "from here on anew");
         assert_eq!(from(40.0, false), 523);
-        bearings.note(&Tracks { tracks: Default::default(), ..tracks(false) }, None, &Bounds::GROUND);
+        bearings.note(&Tracks { tracks: Default::default(), ..tracks(9_000, false) }, None, &Bounds::GROUND);
         assert_eq!(bearings.apart_mrad(TRACK), 0, "a track that is gone");
     }
 
     #[test]
     fn lost_place_or_weak_track_bears_nothing_out() {
         let mut bearings = Bearings::default();
-        bearings.note(&tracks(false), None, &Bounds::GROUND);
-        let old = Tracks { stamp: Instant(2), ..tracks(false) };
+        bearings.note(&tracks(1, false), None, &Bounds::GROUND);
+        let old = Tracks { stamp: Instant(2), ..tracks(1, false) };
         for place in [(10_000.0, 0.0), (0.0, 10_000.0)] {
             bearings.note(&old, Some(place), &Bounds::GROUND);
         }

@@ -17,7 +17,8 @@ use wire::time::{Instant, Span};
 
 use crate::authority::Spent;
 use crate::command::Ordered;
-use crate::designation::{Designated, Stage, fit};
+use crate::designation::Designated;
+use crate::fitness::{Stage, fit};
 use crate::flight;
 use crate::geofence::{Motion, Point};
 use crate::grid::Keepout;
@@ -141,6 +142,7 @@ impl Autonomy {
         let refused = self.give(now, order, Some(track))?;
         if let (true, Some(motion), Some(place)) = (self.mode() == Mode::Ready, self.placed(now), self.unborne(track)) {
             self.look = Some(Look::begin(track, place, &motion, now));
+            self.looked_at = Some(place);
         }
         Some(refused)
     }
@@ -330,8 +332,8 @@ impl Autonomy {
         navigation::follow(&motion, &way, &around)
     }
 
-    /// What a look under way asks for: a way from where the unit is, to the other side where there is none on its own; then, with the
-    /// track borne out, to stand for a while. A look that has nothing left to do ends.
+    /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own; then, with the
+    /// track borne out, to stand for a while. A look that is done ends.
     fn aside(&mut self, motion: &Motion, seen: &[Keepout], now: Instant) -> Option<Aside> {
         let look = self.look.take().filter(|look| !look.expired(now) && self.mode() == Mode::Ready)?;
         let found = self.picture.track(look.track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
@@ -361,7 +363,7 @@ impl Autonomy {
 
     pub(crate) fn seen(&self, now: Instant) -> Vec<Keepout> {
         let tracks = self.picture.tracks().iter().map(|track| (f64::from(track.x_mm), f64::from(track.y_mm)));
-        let places = tracks.chain(self.teammates.places(now));
+        let places = tracks.chain(self.teammates.places(now)).chain(self.looked_at);
         places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM }).collect()
     }
 

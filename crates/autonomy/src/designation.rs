@@ -7,21 +7,11 @@
 use wire::bounds::Bounds;
 use wire::id::TrackId;
 use wire::mode::Because;
-use wire::sensor::{Class, Modality};
 use wire::time::{Instant, Span};
-use wire::track::Track;
 
 use crate::bearings::Bearings;
+use crate::fitness::{Stage, fit};
 use crate::picture::Picture;
-
-/// State of authority on the track, asked for or held; holding it asks for less confidence (hysteresis).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
-    /// Authority is asked for.
-    Arming,
-    /// Authority is held.
-    Held,
-}
 
 /// Proof that a track was fit for designation when it was made.
 #[derive(Debug)]
@@ -65,17 +55,4 @@ impl Designated {
     pub(crate) fn assumed(track: TrackId) -> Designated {
         Designated { track, x_mm: 0, y_mm: 0 }
     }
-}
-
-/// True if a track is fit by itself.
-pub(crate) fn fit(track: &Track, stage: Stage, bounds: &Bounds) -> bool {
-    let least = match stage {
-        Stage::Arming => bounds.designation_confidence,
-        Stage::Held => bounds.designation_keep,
-    };
-    track.class == Class::Vehicle
-        && track.confidence >= least
-        && track.supported.count() >= 2
-        && track.supported.has(Modality::Thermal)
-        && track.vetoed.count() == 0
 }

@@ -224,7 +224,7 @@ impl Autonomy {
         self.commands.issue(nonce, now);
     }
 
-    /// Refused at the boundary: nobody's word is behind it. It is counted, and written and answered only so often; a flood
+    /// Refused at the boundary: no participant's word is behind it. It is counted, and written and answered only so often; a flood
     /// must not make us sign and write as fast as it sends, whatever is wrong with it.
     fn reject(&mut self, now: Instant, claimed: Option<Claimed>, refusal: &Refusal) {
         let event = self.accounts.refused(Interface::Commands, None, refusal);
@@ -265,7 +265,7 @@ impl Autonomy {
     }
 
     /// The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far
-    /// ahead, which would lead it to where nothing of it is heard, nor an old one, below which nothing is heard.
+    /// ahead, which would lead it to where it is not heard, nor an old one, below which it is not heard either.
     pub(crate) fn heard(&mut self, moved: Option<CommandId>, refused: Option<Reason>) {
         if let Some(newest) = moved {
             self.status.last_command = Some((newest, refused));

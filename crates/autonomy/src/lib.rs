@@ -1,4 +1,4 @@
-//! Autonomy: the core that decides what the unit may do, and drives it.
+//! Autonomy: the core that decides on the unit's actions, and drives it.
 //!
 //! It takes sensor products and seals over shared memory, leases and teammates' reports over one secure session, and
 //! operators' orders over the command plane; it gives leased set-points, the abstract act, telemetry, acknowledgements
@@ -26,6 +26,7 @@ pub mod config;
 pub mod consistency;
 mod cycle;
 pub mod designation;
+mod fitness;
 pub mod flight;
 pub mod fork;
 pub mod geofence;
@@ -78,7 +79,7 @@ use command::CommandGate;
 use command::schedule::Schedule;
 use consistency::Teammates;
 use fork::Fork;
-use geofence::Geofence;
+use geofence::{Geofence, Point};
 use grid::{Grid, Keepout};
 use health::{Findings, Health};
 use identity::Identity;
@@ -120,6 +121,8 @@ pub struct Autonomy {
     mission: Mission,
     /// A look under way, in place of the mission.
     look: Option<Look>,
+    /// Place of the object that was looked at last: the unit came near, and keeps clear of it when it is no longer in view.
+    looked_at: Option<Point>,
     /// The guest that drives in place of mission and navigation.
     pilot: Option<Pilot>,
     drive: Sender,
@@ -192,6 +195,7 @@ impl Autonomy {
             revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
             look: None,
+            looked_at: None,
             pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
@@ -252,6 +256,7 @@ impl Autonomy {
             revoked: self.revoked.clone(),
             mission: self.mission.clone(),
             look: self.look,
+            looked_at: self.looked_at,
             pilot: self.pilot.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),

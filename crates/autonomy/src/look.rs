@@ -32,7 +32,7 @@ pub struct Look {
     done: bool,
 }
 
-/// What a look asks of driving.
+/// Demand of a look on driving.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Aside {
     /// This way, from where the unit is.

@@ -58,7 +58,7 @@ impl Mission {
         (self.legs.min(all) * 1000 / all) as u16
     }
 
-    /// Notes that the unit is at `at`, where somebody else leads it along the route.
+    /// Notes that the unit is at `at`, where a guest leads it along the route.
     pub fn pass(&mut self, at: Point) {
         while self.target(0).is_some_and(|target| between(at, target) <= REACHED_MM) {
             self.legs += 1;

@@ -13,7 +13,8 @@ use dataset::cells::{self, Split};
 use dataset::example::Example;
 use link::clock::thread_cpu_us;
 use perception::corroborate::{Limits, Sighting, corroborate};
-use perception::detector::Detector;
+use perception::detector::{Detector, DetectorError};
+use perception::fused::{SAY, claims, image};
 use perception::lidar::Scanner;
 use perception::pose::Ego;
 use perception::tracker::Tracker;
@@ -27,7 +28,7 @@ use sim::terrain::{CELLS, SIDE};
 use sim::world::{STEP, World};
 use wire::id::FrameId;
 use wire::platform::Sensors;
-use wire::sensor::{Camera, Candidates, Fix, Lidar, Modalities, Navigation, Pose, ProductMode, ReceiverTime};
+use wire::sensor::{Camera, Candidates, Fix, Frames, Lidar, Modalities, Navigation, Pose, ProductMode, ReceiverTime};
 use wire::time::{Instant, Span};
 
 const FRAMES: u64 = 300;
@@ -40,9 +41,10 @@ const IMAGES: usize = 50;
 const STEPS: u64 = 1_000;
 const SPEED: f32 = 2.0;
 
-const STAGES: [&str; 7] = [
+const STAGES: [&str; 8] = [
     "sensors: rays and images",
-    "detector",
+    "colour network",
+    "fused network",
     "thermal network",
     "depth samples",
     "LiDAR clusters",
@@ -68,6 +70,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         here(&world, &plant, &detector, &image)?;
     }
     Ok(())
+}
+
+/// A frame as perception is given it.
+fn frames<'a>(imagers: &'a Imagers, camera: Camera, (frame, stamp): (FrameId, Instant)) -> Frames<'a> {
+    let (width, height) = (camera.width, camera.height);
+    let [rgb, depth, thermal, lidar] =
+        [&imagers.rgb, &imagers.depth, &imagers.thermal, &imagers.ranges].map(|plane| Some(plane[..].into()));
+    Frames { frame, stamp, width, height, rgb, depth, thermal, lidar }
 }
 
 fn here(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Result<(), Box<dyn Error>> {
@@ -98,6 +108,7 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
     let (camera, limits, scanner) = (Camera::GROUND, Limits::default(), Scanner::new(&Lidar::GROUND));
     let pose = Pose { x_mm: 0, y_mm: 0, yaw_mrad: 0 };
     let (mut ego, network) = (Ego::default(), Detector::thermal(&Camera::GROUND)?);
+    let fused = Detector::fused(&camera)?.ok_or("no fused network for this camera")?;
     let mut took: Vec<[Duration; STAGES.len()]> = Vec::new();
     let mut tracker = Tracker::default();
     for k in 0..FRAMES + WARM_UP {
@@ -106,8 +117,14 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
         let mut imagers = Imagers::new(camera, Lidar::GROUND, k);
         let (frame, stamp) = (FrameId(k + 1), Instant((k + 1) * 50_000));
         let (sensing, ()) = timed(|| imagers.measure(k + 1, &world, &plant, &faults, Span::ZERO));
-        let (detecting, rgb) = timed(|| detector.detect(&imagers.rgb, limits.score));
-        let rgb = rgb?;
+        let (detecting, seen) = timed(|| detector.detect(&imagers.rgb, SAY));
+        let seen = seen?;
+        let frames = frames(&imagers, camera, (frame, stamp));
+        let (fusing, claimed) = timed(|| {
+            let proposed = fused.detect(&image(&frames).unwrap_or_default(), limits.score)?;
+            Ok::<_, DetectorError>(claims(&proposed, &seen, limits.score))
+        });
+        let (rgb, disputed) = claimed?;
         let (warming, thermal) = timed(|| thermal::blobs(&network, &imagers.thermal, camera.width, camera.height));
         let (sampling, depth) = timed(|| depth::samples(&imagers.depth, camera.width, camera.height, &rgb));
         let (clustering, lidar) = timed(|| scanner.clusters(&imagers.ranges));
@@ -118,10 +135,10 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
             spatial: None,
         });
         let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar };
-        let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all));
+        let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all, disputed));
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         let (tracking, ()) = timed(|| tracker.update(frame, stamp, ego.at(stamp, STEP).as_ref(), &sightings));
-        took.push([sensing, detecting, warming, sampling, clustering, judging, tracking]);
+        took.push([sensing, detecting, fusing, warming, sampling, clustering, judging, tracking]);
     }
     let counted = &took[WARM_UP as usize..];
     for (stage, name) in STAGES.iter().enumerate() {

@@ -15,7 +15,7 @@ use crate::sightings::Sightings;
 use crate::warmth::Claims;
 
 /// Detections below this score no longer affect average precision, permille.
-pub const LEAST: u16 = 20;
+pub const LEAST: u16 = 1;
 
 /// Reason for the lack of a measurement.
 #[derive(Debug, thiserror::Error)]
@@ -73,7 +73,7 @@ pub fn measure(
     let (mut outcomes, mut claims, mut sightings) = (Vec::new(), Claims::default(), Sightings::default());
     for number in numbers {
         let example = Example::new(stages.sensors(), cell, split, number)?;
-        let found = stages.detector().detect(&example.frame.rgb, LEAST)?;
+        let found = stages.detections(&example.frames(), LEAST).transpose()?.unwrap_or_default();
         outcomes.push(precision::judge(&example.frame.labels, &found));
         claims.add(stages.thermal(), &example, |_| true);
         sightings.add(stages, limits, &example);

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use base64::Engine as _;
 use perception::corroborate::{Judgement, Limits, corroborate};
 use perception::lidar::returns;
-use perception::stages::Stages;
+use perception::stages::{Claims, Stages};
 use wire::sensor::{Blob, Candidates, Class, Modalities, Modality, PixelBox};
 
 use crate::coco::picture;
@@ -46,8 +46,8 @@ pub fn draw(entries: &[Entry<'_>], stages: &Stages) -> Result<String, png::Encod
     );
     for (k, entry) in entries.iter().enumerate() {
         let limits = Limits::default();
-        let candidates = stages.candidates(&entry.example.frames(), limits.score);
-        let judged = corroborate(&camera, &limits, Modalities::default(), &candidates);
+        let Claims { candidates, disputed } = stages.candidates(&entry.example.frames(), limits.score);
+        let judged = corroborate(&camera, &limits, Modalities::default(), &candidates, disputed);
         let top = k as u32 * row + GAP;
         // Writing to a String cannot fail.
         let _ = write!(svg, "<text x=\"{GAP}\" y=\"{}\" fill=\"#e8e8e8\">{}</text>", top + 15, entry.title);

@@ -3,7 +3,7 @@
 //! An unvetoed sighting is right within 2 m (the bound of property P11) of an object of its class.
 
 use perception::corroborate::{Limits, corroborate};
-use perception::stages::Stages;
+use perception::stages::{Claims, Stages};
 use serde::Serialize;
 use sim::scene::Start;
 use wire::id::ObjectId;
@@ -87,8 +87,8 @@ pub fn stands_near(stages: &Stages, limits: &Limits, example: &Example, object: 
 
 /// Class and place in the world of each unvetoed sighting.
 fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, [f32; 2])> {
-    let candidates = stages.candidates(&example.frames(), limits.score);
-    let judged = corroborate(&example.sensors.camera, limits, Modalities::default(), &candidates);
+    let Claims { candidates, disputed } = stages.candidates(&example.frames(), limits.score);
+    let judged = corroborate(&example.sensors.camera, limits, Modalities::default(), &candidates, disputed);
     let left = judged.iter().filter_map(|j| j.sighting.filter(|s| s.stands()));
     left.map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32)))).collect()
 }

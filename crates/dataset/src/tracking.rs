@@ -9,12 +9,13 @@ use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 use perception::corroborate::{Limits, Sighting, corroborate};
 use perception::pose::Ego;
+use perception::stages::Claims;
 use perception::tracker::Tracker;
 use serde::Serialize;
 use sim::ride::Shot;
 use sim::scene::Scene;
 use wire::id::TrackId;
-use wire::sensor::{Camera, Candidates, Class, Modalities};
+use wire::sensor::{Camera, Class, Modalities};
 use wire::time::Span;
 use wire::track::Track;
 
@@ -84,9 +85,9 @@ pub struct Follower {
 
 impl Follower {
     /// Takes one frame's candidates.
-    pub fn take(&mut self, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) {
+    pub fn take(&mut self, Claims { candidates, disputed }: &Claims, limits: &Limits, shot: &Shot, scene: &Scene) {
         self.ego.note(&shot.navigation);
-        let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), candidates);
+        let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), candidates, *disputed);
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         self.tracker.update(shot.frame, shot.stamp, self.ego.at(shot.stamp, FIX).as_ref(), &sightings);
         let shown = |k| shot.shown.labels.iter().any(|l| usize::from(l.object.0) == k && counts(l));

@@ -1,5 +1,6 @@
-//! The colour detector: one ONNX model over `[1, 3, H, W]` in 0..1, and the [`Head`] that reads its output. A run may
-//! bring a custom model in place of the shipped one.
+//! A detector: one ONNX model over `[1, planes, H, W]` in 0..1, and the [`Head`] that reads its output. Colour has three planes, and so
+//! has the thermal stage's image; the fused one ([`crate::fused`]) has seven. A run may bring a custom colour detector in place of
+//! the shipped one.
 //!
 //! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that one
 //! of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on its
@@ -14,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use wire::codec::List;
 use wire::sensor::{Camera, Detection};
 
+use crate::fused;
 use crate::head::Head;
 use crate::letterbox::{HEIGHT, Letterbox, SIDES, WIDTH};
 use crate::model::{Model, ModelError, ModelRef, Networks};
@@ -52,8 +54,10 @@ pub enum DetectorError {
         got: String,
     },
     /// The image is not of the camera's size.
-    #[error("image of {got} bytes, expected {}", 3 * WIDTH * HEIGHT)]
+    #[error("image of {got} bytes, expected {wanted}")]
     Image {
+        /// Length that fits.
+        wanted: usize,
         /// Its length in bytes.
         got: usize,
     },
@@ -65,6 +69,8 @@ pub struct Detector {
     /// A run needs the session alone; the lock is held for one frame.
     session: Mutex<Session>,
     input: String,
+    /// Planes of its image.
+    planes: usize,
     letterbox: Letterbox,
     head: Head,
 }
@@ -86,6 +92,14 @@ impl Detector {
         Detector::new(Networks::of(camera).thermal()?)
     }
 
+    /// The network over all the cameras at once that this crate ships for them, if there is one.
+    ///
+    /// # Errors
+    /// It was edited, or the runtime refused it.
+    pub fn fused(camera: &Camera) -> Result<Option<Self>, DetectorError> {
+        Networks::of(camera).fused()?.map(|model| Detector::over(fused::PLANES, model, Head::Grid)).transpose()
+    }
+
     /// [`Detector::with_head`] for a model of the shipped one's shapes.
     ///
     /// # Errors
@@ -99,25 +113,34 @@ impl Detector {
     /// # Errors
     /// The file is unwanted, the runtime refused it, or it does not fit the head.
     pub fn with_head(model: Model<'_>, head: Head) -> Result<Self, DetectorError> {
+        Detector::over(3, model, head)
+    }
+
+    /// The same for an image of so many planes.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn over(planes: usize, model: Model<'_>, head: Head) -> Result<Self, DetectorError> {
         let session = session(&Inspected::of(model)?).map_err(|e| DetectorError::Session(one_line(&e.to_string())))?;
-        let (input, letterbox) = input(session.inputs(), &head)?;
+        let (input, letterbox) = input(session.inputs(), planes, &head)?;
         let [_] = session.outputs() else {
             return Err(DetectorError::Output { wanted: head.wanted(), got: told(session.outputs()) });
         };
-        let detector = Detector { session: Mutex::new(session), input, letterbox, head };
-        detector.detect(&[0; 3 * WIDTH * HEIGHT], 1000)?;
+        let detector = Detector { session: Mutex::new(session), input, planes, letterbox, head };
+        detector.detect(&vec![0; planes * WIDTH * HEIGHT], 1000)?;
         Ok(detector)
     }
 
-    /// Detections of at least `least` permille in a row-major RGB image, best first.
+    /// Detections of at least `least` permille in a row-major image with a byte a plane of each pixel, best first.
     ///
     /// # Errors
     /// The image is of another size, or the runtime failed.
-    pub fn detect(&self, rgb: &[u8], least: u16) -> Result<List<Detection, 32>, DetectorError> {
-        if rgb.len() != 3 * WIDTH * HEIGHT {
-            return Err(DetectorError::Image { got: rgb.len() });
+    pub fn detect(&self, image: &[u8], least: u16) -> Result<List<Detection, 32>, DetectorError> {
+        let wanted = self.planes * WIDTH * HEIGHT;
+        if image.len() != wanted {
+            return Err(DetectorError::Image { wanted, got: image.len() });
         }
-        let image = self.letterbox.tensor(rgb);
+        let image = self.letterbox.tensor(image);
         let failed = |e: ort::Error| DetectorError::Session(one_line(&e.to_string()));
         let other = |got: String| DetectorError::Output { wanted: self.head.wanted(), got };
         let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
@@ -159,18 +182,23 @@ fn session(model: &Inspected<'_>) -> Result<Session, Box<dyn std::error::Error>>
 }
 
 /// The name of the one input, and how the camera's image is put into it.
-fn input(inputs: &[Outlet], head: &Head) -> Result<(String, Letterbox), DetectorError> {
+fn input(inputs: &[Outlet], planes: usize, head: &Head) -> Result<(String, Letterbox), DetectorError> {
     let fits = || {
         let [only] = inputs else { return None };
         let floats = only.dtype().tensor_type() == Some(TensorElementType::Float32);
-        let [1, 3, height, width] = only.dtype().tensor_shape().filter(|_| floats)?[..] else { return None };
+        let [1, given, height, width] = only.dtype().tensor_shape().filter(|_| floats)?[..] else { return None };
+        if usize::try_from(given) != Ok(planes) {
+            return None;
+        }
         let letterbox = Letterbox::new(usize::try_from(height).ok()?, usize::try_from(width).ok()?)?;
         head.sees(&letterbox).then(|| (only.name().to_owned(), letterbox))
     };
     fits().ok_or_else(|| {
         let wanted = match head {
-            Head::Grid => format!("[1, 3, {HEIGHT}, {WIDTH}]"),
-            Head::Yolo(_) => format!("[1, 3, H, W] with H and W fixed from {} to {}", SIDES.start(), SIDES.end()),
+            Head::Grid => format!("[1, {planes}, {HEIGHT}, {WIDTH}]"),
+            Head::Yolo(_) => {
+                format!("[1, {planes}, H, W] with H and W fixed from {} to {}", SIDES.start(), SIDES.end())
+            }
         };
         DetectorError::Input { wanted, got: told(inputs) }
     })
@@ -204,6 +232,6 @@ mod tests {
         let model = Model::pinned(junk, &crate::model::hex_digest(junk)).unwrap();
         assert!(matches!(Detector::new(model), Err(DetectorError::Onnx(_))));
         let detector = Detector::built_in(&Camera::GROUND).unwrap();
-        assert!(matches!(detector.detect(&[0; 12], 500), Err(DetectorError::Image { got: 12 })));
+        assert!(matches!(detector.detect(&[0; 12], 500), Err(DetectorError::Image { got: 12, .. })));
     }
 }

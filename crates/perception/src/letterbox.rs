@@ -42,11 +42,12 @@ impl Letterbox {
         self.rows.len() == HEIGHT && self.columns.len() == WIDTH
     }
 
-    /// Planes of red, green and blue in 0..1, from row-major RGB of the camera's size.
-    pub(crate) fn tensor(&self, rgb: &[u8]) -> Array4<f32> {
-        let byte = |channel: usize, y: usize, x: usize| f32::from(rgb[3 * (y * WIDTH + x) + channel]) / 255.0;
+    /// Planes in 0..1, from a row-major image of the camera's size with a byte a plane of each pixel, such as RGB.
+    pub(crate) fn tensor(&self, image: &[u8]) -> Array4<f32> {
+        let planes = image.len() / (HEIGHT * WIDTH);
+        let byte = |channel: usize, y: usize, x: usize| f32::from(image[planes * (y * WIDTH + x) + channel]) / 255.0;
         if self.is_plain() {
-            return Array4::from_shape_fn((1, 3, HEIGHT, WIDTH), |(_, channel, row, column)| {
+            return Array4::from_shape_fn((1, planes, HEIGHT, WIDTH), |(_, channel, row, column)| {
                 byte(channel, row, column)
             });
         }
@@ -57,7 +58,7 @@ impl Letterbox {
             let along = |y: usize| byte(channel, y, x0) * (1.0 - u) + byte(channel, y, x1) * u;
             along(y0) * (1.0 - v) + along(y1) * v
         };
-        Array4::from_shape_fn((1, 3, self.rows.len(), self.columns.len()), value)
+        Array4::from_shape_fn((1, planes, self.rows.len(), self.columns.len()), value)
     }
 
     /// Left, top, right and bottom in the camera's image of a box that a model placed by middle and sides in its own,

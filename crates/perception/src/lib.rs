@@ -11,11 +11,13 @@
 //!   missing, because liveness downstream rests on products. Consequences are autonomy's to decide.
 
 pub mod attitude;
+pub mod bands;
 mod boxes;
 pub mod content;
 pub mod corroborate;
 pub mod depth;
 pub mod detector;
+pub mod fused;
 pub mod grid;
 pub mod head;
 pub mod letterbox;
@@ -57,11 +59,12 @@ use crate::attitude::{SkyConfig, Watch};
 use crate::content::{Contents, Prints};
 use crate::corroborate::{Limits, Sighting};
 use crate::detector::{Brought, Detector, DetectorError};
+use crate::fused::Disputed;
 use crate::model::ModelRef;
 use crate::pose::Ego;
 use crate::provenance::Provenance;
 use crate::reasons::Reasons;
-use crate::stages::Stages;
+use crate::stages::{Claims, Stages};
 use crate::tracker::Tracker;
 
 /// From so many colour detections in a frame on it is told how many there are, so at most 21 times in a boot. No scene has
@@ -139,11 +142,20 @@ impl Perception {
     pub fn new(setup: Setup, config: PerceptionConfig, now: Instant) -> Result<Self, PerceptionError> {
         let detector = match &config.detector {
             _ if !config.rendered => return Self::make(setup, config, None, now),
-            None => Arc::new(Detector::built_in(&config.sensors.camera)?),
-            Some(Brought { loaded: Some(detector), .. }) => Arc::clone(detector),
+            None => None,
+            Some(Brought { loaded: Some(detector), .. }) => Some(Arc::clone(detector)),
             Some(other) => return Err(PerceptionError::NotLoaded(other.model.path.display().to_string())),
         };
-        let stages = Stages::new(&config.sensors, detector, Arc::new(Detector::thermal(&config.sensors.camera)?));
+        // A custom detector proposes by itself.
+        let stages = match detector {
+            None if setup.policy.check(Check::Fusion) == Requirement::Waived => {
+                Stages::shipped(&config.sensors)?.by_colour()
+            }
+            None => Stages::shipped(&config.sensors)?,
+            Some(detector) => {
+                Stages::new(&config.sensors, detector, Arc::new(Detector::thermal(&config.sensors.camera)?))
+            }
+        };
         Self::make(setup, config, Some(stages), now)
     }
 
@@ -239,7 +251,7 @@ impl Perception {
             return self.look_up(now, bytes);
         }
         let policy = &self.setup.policy;
-        let (candidates, prints) = match &self.stages {
+        let (Claims { candidates, disputed }, prints) = match &self.stages {
             Some(stages) => {
                 let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
                 let frames = accepted.message();
@@ -254,12 +266,12 @@ impl Perception {
             None => {
                 let candidates = self.observations.admit::<Candidates>(policy, now, bytes)?.into_parts().0;
                 let prints = content::of_candidates(&candidates);
-                (candidates, prints)
+                (Claims { candidates, disputed: Disputed::default() }, prints)
             }
         };
         self.crowd(now, &candidates);
         let candidates = self.renewed(now, candidates, &prints);
-        self.process(now, &candidates);
+        self.process(now, &candidates, disputed);
         Ok(())
     }
 
@@ -309,10 +321,10 @@ impl Perception {
     }
 
     /// One frame's candidates, through corroboration and tracking to the message.
-    fn process(&mut self, now: Instant, candidates: &Candidates) {
+    fn process(&mut self, now: Instant, candidates: &Candidates, disputed: Disputed) {
         let (frame, stamp) = (candidates.frame, candidates.stamp);
         self.present(now, (frame, stamp), provenance::present(candidates));
-        let judged = corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates);
+        let judged = corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates, disputed);
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         self.track((frame, stamp), &sightings);
         let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());

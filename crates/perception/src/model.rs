@@ -15,6 +15,7 @@ pub const MAX_MODEL: usize = 32 << 20;
 pub struct Networks {
     detector: &'static [u8],
     thermal: &'static [u8],
+    fused: Option<&'static [u8]>,
     manifest: &'static str,
 }
 
@@ -22,6 +23,7 @@ pub struct Networks {
 static GROUND: Networks = Networks {
     detector: include_bytes!("../models/detector.onnx"),
     thermal: include_bytes!("../models/thermal.onnx"),
+    fused: Some(include_bytes!("../models/fused.onnx")),
     manifest: include_str!("../models/manifest.toml"),
 };
 
@@ -29,6 +31,7 @@ static GROUND: Networks = Networks {
 static ALOFT: Networks = Networks {
     detector: include_bytes!("../models/aloft/detector.onnx"),
     thermal: include_bytes!("../models/aloft/thermal.onnx"),
+    fused: None,
     manifest: include_str!("../models/aloft/manifest.toml"),
 };
 
@@ -114,6 +117,15 @@ impl Networks {
     /// The same.
     pub fn thermal(&self) -> Result<Model<'static>, ModelError> {
         Model::pinned(self.thermal, self.stated("thermal_sha256").ok_or(ModelError::Unpinned)?)
+    }
+
+    /// The fused network, if there is one.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn fused(&self) -> Result<Option<Model<'static>>, ModelError> {
+        let pinned = |bytes| Model::pinned(bytes, self.stated("fused_sha256").ok_or(ModelError::Unpinned)?);
+        self.fused.map(pinned).transpose()
     }
 
     fn stated(&self, name: &str) -> Option<&'static str> {

@@ -13,6 +13,7 @@ use wire::time::Span;
 use wire::track::Track;
 
 use super::*;
+use crate::fused::Disputed;
 
 /// A unit at (100 m, 50 m) that faces north and observes the objects put before it, ten times a second.
 struct Rig {
@@ -199,6 +200,7 @@ fn depth_that_disagrees_with_lidar_vetoes() {
         &Limits::default(),
         Modalities::default(),
         &candidates(FrameId(1), Instant(0), &[torn]),
+        Disputed::default(),
     );
     assert!(judged[0].vetoed.has(Modality::Depth) && judged[0].vetoed.has(Modality::Lidar));
     assert_eq!(judged[0].sighting, None);

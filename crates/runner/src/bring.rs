@@ -59,12 +59,10 @@ impl Bring {
 
     /// The stages of a frame with that detector, or else with the shipped one.
     pub fn stages(&self) -> Result<Stages, Failure> {
-        let camera = &Sensors::GROUND.camera;
-        let thermal = Arc::new(Detector::thermal(camera).map_err(Failure::internal)?);
-        let detector = match self.load()?.and_then(|loaded| loaded.brought.loaded) {
-            Some(brought) => brought,
-            None => Arc::new(Detector::built_in(camera).map_err(Failure::internal)?),
+        let Some(brought) = self.load()?.and_then(|loaded| loaded.brought.loaded) else {
+            return Stages::shipped(&Sensors::GROUND).map_err(Failure::internal);
         };
-        Ok(Stages::new(&Sensors::GROUND, detector, thermal))
+        let thermal = Arc::new(Detector::thermal(&Sensors::GROUND.camera).map_err(Failure::internal)?);
+        Ok(Stages::new(&Sensors::GROUND, brought, thermal))
     }
 }

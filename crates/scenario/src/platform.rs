@@ -269,17 +269,16 @@ impl Tightened {
 
     /// The bounds in force: the platform's, where not tightened.
     pub fn over(&self, base: &BoundsTable) -> BoundsTable {
-        let pick = |own: &Option<Bound>, base: &Bound| own.clone().unwrap_or_else(|| base.clone());
+        fn pick<T: Clone>(own: &Option<T>, base: &T) -> T {
+            own.clone().unwrap_or_else(|| base.clone())
+        }
         BoundsTable {
             freshness_ms: pick(&self.freshness_ms, &base.freshness_ms),
             to_degraded_ms: pick(&self.to_degraded_ms, &base.to_degraded_ms),
             to_hold_safe_ms: pick(&self.to_hold_safe_ms, &base.to_hold_safe_ms),
             lease_ms: pick(&self.lease_ms, &base.lease_ms),
             set_point_lease_ms: pick(&self.set_point_lease_ms, &base.set_point_lease_ms),
-            designation_bearings_mrad: match &self.designation_bearings_mrad {
-                Some(own) => own.clone(),
-                None => base.designation_bearings_mrad.clone(),
-            },
+            designation_bearings_mrad: pick(&self.designation_bearings_mrad, &base.designation_bearings_mrad),
             ..base.clone()
         }
     }

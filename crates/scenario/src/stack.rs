@@ -217,15 +217,6 @@ fn required() -> Requirement {
     Requirement::Required
 }
 
-impl Link {
-    fn name(self) -> &'static str {
-        match self {
-            Link::Telemetry => "telemetry",
-            Link::Command => "command",
-        }
-    }
-}
-
 /// A word as the file writes it.
 fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
@@ -268,11 +259,11 @@ impl Scenario {
             cells.push((label, cell));
         };
         for one in &self.impostor {
-            let label = format!("{}/{}/{}", one.link.name(), word(*one.end), word(*one.certificate));
+            let label = format!("{}/{}/{}", word(one.link), word(*one.end), word(*one.certificate));
             add(label, &one.expected, &|cell| cell.impostor = List::of([one.clone()]));
         }
         for one in &self.downgrade {
-            let label = format!("{}/{}/{}", one.link.name(), word(*one.by), word(*one.to));
+            let label = format!("{}/{}/{}", word(one.link), word(*one.by), word(*one.to));
             add(label, &one.expected, &|cell| cell.downgrade = List::of([one.clone()]));
         }
         for one in &self.handle {

@@ -5,7 +5,7 @@
 //! certificates of both ends, with TLS 1.3 the name of the end that is dialled and no other.
 //!
 //! On a bus the observer is a process of the host that listens on a channel of real shared memory and maps it. A channel that the policy
-//! makes confidential shows it nothing; one that only tags protect is the control. With a right that has ended it hears nothing.
+//! makes confidential shows it no content; one that only tags protect is the control. With a right that has ended it hears no message.
 //!
 //! The receipt: the observer saw the bytes that arrived at the ends, and the same search finds every mark in the plain text
 //! there. An observer behind the secure layer is the control in which it has to be found.

@@ -1,8 +1,8 @@
 //! Calibration of scores: logistic recalibration (Platt 1999) on tuning frames, folded into the objectness of the network's head,
 //! so that no file beside the model has to carry it.
 //!
-//! A score is objectness times the confidence in the class. Where the class is sure, which is nearly everywhere, the score's
-//! logit is the objectness, and the correction of the one is right for the other.
+//! A score is objectness times a share for the confidence in the class, which the correction does not reach. So it is fitted to the scores that
+//! come of the corrected objectness, again and again, until no correction is left.
 
 use std::error::Error;
 use std::path::Path;
@@ -17,7 +17,7 @@ use perception::letterbox::{HEIGHT, WIDTH};
 use sim::Label;
 use wire::platform::Sensors;
 
-use crate::data::{felt, heated, seen};
+use crate::data::{CELLS, felt, heated, seen, sensed};
 use crate::net::Net;
 use crate::sense::Sense;
 use crate::train::{paint, save};
@@ -28,37 +28,60 @@ const FRAMES: u64 = 80;
 const LEAST: u16 = 100;
 /// Steps of Newton's method; it has converged after far fewer.
 const STEPS: usize = 30;
+/// Corrections of corrections; the last ones change no printed digit.
+const ROUNDS: usize = 12;
 
 /// Recalibrates a model and the weights beside it.
 pub(crate) fn write(sense: Sense, sensors: &Sensors, directory: &Path) -> Result<(), Box<dyn Error>> {
     let device = Device::default();
     let path = sense.model(directory);
     let net = Net::new(sense, &device).try_load_file(path.with_extension("bpk"))?;
-    let (slope, offset) = fit(&sample(sense, sensors, &net, &device)?);
-    println!("objectness: {slope:.3} x {offset:+.3}");
-    save(&net.calibrated(slope as f32, offset as f32, &device), &path)
+    let frames = frames(sense, sensors, &net, &device)?;
+    let (mut slope, mut offset) = (1.0, 0.0);
+    for _ in 0..ROUNDS {
+        let (further, shift) = fit(&sample(&frames, slope, offset));
+        (slope, offset) = (further * slope, further * offset + shift);
+        println!("objectness: {slope:.3} x {offset:+.3}");
+    }
+    save(sense, &net.calibrated(slope as f32, offset as f32, &device), &path)
 }
 
-/// Logit of each detection's score, and whether it was right.
-fn sample(sense: Sense, sensors: &Sensors, net: &Net, device: &Device) -> Result<Vec<(f64, bool)>, Box<dyn Error>> {
-    let mut sample = Vec::new();
+/// Output of the network for a frame, and the objects that there were.
+struct Shown {
+    raw: Vec<f32>,
+    labels: Vec<Label>,
+}
+
+fn frames(sense: Sense, sensors: &Sensors, net: &Net, device: &Device) -> Result<Vec<Shown>, Box<dyn Error>> {
+    let mut frames = Vec::new();
     for cell in cells::all()?.iter().filter(|cell| cell.learnt) {
         for number in 0..FRAMES {
             let example = match sense {
                 Sense::Colour => seen(Frame::new(sensors, cell, Split::Tuning, number)?),
                 Sense::Thermal => felt(heated(sensors, cell, Split::Tuning, number, &[])?.0),
+                Sense::Fused => sensed(Frame::new(sensors, cell, Split::Tuning, number)?),
             };
-            let mut plane = vec![0.0; 3 * HEIGHT * WIDTH];
+            let mut plane = vec![0.0; sense.inputs() * HEIGHT * WIDTH];
             paint(&example.image, false, 1.0, &mut plane);
-            let input = Tensor::<4>::from_data(TensorData::new(plane, [1, 3, HEIGHT, WIDTH]), device);
+            let input = Tensor::<4>::from_data(TensorData::new(plane, [1, sense.inputs(), HEIGHT, WIDTH]), device);
             let raw = net.forward(input).into_data().try_to_vec::<f32>()?;
-            let labels: Vec<Label> = example.labels.into_iter().chain(example.ignored).collect();
-            let judged = judge(&labels, &decode(&raw, LEAST)).judged;
-            let share = |score: u16| (f64::from(score) / 1000.0).clamp(0.001, 0.999);
-            sample.extend(judged.iter().map(|j| (libm::log(share(j.score) / (1.0 - share(j.score))), j.right)));
+            frames.push(Shown { raw, labels: example.labels.into_iter().chain(example.ignored).collect() });
         }
     }
-    Ok(sample)
+    Ok(frames)
+}
+
+/// Logit of each detection's score, its objectness corrected, and whether it was right.
+fn sample(frames: &[Shown], slope: f64, offset: f64) -> Vec<(f64, bool)> {
+    let share = |score: u16| (f64::from(score) / 1000.0).clamp(0.001, 0.999);
+    let of = |Shown { raw, labels }: &Shown| {
+        let mut raw = raw.clone();
+        raw[..CELLS].iter_mut().for_each(|object| *object = (f64::from(*object) * slope + offset) as f32);
+        let judged = judge(labels, &decode(&raw, LEAST)).judged;
+        let logit = |score| libm::log(share(score) / (1.0 - share(score)));
+        judged.iter().map(|j| (logit(j.score), j.right)).collect::<Vec<_>>()
+    };
+    frames.iter().flat_map(of).collect()
 }
 
 /// Slope and offset of the greatest likelihood, by Newton's method.

@@ -11,7 +11,7 @@ use dataset::warmth::Claims;
 use perception::corroborate::Limits;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
-use perception::{detector::Detector, runtime};
+use perception::{detector::Detector, head::Head, runtime};
 use wire::platform::Sensors;
 use wire::sensor::Class;
 
@@ -87,12 +87,13 @@ impl Made {
     fn read(sense: Sense, directory: &Path) -> Result<Self, Box<dyn std::error::Error>> {
         let bytes = std::fs::read(sense.model(directory))?;
         let sha256 = hex_digest(&bytes);
-        let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
+        let detector = Arc::new(Detector::over(sense.inputs(), Model::pinned(&bytes, &sha256)?, Head::Grid)?);
         Ok(Made { bytes: bytes.len(), sha256, training: Training::read(sense, directory)?, detector })
     }
 }
 
-/// Measures the models of `directory` and writes `manifest.toml`, `detector.md` and `thermal.md` beside them.
+/// Measures the models of `directory` and writes `manifest.toml`, `detector.md`, `thermal.md` and, of a fused one, `fused.md` beside
+/// them.
 pub(crate) fn write(
     sensors: &Sensors,
     directory: &Path,
@@ -115,13 +116,23 @@ pub(crate) fn write(
             warm.push(claims);
         }
     }
-    let points = points(&stages)?;
+    let fused = Sense::Fused.model(directory).is_file().then(|| Made::read(Sense::Fused, directory)).transpose()?;
     let runtime = runtime::describe()?;
-    std::fs::write(directory.join("manifest.toml"), manifest(&colour, &thermal, &rows, runtime)?)?;
-    let cards = [
-        ("detector.md", card(sensors, &colour, &rows, &points, runtime)),
+    std::fs::write(directory.join("manifest.toml"), manifest(&colour, &thermal, fused.as_ref(), &rows, runtime)?)?;
+    let mut cards = vec![
+        ("detector.md", card(sensors, &colour, &rows, &points(&stages)?, runtime)),
         ("thermal.md", thermal_card(&thermal, &rows, &warm)),
     ];
+    if let Some(fused) = &fused {
+        let stages = stages.proposing(Arc::clone(&fused.detector));
+        let mut rows = Vec::new();
+        for split in [Split::HeldOut, Split::Novel] {
+            for cell in cells::all()? {
+                rows.push(measure(&stages, cell, split, 0..frames, &Limits::default())?);
+            }
+        }
+        cards.push(("fused.md", fused_card(fused, &rows, &points(&stages)?, runtime)));
+    }
     for (name, card) in cards {
         std::fs::write(directory.join(name), &card)?;
         println!("{card}");
@@ -133,9 +144,13 @@ pub(crate) fn write(
 struct Manifest<'a> {
     sha256: &'a str,
     thermal_sha256: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fused_sha256: Option<&'a str>,
     runtime: &'a str,
     training: &'a Training,
     thermal_training: &'a Training,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fused_training: Option<&'a Training>,
     measured: Vec<Measured<'a>>,
 }
 
@@ -148,7 +163,13 @@ struct Measured<'a> {
     calibration_error: f64,
 }
 
-fn manifest(colour: &Made, thermal: &Made, rows: &[Quality], runtime: &str) -> Result<String, toml::ser::Error> {
+fn manifest(
+    colour: &Made,
+    thermal: &Made,
+    fused: Option<&Made>,
+    rows: &[Quality],
+    runtime: &str,
+) -> Result<String, toml::ser::Error> {
     let round = |v: f64| (v * 1000.0).round() / 1000.0;
     let measured = rows.iter().map(|row| Measured {
         cell: &row.cell,
@@ -160,9 +181,11 @@ fn manifest(colour: &Made, thermal: &Made, rows: &[Quality], runtime: &str) -> R
     let manifest = Manifest {
         sha256: &colour.sha256,
         thermal_sha256: &thermal.sha256,
+        fused_sha256: fused.map(|fused| fused.sha256.as_str()),
         runtime,
         training: &colour.training,
         thermal_training: &thermal.training,
+        fused_training: fused.map(|fused| &fused.training),
         measured: measured.collect(),
     };
     let head = "# Written by `trainer measure`; perception refuses a model if its hash is not the one below.\n";
@@ -198,6 +221,26 @@ fn card(sensors: &Sensors, made: &Made, rows: &[Quality], points: &str, runtime:
          nothing here says how it would do on a photograph. {attacks}\n",
         rounds(training),
         Limits::default().score,
+        table(rows),
+    )
+}
+
+fn fused_card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
+    format!(
+        "# Model card: the fused detector\n\n\
+         A single-shot convolutional detector of the colour detector's form over seven planes of 160 × 120 (colour, three bands of warmth as the \
+         thermal stage has them, nearness by depth) to the same grid. {} bytes, SHA-256 `{}`.\n\n\
+         **Made by** `trainer train`, `refine` and `calibrate fused` from rendered frames of the cells marked as learnt in `crates/dataset/cells.toml`, a third of \
+         their decoys and obstacles heated evenly; from the second round on half of the decoys are painted like vehicles, and a third bears patterns of \
+         heat, half of those with a shifted coat. Planes are made worse at random: noise, haze, faint warmth, depth that ends early, a \
+         sense that is missing (`crates/trainer/src/worse.rs`).\n\n{}\n\
+         **Measured** by its own proposals, and corroborated with the colour detector's disputes (`perception::fused`), through `{runtime}`, as the colour \
+         detector's card says.\n\n{}\n\
+         **The threshold** beside others, on {TUNING} tuning frames of each cell that is learnt from.\n\n{points}\n\
+         **Not for** anything but this simulation. How it fares under attack is in `docs/researcher/perception.md`.\n",
+        made.bytes,
+        made.sha256,
+        rounds(&made.training),
         table(rows),
     )
 }

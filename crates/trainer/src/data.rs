@@ -6,12 +6,13 @@
 use dataset::cells::{self, Cell, Split};
 use dataset::draw;
 use dataset::example::{Example as Frame, ExampleError, counts};
+use perception::bands::bands;
 use perception::grid::{CELL, COLUMNS, ROWS, UNIT};
-use perception::thermal::bands;
 use rand_chacha::ChaCha8Rng;
 use rand_core::SeedableRng;
 use sha2::{Digest, Sha256};
 use sim::Label;
+use sim::scene::{Scene, Start};
 use wire::id::ObjectId;
 use wire::platform::Sensors;
 use wire::sensor::Class;
@@ -26,12 +27,16 @@ pub(crate) const CELLS: usize = ROWS * COLUMNS;
 const WARM_K: f32 = 8.0;
 /// Greatest further excess of a heated object, kelvin.
 const HOTTER_K: f32 = 37.0;
+/// Greatest shift of a channel of a disguised decoy's coat, of 255.
+const SHIFT: f32 = 48.0;
+/// Sets the randomness of disguises apart from that of heat.
+const DISGUISED: u64 = 0x_D15C_015E;
 /// Share of an object's sides within which cells are its own.
 const MIDDLE: f32 = 0.4;
 
 /// One frame with its labels.
 pub(crate) struct Example {
-    /// Colour or bands of warmth: row-major, 3 bytes a pixel.
+    /// Image of its network: row-major, a byte a plane of each pixel.
     pub(crate) image: Vec<u8>,
     /// Objects large enough to be found.
     pub(crate) labels: Vec<Label>,
@@ -67,6 +72,7 @@ pub(crate) fn examples(
         let example = match sense {
             Sense::Colour => seen(Frame::new(sensors, cell, Split::Training, number)?),
             Sense::Thermal => felt(heated(sensors, cell, Split::Training, number, pool)?.0),
+            Sense::Fused => sensed(disguised(sensors, cell, number, pool)?),
         };
         hash.update(&example.image);
         let mut labels: Vec<&Label> = example.labels.iter().chain(&example.ignored).collect();
@@ -89,6 +95,13 @@ pub(crate) fn seen(frame: Frame) -> Example {
     Example { image: frame.rgb, labels, ignored }
 }
 
+/// Visible objects of a frame, with the whole image of the fused network. A heated fake keeps its class.
+pub(crate) fn sensed(example: Frame) -> Example {
+    let image = perception::fused::image(&example.frames()).unwrap_or_default();
+    let (labels, ignored) = example.frame.labels.into_iter().partition(counts);
+    Example { image, labels, ignored }
+}
+
 /// Warm objects of a frame: vehicles and persons as such, any other as an obstacle, which is to say as warm and neither. Other
 /// things as cold as the ground are not there.
 pub(crate) fn felt(example: Frame) -> Example {
@@ -102,6 +115,22 @@ pub(crate) fn felt(example: Frame) -> Example {
     Example { image, labels, ignored }
 }
 
+/// A frame to learn from in which fakes are disguised in colour as well: as [`heated`], half of the decoys are painted like vehicles, and
+/// half of those that bear heat out of `pool` have a coat shifted at random. So colour alone tells no vehicle from a decoy.
+fn disguised(sensors: &Sensors, cell: &Cell, number: u64, pool: &[Vec<f32>]) -> Result<Frame, ExampleError> {
+    let (mut scene, start, _) = warmed(cell, Split::Training, number, pool)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(number ^ DISGUISED);
+    for object in scene.objects.iter_mut().filter(|object| object.class == Class::Decoy) {
+        let (painted, shifted) = (draw::uniform(&mut rng) < 0.5, draw::uniform(&mut rng) < 0.5);
+        object.disguise.paint = painted.then_some(Class::Vehicle);
+        if let Some(heat) = object.print.as_ref().map(|print| print.heat().to_vec()).filter(|_| shifted) {
+            let shifts: Vec<f32> = (0..SHIFTS).map(|_| SHIFT * (2.0 * draw::uniform(&mut rng) - 1.0)).collect();
+            object.print = print(&shifts, &[]).and_then(|print| print.heated(heat));
+        }
+    }
+    Frame::of(sensors, scene, start, number)
+}
+
 /// A frame of a scene in which a third of all decoys and obstacles are heated evenly, and which those are; another third bear heat
 /// out of `pool`, if there is any.
 pub(crate) fn heated(
@@ -111,6 +140,17 @@ pub(crate) fn heated(
     number: u64,
     pool: &[Vec<f32>],
 ) -> Result<(Frame, Vec<ObjectId>), ExampleError> {
+    let (scene, start, which) = warmed(cell, split, number, pool)?;
+    Ok((Frame::of(sensors, scene, start, number)?, which))
+}
+
+/// The scene of [`heated`], and the objects that are heated evenly.
+fn warmed(
+    cell: &Cell,
+    split: Split,
+    number: u64,
+    pool: &[Vec<f32>],
+) -> Result<(Scene, Start, Vec<ObjectId>), ExampleError> {
     let (mut scene, start) = draw::scene(cell, split, number)?;
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let ground = scene.ground.kelvin;
@@ -129,7 +169,7 @@ pub(crate) fn heated(
             object.print = print(&[0.0; SHIFTS], heat);
         }
     }
-    Ok((Frame::of(sensors, scene, start, number)?, which))
+    Ok((scene, start, which))
 }
 
 /// The grid of targets. A cell belongs to the smallest object with a middle part that covers the cell's middle, and in any case

@@ -16,7 +16,7 @@ use wire::sensor::Class;
 
 use crate::data::{Example, Target, target};
 use crate::net::{Net, loss};
-use crate::train::{FRAME, wanted};
+use crate::train::wanted;
 
 /// Steps of descent for each frame.
 const STEPS: usize = 2;
@@ -26,8 +26,8 @@ const PIXEL: f32 = 0.08;
 const FIRST: f32 = 0.5;
 const MOVE: f32 = 0.75;
 
-/// Changes `planes`, one frame after another, to inputs that the weights are worse at, by at most `most` of 255. Each is of an
-/// example, perhaps mirrored.
+/// Changes the colour in `planes`, which come first in each frame, to inputs that the weights are worse at, by at most `most` of 255. Each
+/// is of an example, perhaps mirrored.
 pub(crate) fn perturb(
     net: &Net,
     planes: &mut [f32],
@@ -37,19 +37,20 @@ pub(crate) fn perturb(
     device: &Device,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let clean = planes.to_vec();
+    let frame = planes.len() / examples.len().max(1);
     let mut changes: Vec<Change> = examples.iter().map(|(e, mirrored)| Change::new(e, *mirrored, most, rng)).collect();
     for _ in 0..STEPS {
-        apply(&changes, &clean, planes);
+        apply(&changes, &clean, planes, frame);
         let targets = changes.iter().zip(examples).map(|(c, (_, mirrored))| target(&c.wanted, *mirrored)).collect();
         let gradient = gradient(net, planes.to_vec(), targets, device)?;
-        changes.iter_mut().zip(gradient.chunks_exact(FRAME)).for_each(|(change, of)| change.follow(of));
+        changes.iter_mut().zip(gradient.chunks_exact(frame)).for_each(|(change, of)| change.follow(of));
     }
-    apply(&changes, &clean, planes);
+    apply(&changes, &clean, planes, frame);
     Ok(())
 }
 
-fn apply(changes: &[Change], clean: &[f32], planes: &mut [f32]) {
-    for ((change, clean), plane) in changes.iter().zip(clean.chunks_exact(FRAME)).zip(planes.chunks_exact_mut(FRAME)) {
+fn apply(changes: &[Change], clean: &[f32], planes: &mut [f32], frame: usize) {
+    for ((change, clean), plane) in changes.iter().zip(clean.chunks_exact(frame)).zip(planes.chunks_exact_mut(frame)) {
         change.apply(clean, plane);
     }
 }
@@ -61,7 +62,7 @@ pub(crate) fn gradient(
     targets: Vec<Target>,
     device: &Device,
 ) -> Result<Vec<f32>, Box<dyn std::error::Error>> {
-    let shape = [targets.len(), 3, HEIGHT, WIDTH];
+    let shape = [targets.len(), planes.len() / (targets.len() * HEIGHT * WIDTH), HEIGHT, WIDTH];
     let input = Tensor::<4>::from_data(TensorData::new(planes, shape), device).require_grad();
     let gradients = loss(net.forward(input.clone()), wanted(targets, device)).backward();
     let gradient = input.grad(&gradients).ok_or("no gradient at the image")?;

@@ -17,6 +17,18 @@ const HEATS: [u8; 4] = [10, 20, 30, 40];
 /// Patterns at random for each of these.
 const RANDOM: u64 = 3;
 
+/// Patterns at random for each of [`HEATS`] that the fused network learns from, beside that of a vehicle.
+const DRAWN: u64 = 6;
+
+/// Patterns that need no network: a vehicle's warmth on each side, and some at random; kelvin above the ground, field by field.
+pub(crate) fn drawn() -> Vec<Vec<f32>> {
+    let of = |heat: u8| {
+        let random = (0..DRAWN).map(move |k| Begins::AtRandom(2_000 * u64::from(heat) + k));
+        std::iter::repeat_n(Begins::LikeAVehicle, DRAWN as usize).chain(random).map(move |b| b.heat(f32::from(heat)))
+    };
+    HEATS.into_iter().flat_map(of).collect()
+}
+
 /// The patterns: kelvin above the ground, field by field.
 pub(crate) fn pool(net: &Net) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
     let views = View::some(Split::Training, 0, MADE_ON)?;
@@ -24,7 +36,7 @@ pub(crate) fn pool(net: &Net) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
     for heat in HEATS {
         for begins in [Begins::Even, Begins::LikeAVehicle, Begins::AtRandom(u64::from(heat))] {
             let mut last = Vec::new();
-            descend(None, Some((net, heat)), &views, begins, |_, suit| {
+            descend(None, Some((net, heat)), None, &views, begins, |_, suit| {
                 last.clone_from(&suit.heat);
                 Ok(())
             })?;

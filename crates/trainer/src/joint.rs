@@ -1,7 +1,7 @@
-//! The attack on all stages at once: a print in colour and in warmth, by an attacker who knows the detector, the thermal stage
-//! and the rules of corroboration for both, and bears them on a shape that depth and LiDAR take for a vehicle's.
+//! The attack on all stages at once: a print in colour and in warmth, by an attacker who knows the detectors, the thermal stage
+//! and the rules of corroboration for all, and bears them on a shape that depth and LiDAR take for a vehicle's.
 //!
-//! Both networks' gradients are followed at once, from two beginnings: heated evenly, and as warm as a vehicle where a vehicle
+//! The networks' gradients are followed at once, from two beginnings: heated evenly, and as warm as a vehicle where a vehicle
 //! is. Of the results, the one that has most views stand as a vehicle after the whole of corroboration is kept: detector, depth,
 //! LiDAR and warmth as the platform judges them. It is judged on other views.
 
@@ -17,6 +17,7 @@ use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
 use perception::corroborate::thermal::{Warmth, judge as fits};
 use perception::detector::Detector;
+use perception::letterbox::{HEIGHT, WIDTH};
 use perception::stages::Stages;
 use perception::thermal::blobs;
 use rand_chacha::ChaCha8Rng;
@@ -66,18 +67,21 @@ pub(crate) enum Begins {
     AtRandom(u64),
 }
 
-/// The two networks that are attacked, with all that judges beside them.
+/// The networks that are attacked, with all that judges beside them.
 struct Pair {
     colour: Victim,
     thermal: Victim,
+    /// Where one stands beside the colour detector.
+    fused: Option<Victim>,
     stages: Stages,
 }
 
 impl Pair {
     fn read(colour: &Path, thermal: &Path) -> Result<Self, Box<dyn Error>> {
+        let fused = Sense::Fused.model(colour).is_file().then(|| Victim::read(Sense::Fused, colour)).transpose()?;
         let (colour, thermal) = (Victim::read(Sense::Colour, colour)?, Victim::read(Sense::Thermal, thermal)?);
-        let stages = colour.stages(&thermal.detector);
-        Ok(Pair { colour, thermal, stages })
+        let stages = colour.stages(&thermal.detector, fused.as_ref());
+        Ok(Pair { colour, thermal, fused, stages })
     }
 }
 
@@ -100,6 +104,8 @@ struct Tally {
     /// Stand as a vehicle after corroboration: with the same print heated evenly, and as made.
     even: u32,
     joint: u32,
+    /// Views of each [`Aspect`], and those of them in which it stands as made.
+    by_aspect: [(u32, u32); 3],
 }
 
 /// Attacks the detector in `of[0]` with the thermal stage in `of[1]`, by their own weights and by those in `of[2]` and `of[3]`;
@@ -138,7 +144,8 @@ fn made(pair: &Pair, views: &[View], (coat, heat): (u8, u8)) -> Result<Suit, Box
     let mut best = (0, Suit { shifts: vec![0.0; SHIFTS], heat: vec![0.0; FIELDS] });
     for begins in [Begins::LikeAVehicle, Begins::Even] {
         let (colour, thermal) = (Some((&pair.colour.net, coat)), Some((&pair.thermal.net, heat)));
-        descend(colour, thermal, views, begins, |step, suit| {
+        let fused = pair.fused.as_ref().map(|fused| &fused.net);
+        descend(colour, thermal, fused, views, begins, |step, suit| {
             if step >= SETTLED && step % EVERY == 0 {
                 let stand = standing(&pair.stages, views, suit)?;
                 if stand >= best.0 {
@@ -155,6 +162,7 @@ fn made(pair: &Pair, views: &[View], (coat, heat): (u8, u8)) -> Result<Suit, Box
 pub(crate) fn descend(
     colour: Option<(&Net, u8)>,
     thermal: Option<(&Net, u8)>,
+    fused: Option<&Net>,
     views: &[View],
     begins: Begins,
     mut each: impl FnMut(usize, &Suit) -> Result<(), ExampleError>,
@@ -167,13 +175,14 @@ pub(crate) fn descend(
     let mut warmth = Descent::new(begins.heat(hottest), 0.0, hottest);
     for step in 0..STEPS {
         let left = 1.0 - step as f32 / STEPS as f32;
+        let mut down = [vec![0.0; SHIFTS], vec![0.0; FIELDS]];
         let some: Vec<&View> = (0..BATCH).map(|_| &views[rng.next_u32() as usize % views.len()]).collect();
         if let Some((net, _)) = colour.filter(|_| coat > 0) {
             let planes = some.iter().flat_map(|view| view.planes(&shifts.values)).collect();
             let targets = some.iter().map(|view| target(&claimed(view), false)).collect();
             let (gradients, mut sum) = (gradient(net, planes, targets, &device)?, vec![0.0; SHIFTS]);
             some.iter().zip(gradients.chunks_exact(FRAME)).for_each(|(view, of)| view.back(of, &mut sum));
-            shifts.step(&sum, left);
+            add(&mut down[0], &sum);
         }
         if let Some((net, _)) = thermal.filter(|_| heat > 0) {
             let planes: Vec<f32> = some.iter().flat_map(|view| view.felt(&warmth.values)).collect();
@@ -181,11 +190,36 @@ pub(crate) fn descend(
             let (gradients, mut sum) = (gradient(net, planes.clone(), targets, &device)?, vec![0.0; FIELDS]);
             let seen = planes.chunks_exact(FRAME).zip(gradients.chunks_exact(FRAME));
             some.iter().zip(seen).for_each(|(view, (seen, of))| view.back_warm(of, seen, &mut sum));
-            warmth.step(&sum, left);
+            add(&mut down[1], &sum);
+        }
+        if let Some(net) = fused {
+            let planes: Vec<f32> = some.iter().flat_map(|view| view.sensed(&shifts.values, &warmth.values)).collect();
+            let targets = some.iter().map(|view| target(&claimed(view), false)).collect();
+            let gradients = gradient(net, planes.clone(), targets, &device)?;
+            let mut sums = [vec![0.0; SHIFTS], vec![0.0; FIELDS]];
+            let whole = Sense::Fused.inputs() * HEIGHT * WIDTH;
+            for (view, (seen, of)) in some.iter().zip(planes.chunks_exact(whole).zip(gradients.chunks_exact(whole))) {
+                view.back(&of[..FRAME], &mut sums[0]);
+                view.back_warm(&of[FRAME..2 * FRAME], &seen[FRAME..2 * FRAME], &mut sums[1]);
+            }
+            down.iter_mut().zip(&sums).for_each(|(down, sum)| add(down, sum));
+        }
+        let [coat_down, heat_down] = down;
+        if coat > 0 {
+            shifts.step(&coat_down, left);
+        }
+        if heat > 0 {
+            warmth.step(&heat_down, left);
         }
         each(step + 1, &Suit { shifts: shifts.values.clone(), heat: warmth.values.clone() })?;
     }
     Ok(())
+}
+
+/// Adds a gradient at the mean size that all have, so that no network drowns another.
+fn add(down: &mut [f32], sum: &[f32]) {
+    let size = sum.iter().map(|v| v.abs()).sum::<f32>().max(f32::MIN_POSITIVE) / sum.len() as f32;
+    down.iter_mut().zip(sum).for_each(|(down, of)| *down += of / size);
 }
 
 /// Output that the thermal stage would be asked for if the view's decoys were vehicles.
@@ -254,6 +288,8 @@ fn judge(pair: &Pair, views: &[View], suit: &Suit, (_, heat): (u8, u8)) -> Resul
         tally.warm += u32::from(warm(&pair.thermal.detector, &joint, view));
         tally.even += u32::from(stands(&even));
         tally.joint += u32::from(stands(&joint));
+        let (views, standing) = &mut tally.by_aspect[view.aspect() as usize];
+        (*views, *standing) = (*views + 1, *standing + u32::from(stands(&joint)));
     }
     Ok(tally)
 }
@@ -280,6 +316,9 @@ fn row(knows: Knows, strength: (u8, u8), tally: &Tally) -> String {
         // Writing to a String cannot fail.
         let _ = write!(row, " {fails}{percent:.1} %{fails} ({:.1} to {:.1}) |", 100.0 * low, 100.0 * high);
     }
+    for (views, standing) in tally.by_aspect {
+        let _ = write!(row, " {standing} of {views} |");
+    }
     row + "\n"
 }
 
@@ -293,18 +332,19 @@ fn warm_hex(heat: &[f32]) -> String {
 
 fn text(own: &Pair, other: &Pair, views: usize, rows: &str) -> String {
     format!(
-        "# A print in colour and warmth, against the detector `{:.12}` and the thermal stage `{:.12}`\n\n\
+        "# A print in colour and warmth, against the detector `{:.12}`, the thermal stage `{:.12}` and the fused network `{:.12}`\n\n\
          Written by `trainer joint`. One print of {ROWS} × {COLUMNS} fields on each side of a decoy of a vehicle's size, so that depth and \
          LiDAR bear it out; each field shifts the coat by at most so much of 255 and is at most so many kelvin above the ground. Made on \
-         {MADE_ON} views with the gradients of both networks at once, from two beginnings; what has most of those views stand as a \
+         {MADE_ON} views with the gradients of all networks at once, from two beginnings; what has most of those views stand as a \
          vehicle after corroboration is kept, and judged on {views} others, rendered with it in the scene. *Called*: by the detector alone. *Warm*: \
          borne out by the thermal stage alone. *Stands*: as a vehicle after corroboration in a single frame, with the same print heated evenly \
-         to the same bound, and as made. In bold what is above {:.0} % with 95 % confidence. The other pair is `{:.12}` and `{:.12}`. Strengths, design \
+         to the same bound, and as made; of the latter, how many of those that show an end, a corner and a long side (thirds of a quarter turn). In bold what is above {:.0} % with 95 % confidence. The other pair is `{:.12}` and `{:.12}`. Strengths, design \
          strength, steps and views were fixed before the first was made. Intervals are Wilson's, 95 %.\n\n\
-         | attacker knows | coat, of 255 | heat, K | called a vehicle | warm like one | stands, heated evenly | stands, as made |\n\
-         |---|---|---|---|---|---|---|\n{rows}",
+         | attacker knows | coat, of 255 | heat, K | called a vehicle | warm like one | stands, heated evenly | stands, as made | end | corner | side |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n{rows}",
         own.colour.sha256,
         own.thermal.sha256,
+        own.fused.as_ref().map_or("none", |fused| &fused.sha256),
         100.0 * FAILS,
         other.colour.sha256,
         other.thermal.sha256,

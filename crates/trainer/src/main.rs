@@ -1,6 +1,6 @@
 //! Trains the networks of `perception` on the project's own rendered frames, and attacks them.
 //!
-//! `trainer train colour|thermal DIR [STEPS] [FRAMES]` renders, trains and writes a model, `trainer refine` goes on from there
+//! `trainer train colour|thermal|fused DIR [STEPS] [FRAMES]` renders, trains and writes a model, `trainer refine` goes on from there
 //! with other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose (for warmth: with fakes
 //! that bear heat made against it), `trainer calibrate` calibrates scores. `trainer measure DIR [FRAMES]` runs both files through
 //! the pure-Rust runtime on frames that were not learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]`
@@ -24,6 +24,7 @@ mod shifts;
 mod train;
 mod victim;
 mod views;
+mod worse;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -37,8 +38,8 @@ use crate::sense::Sense;
 use crate::train::Kind;
 use crate::victim::Victim;
 
-const USAGE: &str = "usage: trainer [aloft] train|refine colour|thermal DIR [STEPS] [FRAMES] | trainer harden colour|thermal DIR [STEPS] [FRAMES] \
-                     [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints|perturbations DIR OTHER [VIEWS] | \
+const USAGE: &str = "usage: trainer [aloft] train|refine colour|thermal|fused DIR [STEPS] [FRAMES] | trainer harden colour|thermal|fused DIR [STEPS] [FRAMES] \
+                     [STRENGTH] | trainer calibrate colour|thermal|fused DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints|perturbations DIR OTHER [VIEWS] | \
                      trainer joint COLOUR_DIR THERMAL_DIR OTHER_COLOUR_DIR OTHER_THERMAL_DIR PAGE [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
 const SEED: u64 = 20_261;
@@ -101,7 +102,7 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn sense(name: &str) -> Result<Sense, String> {
-    Sense::named(name).ok_or_else(|| format!("{name}: colour or thermal"))
+    Sense::named(name).ok_or_else(|| format!("{name}: colour, thermal or fused"))
 }
 
 /// One round: from new weights, or from those of the round before with frames that follow its own.
@@ -117,7 +118,11 @@ fn train(
     let first = training.round.iter().map(|round| round.frames).sum();
     // Heat is made harder before frames are rendered, colours while they are learnt.
     let hardens_heat = sense == Sense::Thermal && matches!(kind, Kind::Hardened(_));
-    let pool = if hardens_heat { heats::pool(&Victim::read(sense, directory)?.net)? } else { Vec::new() };
+    let pool = match sense {
+        _ if hardens_heat => heats::pool(&Victim::read(sense, directory)?.net)?,
+        Sense::Fused => heats::drawn(),
+        Sense::Colour | Sense::Thermal => Vec::new(),
+    };
     let kind = if hardens_heat { Kind::Again } else { kind };
     let (examples, data_sha256) = data::examples(sense, sensors, first..first + frames, &pool)?;
     eprintln!("{frames} frames rendered");

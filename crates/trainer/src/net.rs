@@ -37,7 +37,7 @@ impl Block {
     }
 }
 
-/// The network: `[n, 3, 120, 160]` in 0..1 to `[n, 9, 30, 40]`.
+/// The network: `[n, planes, 120, 160]` in 0..1 to `[n, 9, 30, 40]`.
 #[derive(Module, Debug)]
 pub(crate) struct Net {
     blocks: Vec<Block>,
@@ -49,7 +49,7 @@ impl Net {
     pub(crate) fn new(sense: Sense, device: &Device) -> Self {
         // Stride, dilation.
         let plan = [(2, 1), (1, 1), (2, 1), (1, 1), (1, 2), (1, 4)];
-        let (mut blocks, mut into) = (Vec::with_capacity(plan.len()), 3);
+        let (mut blocks, mut into) = (Vec::with_capacity(plan.len()), sense.inputs());
         for ((stride, dilation), out) in plan.into_iter().zip(sense.channels()) {
             blocks.push(Block::new([into, out], stride, dilation, device));
             into = out;

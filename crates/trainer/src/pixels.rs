@@ -134,7 +134,7 @@ fn perturb(net: &Net, frame: &Frame, goal: Goal, strength: u8, device: &Device) 
 fn judge(stages: &Stages, mut frame: Frame, rgb: Vec<u8>, tally: &mut Tally) {
     frame.frame.rgb = rgb;
     let limits = Limits::default();
-    let candidates = stages.candidates(&frame.frames(), limits.score);
+    let candidates = stages.candidates(&frame.frames(), limits.score).candidates;
     let found = candidates.rgb.as_deref().unwrap_or_default();
     for label in frame.frame.labels.iter().filter(|l| counts(l)) {
         let called = |class| found.iter().any(|d| d.class == class && d.bounds.shared(&label.bounds) >= 0.5);

@@ -1,4 +1,4 @@
-//! The two networks: the one that looks at colour, and the one that looks at warmth.
+//! The networks: one that looks at colour, one at warmth, and one at colour, warmth and depth together.
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,14 @@ pub(crate) enum Sense {
     Colour,
     /// The bands of the thermal image; warm objects.
     Thermal,
+    /// Colour, the bands of warmth, and nearness; every class.
+    Fused,
 }
 
 impl Sense {
     /// By its name on the command line.
     pub(crate) fn named(name: &str) -> Option<Sense> {
-        [Sense::Colour, Sense::Thermal].into_iter().find(|sense| sense.name() == name)
+        [Sense::Colour, Sense::Thermal, Sense::Fused].into_iter().find(|sense| sense.name() == name)
     }
 
     /// Its name on the command line.
@@ -22,6 +24,15 @@ impl Sense {
         match self {
             Sense::Colour => "colour",
             Sense::Thermal => "thermal",
+            Sense::Fused => "fused",
+        }
+    }
+
+    /// Planes of its input.
+    pub(crate) fn inputs(self) -> usize {
+        match self {
+            Sense::Colour | Sense::Thermal => 3,
+            Sense::Fused => perception::fused::PLANES,
         }
     }
 
@@ -30,6 +41,7 @@ impl Sense {
         directory.join(match self {
             Sense::Colour => "detector.onnx",
             Sense::Thermal => "thermal.onnx",
+            Sense::Fused => "fused.onnx",
         })
     }
 
@@ -38,6 +50,7 @@ impl Sense {
         directory.join(match self {
             Sense::Colour => "training.toml",
             Sense::Thermal => "thermal-training.toml",
+            Sense::Fused => "fused-training.toml",
         })
     }
 
@@ -46,6 +59,7 @@ impl Sense {
         match self {
             Sense::Colour => [16, 24, 32, 48, 48, 48],
             Sense::Thermal => [8, 12, 16, 24, 24, 24],
+            Sense::Fused => [24, 24, 32, 48, 48, 48],
         }
     }
 }

@@ -73,7 +73,7 @@ struct Tally {
 /// shifts of the design strength.
 pub(crate) fn write(means: Means, directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
     let [own, other] = [Victim::read(Sense::Colour, directory)?, Victim::read(Sense::Colour, other)?];
-    let stages = own.stages(&Arc::new(Detector::thermal(&Sensors::GROUND.camera)?));
+    let stages = own.stages(&Arc::new(Detector::thermal(&Sensors::GROUND.camera)?), None);
     let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
     let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
     eprintln!("{} views rendered", made_on.len() + judged_on.len());

@@ -17,6 +17,7 @@ use crate::data::{Example, Target, target};
 use crate::harden;
 use crate::net::{Net, Wanted, loss};
 use crate::sense::Sense;
+use crate::worse::worsen;
 
 /// Frames in a batch.
 pub(crate) const BATCH: usize = 16;
@@ -62,7 +63,8 @@ pub(crate) fn train(
     for step in 0..steps {
         let mut batch = Batch::draw(sense, examples, &mut rng);
         if let Kind::Hardened(most) = kind {
-            let (planes, half) = (&mut batch.planes[..BATCH / 2 * FRAME], &batch.of[..BATCH / 2]);
+            let half = batch.planes.len() / 2;
+            let (planes, half) = (&mut batch.planes[..half], &batch.of[..BATCH / 2]);
             harden::perturb(&net.valid(), planes, half, &mut rng, most, &device)?;
         }
         let targets = wanted(batch.targets(), &device);
@@ -75,10 +77,10 @@ pub(crate) fn train(
             eprintln!("step {step:5} of {steps}: loss {mean:.4}");
         }
         if step % 200 == 199 {
-            save(&net.valid(), path)?;
+            save(sense, &net.valid(), path)?;
         }
     }
-    save(&net.valid(), path)?;
+    save(sense, &net.valid(), path)?;
     Ok(cpu())
 }
 
@@ -89,8 +91,8 @@ fn cpu() -> Duration {
 }
 
 /// Writes the network as ONNX, and its weights beside it for attacks with gradients.
-pub(crate) fn save(net: &Net, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let sample = Tensor::<4>::zeros([1, 3, HEIGHT, WIDTH], &Device::default());
+pub(crate) fn save(sense: Sense, net: &Net, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let sample = Tensor::<4>::zeros([1, sense.inputs(), HEIGHT, WIDTH], &Device::default());
     OnnxExporter::new().export(net, sample, Net::forward)?.save(path)?;
     Ok(net.clone().save_file(path.with_extension("bpk"))?)
 }
@@ -106,7 +108,7 @@ fn rate(step: usize, steps: usize) -> f64 {
 
 /// Frames drawn at random, each perhaps mirrored, brighter or darker.
 struct Batch<'a> {
-    /// Planes of red, green and blue, one frame after another.
+    /// Planes of the network's input, one frame after another.
     planes: Vec<f32>,
     /// The example of each, and true if it is mirrored.
     of: Vec<(&'a Example, bool)>,
@@ -114,14 +116,18 @@ struct Batch<'a> {
 
 impl<'a> Batch<'a> {
     fn draw(sense: Sense, examples: &'a [Example], rng: &mut ChaCha8Rng) -> Self {
-        let mut batch = Batch { planes: vec![0.0; BATCH * FRAME], of: Vec::with_capacity(BATCH) };
-        for plane in batch.planes.chunks_exact_mut(FRAME) {
+        let frame = sense.inputs() * HEIGHT * WIDTH;
+        let mut batch = Batch { planes: vec![0.0; BATCH * frame], of: Vec::with_capacity(BATCH) };
+        for plane in batch.planes.chunks_exact_mut(frame) {
             let example = &examples[rng.next_u32() as usize % examples.len()];
             let mirrored = rng.next_u32() & 1 == 1;
             let gain = 0.8 + 0.4 * uniform(rng);
             // A temperature has no gain.
             let gain = if sense == Sense::Colour { gain } else { 1.0 };
             paint(&example.image, mirrored, gain, plane);
+            if sense == Sense::Fused {
+                worsen(plane, rng);
+            }
             batch.of.push((example, mirrored));
         }
         batch
@@ -132,7 +138,8 @@ impl<'a> Batch<'a> {
     }
 
     fn input(self, device: &Device) -> Tensor<4> {
-        Tensor::from_data(TensorData::new(self.planes, [BATCH, 3, HEIGHT, WIDTH]), device)
+        let planes = self.planes.len() / (BATCH * HEIGHT * WIDTH);
+        Tensor::from_data(TensorData::new(self.planes, [BATCH, planes, HEIGHT, WIDTH]), device)
     }
 }
 
@@ -152,9 +159,9 @@ pub(crate) fn wanted(targets: Vec<Target>, device: &Device) -> Wanted {
     }
 }
 
-/// Planes of red, green and blue in 0..1, perhaps mirrored, brighter or darker.
-pub(crate) fn paint(rgb: &[u8], mirrored: bool, gain: f32, plane: &mut [f32]) {
-    for (k, pixel) in rgb.chunks_exact(3).enumerate() {
+/// Planes of the network's input in 0..1, perhaps mirrored, brighter or darker.
+pub(crate) fn paint(image: &[u8], mirrored: bool, gain: f32, plane: &mut [f32]) {
+    for (k, pixel) in image.chunks_exact(image.len() / (HEIGHT * WIDTH)).enumerate() {
         let (row, column) = (k / WIDTH, k % WIDTH);
         let column = if mirrored { WIDTH - 1 - column } else { column };
         for (channel, byte) in pixel.iter().enumerate() {

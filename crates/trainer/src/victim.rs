@@ -7,6 +7,7 @@ use std::sync::Arc;
 use burn::module::Module;
 use burn::tensor::Device;
 use perception::detector::Detector;
+use perception::head::Head;
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use wire::platform::Sensors;
@@ -27,12 +28,16 @@ impl Victim {
         let net = Net::new(sense, &Device::default()).try_load_file(path.with_extension("bpk"))?;
         let bytes = std::fs::read(path)?;
         let sha256 = hex_digest(&bytes);
-        let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
+        let detector = Arc::new(Detector::over(sense.inputs(), Model::pinned(&bytes, &sha256)?, Head::Grid)?);
         Ok(Victim { sha256, net, detector })
     }
 
-    /// All stages, with this detector and this thermal network.
-    pub(crate) fn stages(&self, thermal: &Arc<Detector>) -> Stages {
-        Stages::new(&Sensors::GROUND, Arc::clone(&self.detector), Arc::clone(thermal))
+    /// All stages, with this colour detector, this thermal network and perhaps a fused one.
+    pub(crate) fn stages(&self, thermal: &Arc<Detector>, fused: Option<&Victim>) -> Stages {
+        let stages = Stages::new(&Sensors::GROUND, Arc::clone(&self.detector), Arc::clone(thermal));
+        match fused {
+            Some(fused) => stages.proposing(Arc::clone(&fused.detector)),
+            None => stages,
+        }
     }
 }

@@ -6,8 +6,9 @@
 use dataset::cells::{self, Split};
 use dataset::draw;
 use dataset::example::{Example, ExampleError, counts};
+use perception::bands::{BANDS, bands};
+use perception::fused;
 use perception::letterbox::{HEIGHT, WIDTH};
-use perception::thermal::{BANDS, bands};
 use sim::Label;
 use sim::fault::MAX_STRENGTH;
 use sim::perturbation::{self, Perturbation};
@@ -27,6 +28,17 @@ const COAT: [u8; 3] = [60, 80, 150];
 /// As warm as the ground, and as warm as a vehicle, kelvin.
 pub(crate) const COLD: f32 = 288.0;
 pub(crate) const HEATED: f32 = 318.0;
+
+/// Side of an object that a view shows, by thirds of a quarter turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Aspect {
+    /// An end, front or rear.
+    End,
+    /// Between.
+    Corner,
+    /// A long side.
+    Side,
+}
 
 /// A scene from one place, in which a decoy can be made out.
 pub(crate) struct View {
@@ -64,6 +76,18 @@ impl View {
             views.push(View { scene, start, noise: k, plain, cold, label });
         }
         Ok(views)
+    }
+
+    /// The side of the decoy that it shows.
+    pub(crate) fn aspect(&self) -> Aspect {
+        let object = &self.scene.objects[usize::from(self.label.object.0)];
+        let [x, y] = object.path[0];
+        let sight = libm::atan2f(y - self.start.north, x - self.start.east);
+        match libm::fabsf(libm::sinf(object.heading - sight)) {
+            sine if sine < 0.5 => Aspect::End,
+            sine if sine < 0.866 => Aspect::Corner,
+            _ => Aspect::Side,
+        }
     }
 
     /// The frame with this print on the decoys, and these as warm as that.
@@ -126,6 +150,13 @@ impl View {
             ((f32::from(u16::from_le_bytes([cold[0], cold[1]])) + above) as u16).to_le_bytes()
         });
         felt(&warmer.collect::<Vec<u8>>())
+    }
+
+    /// Input of the fused network with this print and this heat, without rendering it anew.
+    pub(crate) fn sensed(&self, shifts: &[f32], heat: &[f32]) -> Vec<f32> {
+        let image = fused::image(&self.plain.frames()).unwrap_or_default();
+        let near = image.chunks_exact(fused::PLANES).map(|pixel| f32::from(pixel[6]) / 255.0);
+        self.planes(shifts).into_iter().chain(self.felt(heat)).chain(near).collect()
     }
 
     /// From the gradient at the input of the thermal network to that at the heat, a kelvin, added to `sum`. A band that is at its

@@ -104,7 +104,7 @@ impl<W: Write + Seek> Viewer<W> {
             self.put(at, "/lidar", &cloud(at, ranges))?;
         }
         self.put(at, "/camera/calibration", &calibration(at, width, height))?;
-        let seen = self.stages.as_ref().map(|stages| stages.candidates(frames, Limits::default().score));
+        let seen = self.stages.as_ref().map(|stages| stages.candidates(frames, Limits::default().score).candidates);
         seen.map_or(Ok(()), |seen| self.candidates(at, &seen))
     }
 

@@ -54,11 +54,13 @@ pub enum Check {
     Warmth,
     /// A sensor's content is not that of earlier frames.
     Content,
+    /// The network over all cameras shares a detection of the colour detector.
+    Fusion,
 }
 
 impl Check {
     /// Every check, in order.
-    pub const ALL: [Check; 20] = [
+    pub const ALL: [Check; 21] = [
         Check::Freshness,
         Check::Origin,
         Check::Signature,
@@ -79,6 +81,7 @@ impl Check {
         Check::Cluster,
         Check::Warmth,
         Check::Content,
+        Check::Fusion,
     ];
 
     /// Name in policy files and events.
@@ -104,6 +107,7 @@ impl Check {
             Check::Cluster => "cluster",
             Check::Warmth => "warmth",
             Check::Content => "content",
+            Check::Fusion => "fusion",
         }
     }
 }

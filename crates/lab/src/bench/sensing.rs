@@ -11,7 +11,8 @@ use dataset::tracking::{Follower, Tracking};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use perception::corroborate::Limits;
-use perception::stages::Stages;
+use perception::fused::Disputed;
+use perception::stages::{Claims, Stages};
 use results::report::started;
 use runner::bring::Bring;
 use runner::failure::{Exit, Failure};
@@ -159,10 +160,11 @@ fn ride(stages: &Stages, scene: &Scene, mut ride: Ride, rendered: &mut Way, stan
     for _ in 0..FRAMES {
         let shot = ride.shoot();
         let seen = stages.candidates(&frames(&shot.shown, shot.frame, shot.stamp), limits.score);
-        let ways = [(&mut *rendered, &seen), (&mut *stand_in, &shot.stand_in)];
-        for (follower, (way, candidates)) in followers.iter_mut().zip(ways) {
-            follower.take(candidates, &limits, &shot, scene);
-            way.likeness.take(candidates, &limits, &shot, scene);
+        let stood_in = Claims { candidates: shot.stand_in.clone(), disputed: Disputed::default() };
+        let ways = [(&mut *rendered, &seen), (&mut *stand_in, &stood_in)];
+        for (follower, (way, found)) in followers.iter_mut().zip(ways) {
+            follower.take(found, &limits, &shot, scene);
+            way.likeness.take(&found.candidates, &limits, &shot, scene);
         }
     }
     for (follower, way) in followers.iter().zip([rendered, stand_in]) {

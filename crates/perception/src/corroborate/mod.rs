@@ -13,6 +13,7 @@ use wire::sensor::{Camera, Candidates, Class, Modalities, Modality};
 
 use self::geometry::{Depth, Place, Spatial};
 use self::thermal::Warmth;
+use crate::fused::Disputed;
 
 /// Limits of corroboration.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -71,20 +72,27 @@ pub struct Judgement {
     pub sighting: Option<Sighting>,
 }
 
-/// Judges every colour detection of a frame, in the order of the detections. Objections of `unheard` modalities are passed
-/// over: their contradictions count as support.
+/// Judges every detection of a frame, in the order of the detections. One that is `disputed` between the networks is vetoed by colour.
+/// Objections of `unheard` modalities are passed over: their contradictions count as support.
 pub fn corroborate(
     camera: &Camera,
     limits: &Limits,
     unheard: Modalities,
     candidates: &Candidates,
+    disputed: Disputed,
 ) -> List<Judgement, 32> {
     let Some(detections) = &candidates.rgb else { return List::default() };
     let judged = detections.iter().enumerate().filter(|(_, d)| d.score >= limits.score);
-    judged.map(|(index, _)| judge(camera, limits, unheard, candidates, index)).collect()
+    judged.map(|(index, _)| judge(camera, limits, unheard, candidates, (index, disputed.has(index)))).collect()
 }
 
-fn judge(camera: &Camera, limits: &Limits, unheard: Modalities, candidates: &Candidates, index: usize) -> Judgement {
+fn judge(
+    camera: &Camera,
+    limits: &Limits,
+    unheard: Modalities,
+    candidates: &Candidates,
+    (index, disputed): (usize, bool),
+) -> Judgement {
     let Some(detection) = candidates.rgb.as_ref().and_then(|r| r.get(index)) else {
         let none = Modalities::default();
         return Judgement { detection: index as u8, supported: none, vetoed: none, sighting: None };
@@ -99,7 +107,7 @@ fn judge(camera: &Camera, limits: &Limits, unheard: Modalities, candidates: &Can
     if warmth == Warmth::Contradicts && unheard.has(Modality::Thermal) {
         warmth = Warmth::Fits;
     }
-    let (supported, vetoed) = sets(&spatial, warmth);
+    let (supported, vetoed) = sets(disputed, &spatial, warmth);
     let sighting = spatial.place.filter(|_| enough(&spatial, warmth)).map(|Place { middle, sigma }| Sighting {
         class: detection.class,
         score: detection.score,
@@ -121,9 +129,10 @@ fn enough(spatial: &Spatial, warmth: Warmth) -> bool {
     }
 }
 
-fn sets(spatial: &Spatial, warmth: Warmth) -> (Modalities, Modalities) {
-    let mut supported = Modalities::default().with(Modality::Rgb);
-    let mut vetoed = Modalities::default();
+fn sets(disputed: bool, spatial: &Spatial, warmth: Warmth) -> (Modalities, Modalities) {
+    let colour = Modalities::default().with(Modality::Rgb);
+    let (mut supported, mut vetoed) =
+        if disputed { (Modalities::default(), colour) } else { (colour, Modalities::default()) };
     for (modality, verdict) in [(Modality::Depth, spatial.depth), (Modality::Lidar, spatial.lidar)] {
         if verdict == Some(true) {
             supported = supported.with(modality);

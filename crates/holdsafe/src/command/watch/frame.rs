@@ -20,7 +20,7 @@ const WARMTH: [f32; 2] = [270.0, 320.0];
 /// The message `bytes` of frames, header and tags too, as processed by `stages`; `None` where it is no such message.
 pub(super) fn sights(bytes: &[u8], stages: &Stages) -> Option<Vec<Sight>> {
     let frames: Frames<'_> = decode(body(bytes)?, LARGEST).ok()?;
-    let found = stages.candidates(&frames, Limits::default().score);
+    let found = stages.candidates(&frames, Limits::default().score).candidates;
     let size = (usize::from(frames.width), usize::from(frames.height));
     let image =
         |rgb: Vec<u8>| (rgb.len() == size.0 * size.1 * 3).then_some(Image { width: size.0, height: size.1, rgb });

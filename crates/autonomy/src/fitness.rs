@@ -1,0 +1,27 @@
+//! Fitness of one track by itself, for designation.
+
+use wire::bounds::Bounds;
+use wire::sensor::{Class, Modality};
+use wire::track::Track;
+
+/// State of authority on the track, asked for or held; holding it asks for less confidence (hysteresis).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// Authority is asked for.
+    Arming,
+    /// Authority is held.
+    Held,
+}
+
+/// True if a track is fit by itself.
+pub(crate) fn fit(track: &Track, stage: Stage, bounds: &Bounds) -> bool {
+    let least = match stage {
+        Stage::Arming => bounds.designation_confidence,
+        Stage::Held => bounds.designation_keep,
+    };
+    track.class == Class::Vehicle
+        && track.confidence >= least
+        && track.supported.count() >= 2
+        && track.supported.has(Modality::Thermal)
+        && track.vetoed.count() == 0
+}
