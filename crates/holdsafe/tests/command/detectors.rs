@@ -73,8 +73,9 @@ fn shipped_detector_from_file_gives_the_same_log() {
     };
     let detector = shipped();
     let bring = ["--detector", detector.to_str().unwrap(), "--labels", &files[1], "--out", out.to_str().unwrap()];
-    let alone = ["--policy", "fusion-waived"];
-    assert_eq!(run(&[&bring[..], &alone].concat()), run(&["--rendered", "--policy", "fusion-waived"]));
+    let policy = root().join("policies/fusion-waived.toml");
+    let alone = ["--policy", policy.to_str().unwrap()];
+    assert_eq!(run(&[&bring[..], &alone].concat()), run(&[&["--rendered"][..], &alone].concat()));
     let manifest: serde_json::Value = serde_json::from_slice(&fs::read(out.join("manifest.json")).unwrap()).unwrap();
     assert_eq!(manifest["detector"]["model"]["sha256"], pin(&detector).unwrap().sha256, "{manifest}");
     let seen = |labels: &str| run(&["--detector", seed("yolo-v8").to_str().unwrap(), "--labels", labels]);
