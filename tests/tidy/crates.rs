@@ -68,7 +68,7 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
             "spacecraft",
         ],
     ),
-    ("stacks", &["wire", "link", "broker", "evidence", "scenario"]),
+    ("stacks", &["wire", "link", "live", "broker", "evidence", "scenario"]),
     (
         "twin",
         &[

@@ -2,8 +2,8 @@
 //!
 //! A flat fake, or one that is made for a place from which it is looked at, may be right from there and not from elsewhere. A platform
 //! may therefore ask (`designation_bearings_mrad`) that a track was fit from lines of sight that lie so far apart. They go from the
-//! unit's own place to the track's. A contradiction adds none, and one that lasts, or a frame without the track, begins the count anew. Fitness itself is judged in
-//! [`crate::fitness`].
+//! unit's own place to the track's. A contradiction adds none, and one that lasts, or a frame without the track, begins the count
+//! anew. Fitness itself is judged in [`crate::fitness`].
 
 use arrayvec::ArrayVec;
 use wire::bounds::Bounds;
@@ -17,7 +17,8 @@ use crate::localisation::wrap;
 
 /// As many as a message of tracks may hold.
 const MOST: usize = 16;
-/// A contradiction that lasts longer begins the count anew: two decisions of the tracker.
+/// A contradiction that lasts longer begins the count anew: two decisions of the tracker. Chosen on one scene, in which the networks
+/// disagree on a true vehicle for half a second (`docs/researcher/perception.md`, *Bearings*).
 const DOUBT: Span = Span::ms(1000);
 
 /// Lines of sight along which each track was borne out without a break.
@@ -64,8 +65,13 @@ impl Bearings {
         }
     }
 
+    /// True if a track was borne out from as far around as the platform asks.
+    pub fn suffice(&self, track: TrackId, bounds: &Bounds) -> bool {
+        self.apart_mrad(track) >= bounds.designation_bearings_mrad
+    }
+
     /// Widest angle between two lines of sight to a track, milliradians.
-    pub fn apart_mrad(&self, track: TrackId) -> u32 {
+    fn apart_mrad(&self, track: TrackId) -> u32 {
         let lines = self.tracks.iter().find(|lines| lines.track == track);
         lines.map_or(0, |lines| ((lines.left - lines.right) * 1000.0) as u32)
     }

@@ -140,18 +140,17 @@ impl Autonomy {
     /// A track that is fit but for its bearings is looked at from another side; the operator asks again.
     fn arm(&mut self, now: Instant, order: &Ordered, track: TrackId) -> Option<Refusal> {
         let refused = self.give(now, order, Some(track))?;
-        if let (true, Some(motion), Some(place)) = (self.mode() == Mode::Ready, self.placed(now), self.unborne(track)) {
+        let wanted = self.mode() == Mode::Ready && !self.bearings.suffice(track, &self.bounds);
+        if let (true, Some(motion), Some(place)) = (wanted, self.placed(now), self.fit_at(track)) {
             self.look = Some(Look::begin(track, place, &motion, now));
-            self.looked_at = Some(place);
         }
         Some(refused)
     }
 
-    /// Place of a track that is fit but for its bearings.
-    fn unborne(&self, track: TrackId) -> Option<Point> {
-        let apart = self.bearings.apart_mrad(track);
+    /// Place of a track that is fit by itself.
+    fn fit_at(&self, track: TrackId) -> Option<Point> {
         let found = self.picture.track(track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
-        (apart < self.bounds.designation_bearings_mrad).then(|| (f64::from(found.x_mm), f64::from(found.y_mm)))
+        Some((f64::from(found.x_mm), f64::from(found.y_mm)))
     }
 
     /// Values that are not safe together are refused in every mode, before the mode is asked whether it lets values change.
@@ -336,9 +335,9 @@ impl Autonomy {
     /// track borne out, to stand for a while. A look that is done ends.
     fn aside(&mut self, motion: &Motion, seen: &[Keepout], now: Instant) -> Option<Aside> {
         let look = self.look.take().filter(|look| !look.expired(now) && self.mode() == Mode::Ready)?;
-        let found = self.picture.track(look.track).filter(|found| fit(found, Stage::Held, &self.bounds))?;
-        let place = (f64::from(found.x_mm), f64::from(found.y_mm));
-        if self.bearings.apart_mrad(look.track) >= self.bounds.designation_bearings_mrad {
+        let place = self.fit_at(look.track)?;
+        self.looked_at = Some(place);
+        if self.bearings.suffice(look.track, &self.bounds) {
             self.look = Some(look.done(now));
             return Some(Aside::Stand);
         }

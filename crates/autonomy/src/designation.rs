@@ -34,7 +34,7 @@ impl Designated {
         if now.since(found.updated) > Span::ms(bounds.track_limit_ms) {
             return Err(Because::Silence(found.updated));
         }
-        if fit(found, stage, bounds) && bearings.apart_mrad(track) >= bounds.designation_bearings_mrad {
+        if fit(found, stage, bounds) && bearings.suffice(track, bounds) {
             Ok(Designated { track, x_mm: found.x_mm, y_mm: found.y_mm })
         } else {
             Err(Because::Frame(found.frame))

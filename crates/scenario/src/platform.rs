@@ -202,7 +202,7 @@ bounds_table! {
     designation_confidence: Located<Whole<0, 1_000>>,
     /// Confidence below which a designated track is given up, permille.
     designation_keep: Whole<0, 1_000>,
-    /// Widest angle between two lines of sight along which a track was borne out before it can be designated, milliradians; 0 asks for none.
+    /// Least angle between the outermost lines of sight along which a track was borne out before it can be designated, milliradians; 0 asks for none.
     designation_bearings_mrad: Angle,
     /// Time for which a designated track may go without an update.
     track_limit_ms: Bound,

@@ -34,6 +34,9 @@ pub enum StackError {
     /// The channel in shared memory could not be used.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// The place of a channel in shared memory could not be marked.
+    #[error("shared memory: {0}")]
+    Place(std::io::Error),
     /// The exchange over the broker did not come about.
     #[error(transparent)]
     Watch(#[from] WatchError),

@@ -11,6 +11,8 @@
 //! there. An observer behind the secure layer is the control in which it has to be found.
 
 use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use broker::watched::{Papers, Watched, watch};
 use link::guard::observe::digest;
@@ -18,6 +20,8 @@ use link::guard::record::{Split, split};
 use link::memory::overheard::{Overheard, Stranger, overheard};
 use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Credential, Role, dns_name};
+use live::leftovers::Marked;
+use live::remains::Remains;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::stack::{Observe, Observed, Stand};
@@ -133,13 +137,33 @@ fn over_dtls(ends: &Ends, speakers: &mut Speakers) -> Result<Sight, StackError> 
     Ok(Sight { path, arrived, beside, plain, said, secrets, messages: 2 * pairs.len() as u64 })
 }
 
+/// Place of a channel's memory. Where this process is killed, the next live run or `doctor` removes it.
+struct Place(Marked);
+
+impl Place {
+    fn new() -> Result<Self, StackError> {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("h{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let (prefix, folder) = (format!("hs_{name}_"), std::env::temp_dir().join(format!("holdsafe-{name}")));
+        let domains = vec![(format!("{prefix}bus_"), folder.join("bus"))];
+        Ok(Place(Marked::begin(Remains { prefix, domains, folder, scratch: None }).map_err(StackError::Place)?))
+    }
+
+    /// Prefix and root of its one domain.
+    fn domain(&self) -> (&str, &Path) {
+        let [(prefix, root), ..] = &self.0.remains().domains[..] else { return ("", Path::new("")) };
+        (prefix, root)
+    }
+}
+
 fn over_a_bus(at: Stand, speakers: &mut Speakers) -> Result<Sight, StackError> {
     let (orders, said) = speakers.commands();
     let messages: Vec<Vec<u8>> = orders.into_iter().map(|(_, bytes)| bytes).collect();
     let key = speakers.channel_key();
     let stranger = if at == Stand::Late { Stranger::Late } else { Stranger::Keyless };
+    let place = Place::new()?;
     let Overheard { read, carried, heard, mapped } =
-        overheard(&messages, (at != Stand::Behind).then_some(key), stranger)?;
+        overheard(place.domain(), &messages, (at != Stand::Behind).then_some(key), stranger)?;
     let secrets = vec![Mark::new("the channel's key", key)];
     // One that hears nothing has nothing that could be proved to have arrived.
     let (path, arrived) = match at {

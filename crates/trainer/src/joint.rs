@@ -71,7 +71,7 @@ pub(crate) enum Begins {
 struct Pair {
     colour: Victim,
     thermal: Victim,
-    /// Where one stands beside the colour detector.
+    /// The fused network, if there is one beside the colour detector.
     fused: Option<Victim>,
     stages: Stages,
 }
@@ -287,9 +287,10 @@ fn judge(pair: &Pair, views: &[View], suit: &Suit, (_, heat): (u8, u8)) -> Resul
         tally.called += u32::from(called);
         tally.warm += u32::from(warm(&pair.thermal.detector, &joint, view));
         tally.even += u32::from(stands(&even));
-        tally.joint += u32::from(stands(&joint));
+        let stood = u32::from(stands(&joint));
+        tally.joint += stood;
         let (views, standing) = &mut tally.by_aspect[view.aspect() as usize];
-        (*views, *standing) = (*views + 1, *standing + u32::from(stands(&joint)));
+        (*views, *standing) = (*views + 1, *standing + stood);
     }
     Ok(tally)
 }

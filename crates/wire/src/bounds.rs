@@ -45,8 +45,8 @@ pub struct Bounds {
     /// Confidence below which a designated track is given up, permille; lower than the above, so that a track at the
     /// threshold does not come and go.
     pub designation_keep: u16,
-    /// Widest angle that there has to be between two lines of sight along which a track was borne out before it can be designated,
-    /// milliradians; 0 asks for none.
+    /// Least angle between the outermost lines of sight along which a track was borne out before it can be designated, milliradians;
+    /// 0 asks for none.
     pub designation_bearings_mrad: u32,
     /// Longest time that a designated track may go without an update, ms; at most *Td*.
     pub track_limit_ms: u64,

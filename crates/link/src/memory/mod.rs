@@ -1,5 +1,6 @@
 //! The real stacks between two ends in memory: guard and DTLS library in paused time ([`Pair`]), TLS without a socket
-//! ([`tls`]). No step waits for a clock, and the holder of the network holds every datagram.
+//! ([`tls`]). No step waits for a clock, and the holder of the network holds every datagram. A channel of shared memory
+//! ([`overheard`]) is the exception: its readers are threads.
 //!
 //! Manipulating the datagrams, and judging the result, is left to that holder.
 

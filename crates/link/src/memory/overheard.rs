@@ -3,15 +3,14 @@
 //! The stranger subscribes to the channel and maps its memory, as any process of the same user and host can. A witness beside the reader
 //! takes the bytes as they lie in the channel, so that an observation can be proved; judging it is left to the caller.
 
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::path::Path;
 use std::time::Duration;
 
 use tokio::sync::mpsc;
 use wire::core::{Input, Topic};
 use wire::setup::Secret;
 
-use crate::bus::sweep::{SHARED_MEMORY, sweep};
+use crate::bus::sweep::SHARED_MEMORY;
 use crate::bus::{BusError, Domain, Protection};
 use crate::clock::{pause, trace_us};
 
@@ -47,55 +46,31 @@ pub struct Overheard {
     pub mapped: Vec<Vec<u8>>,
 }
 
-/// A domain of one trial; its traces are removed when it is dropped.
-struct Scratch {
-    domain: Domain,
-    prefix: String,
-    root: PathBuf,
-}
-
-impl Scratch {
-    fn new() -> Result<Self, BusError> {
-        static NEXT: AtomicU32 = AtomicU32::new(0);
-        let name = format!("{}_{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
-        let (root, prefix) = (std::env::temp_dir().join(format!("hs_heard_{name}")), format!("hs_h{name}_"));
-        Ok(Self { domain: Domain::new(&root, &prefix)?, prefix, root })
-    }
-
-    fn memory(&self) -> Vec<Vec<u8>> {
-        let entries = std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().filter_map(Result::ok);
-        let ours = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&self.prefix));
-        ours.filter_map(|entry| std::fs::read(entry.path()).ok()).collect()
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        if let Err(error) = sweep(&self.prefix, &self.root) {
-            tracing::warn!(%error, "a channel's memory is left");
-        }
-    }
-}
-
-/// Sends `messages` over a channel that is hidden under `key`, or by its tags alone without one.
+/// Sends `messages` over a channel that is hidden under `key`, or by its tags alone without one, in a domain `prefix` with this `root`,
+/// which the caller sweeps afterwards.
 ///
 /// # Errors
 /// The channel cannot be opened, or a message does not come out within ten seconds.
-pub fn overheard(messages: &[Vec<u8>], key: Option<[u8; 32]>, manner: Stranger) -> Result<Overheard, BusError> {
-    let scratch = Scratch::new()?;
+pub fn overheard(
+    (prefix, root): (&str, &Path),
+    messages: &[Vec<u8>],
+    key: Option<[u8; 32]>,
+    manner: Stranger,
+) -> Result<Overheard, BusError> {
+    let domain = Domain::new(root, prefix)?;
     let (scope, topic) = CHANNEL;
     let cipher = key.map(Secret);
-    let own = scratch.domain.protected(Protection { cipher: cipher.clone(), time: None });
+    let own = domain.protected(Protection { cipher: cipher.clone(), time: None });
     let other = match manner {
-        Stranger::Keyless => scratch.domain.clone(),
-        Stranger::Late => scratch.domain.protected(Protection { cipher, time: Some((0, trace_us())) }),
+        Stranger::Keyless => domain.clone(),
+        Stranger::Late => domain.protected(Protection { cipher, time: Some((0, trace_us())) }),
     };
     let publisher = own.publisher(scope, topic)?;
     let [(to_reader, mut reader), (to_witness, mut witness), (to_stranger, mut stranger)] =
         std::array::from_fn(|_| mpsc::channel(ROOM));
     let _subscriptions = [
         own.subscribe(scope, topic, to_reader)?,
-        scratch.domain.subscribe(scope, topic, to_witness)?,
+        domain.subscribe(scope, topic, to_witness)?,
         other.subscribe(scope, topic, to_stranger)?,
     ];
     let mut seen = Overheard::default();
@@ -110,8 +85,14 @@ pub fn overheard(messages: &[Vec<u8>], key: Option<[u8; 32]>, manner: Stranger) 
     while let Some(bytes) = next(&mut stranger, UNWANTED) {
         seen.heard.push(bytes);
     }
-    seen.mapped = scratch.memory();
+    seen.mapped = memory(prefix);
     Ok(seen)
+}
+
+fn memory(prefix: &str) -> Vec<Vec<u8>> {
+    let entries = std::fs::read_dir(SHARED_MEMORY).into_iter().flatten().filter_map(Result::ok);
+    let ours = entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(prefix));
+    ours.filter_map(|entry| std::fs::read(entry.path()).ok()).collect()
 }
 
 fn owed(from: &mut mpsc::Receiver<Input>) -> Result<Vec<u8>, BusError> {
