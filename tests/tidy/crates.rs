@@ -68,7 +68,6 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
             "spacecraft",
         ],
     ),
-    ("stacks", &["wire", "link", "live", "broker", "evidence", "scenario"]),
     (
         "twin",
         &[
@@ -113,6 +112,7 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
             "twin",
         ],
     ),
+    ("stacks", &["wire", "link", "live", "broker", "evidence", "scenario"]),
     ("search", &["wire", "instrument", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
     (
         "results",
