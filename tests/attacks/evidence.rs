@@ -1,6 +1,8 @@
 //! Strength of the evidence: denied receipts, recordings in an attacker's hands.
 
 use std::collections::BTreeSet;
+use std::os::unix::fs::PermissionsExt;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use evidence::log::{Logged, by_recorder};
 use evidence::reading::heads;
@@ -395,4 +397,29 @@ fn confidential_bus_shows_a_listener_nothing() {
         let counts = ["read: order ", "read: acknowledgement ", "read: reason ", "read: the channel's key"].map(read);
         assert_eq!(counts, [8, 8, 8, 0], "{:?}", trial.findings);
     }
+}
+
+/// The library of shared memory changes the file mask of a process while it makes a socket.
+#[test]
+fn bus_trials_at_once_leave_the_file_mask_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |name: &str| {
+        let path = folder.path().join(name);
+        std::fs::create_dir(&path).unwrap();
+        let mode = std::fs::metadata(&path).unwrap().permissions().mode();
+        std::fs::remove_dir(path).unwrap();
+        mode
+    };
+    let (before, over) = (made("before"), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        let trials = [(); 3].map(|()| scope.spawn(|| seen_in("process/bus_listener", "bus/path")));
+        let meanwhile = scope.spawn(|| {
+            let going_on = std::iter::repeat(()).take_while(|()| !over.load(Ordering::Relaxed));
+            going_on.map(|()| made("meanwhile")).filter(|mode| *mode != before).count()
+        });
+        trials.into_iter().for_each(|trials| assert!(!trials.join().unwrap().is_empty()));
+        over.store(true, Ordering::Relaxed);
+        assert_eq!(meanwhile.join().unwrap(), 0, "folders came out with other rights");
+    });
+    assert_eq!(made("after"), before);
 }

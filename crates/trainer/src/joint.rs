@@ -104,7 +104,7 @@ struct Tally {
     /// Stand as a vehicle after corroboration: with the same print heated evenly, and as made.
     even: u32,
     joint: u32,
-    /// Views of each [`Aspect`], and those of them in which it stands as made.
+    /// Views of each [`Aspect`](crate::views::Aspect), and those of them in which it stands as made.
     by_aspect: [(u32, u32); 3],
 }
 

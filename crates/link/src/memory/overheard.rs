@@ -4,8 +4,10 @@
 //! takes the bytes as they lie in the channel, so that an observation can be proved; judging it is left to the caller.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use nix::sched::{CloneFlags, unshare};
 use tokio::sync::mpsc;
 use wire::core::{Input, Topic};
 use wire::setup::Secret;
@@ -49,9 +51,29 @@ pub struct Overheard {
 /// Sends `messages` over a channel that is hidden under `key`, or by its tags alone without one, in a domain `prefix` with this `root`,
 /// which the caller sweeps afterwards.
 ///
+/// It runs on a thread with a file mask of its own, for the shared-memory library changes the mask of its whole process while it makes a
+/// socket: two at once leave it changed for good, and files that others make meanwhile come out without their rights. A machine
+/// that refuses a thread its own mask gets one exchange at a time.
+///
 /// # Errors
 /// The channel cannot be opened, or a message does not come out within ten seconds.
 pub fn overheard(
+    (prefix, root): (&str, &Path),
+    messages: &[Vec<u8>],
+    key: Option<[u8; 32]>,
+    manner: Stranger,
+) -> Result<Overheard, BusError> {
+    static ONE: Mutex<()> = Mutex::new(());
+    let apart = || {
+        let refused = unshare(CloneFlags::CLONE_FS).is_err();
+        let _alone = refused.then(|| ONE.lock().unwrap_or_else(PoisonError::into_inner));
+        exchange((prefix, root), messages, key, manner)
+    };
+    let failed = || BusError::Library { what: "channel", why: "its thread panicked".to_owned() };
+    std::thread::scope(|scope| scope.spawn(apart).join().unwrap_or_else(|_| Err(failed())))
+}
+
+fn exchange(
     (prefix, root): (&str, &Path),
     messages: &[Vec<u8>],
     key: Option<[u8; 32]>,
