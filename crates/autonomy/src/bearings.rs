@@ -71,7 +71,7 @@ impl Bearings {
     }
 
     /// Widest angle between two lines of sight to a track, milliradians.
-    fn apart_mrad(&self, track: TrackId) -> u32 {
+    pub(crate) fn apart_mrad(&self, track: TrackId) -> u32 {
         let lines = self.tracks.iter().find(|lines| lines.track == track);
         lines.map_or(0, |lines| ((lines.left - lines.right) * 1000.0) as u32)
     }

@@ -400,6 +400,7 @@ impl Autonomy {
             status: &self.status,
             localisation: &self.localisation,
             picture: &self.picture,
+            bearings: &self.bearings,
             mission: &self.mission,
             commands: &self.commands,
             watched: self.session.as_ref().and_then(|session| session.watched()),

@@ -16,6 +16,7 @@ use wire::sign::Purpose;
 use wire::time::{Echo, Instant, Span};
 use wire::track::Track;
 
+use crate::bearings::Bearings;
 use crate::command::CommandGate;
 use crate::identity::Identity;
 use crate::localisation::Localisation;
@@ -58,6 +59,8 @@ pub struct Sources<'a> {
     pub localisation: &'a Localisation,
     /// Tracks.
     pub picture: &'a Picture,
+    /// Lines of sight to them.
+    pub bearings: &'a Bearings,
     /// Progress.
     pub mission: &'a Mission,
     /// The command nonce.
@@ -93,7 +96,7 @@ impl Sources<'_> {
             command_nonce: self.commands.current().map_or(Nonce::NONE, |(nonce, _)| nonce),
             last_command: self.status.last_command,
             progress: self.mission.progress(),
-            tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),
+            tracks: self.picture.tracks().iter().map(|track| self.reported(track, now)).collect(),
             watched: self.watched,
             sessions_lost: self.status.sessions_lost,
             measured: self.measured,
@@ -106,16 +109,18 @@ impl Sources<'_> {
     fn mode(&self) -> Mode {
         self.machine.mode()
     }
-}
 
-fn reported(track: &Track, now: Instant) -> ReportedTrack {
-    ReportedTrack {
-        id: track.id,
-        class: track.class,
-        x_mm: track.x_mm,
-        y_mm: track.y_mm,
-        confidence: track.confidence,
-        supported: track.supported,
-        age: now.since(track.updated),
+    fn reported(&self, track: &Track, now: Instant) -> ReportedTrack {
+        ReportedTrack {
+            id: track.id,
+            class: track.class,
+            x_mm: track.x_mm,
+            y_mm: track.y_mm,
+            confidence: track.confidence,
+            supported: track.supported,
+            age: now.since(track.updated),
+            contradicted: track.vetoed,
+            bearings_mrad: self.bearings.apart_mrad(track.id).min(u32::from(u16::MAX)) as u16,
+        }
     }
 }

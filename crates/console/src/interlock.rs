@@ -9,10 +9,11 @@ use wire::id::{TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Guard, Mode};
 use wire::person::{Order, Role, Unable};
-use wire::report::ReportedTrack;
+use wire::sensor::{Modalities, Modality};
 use wire::time::Span;
 
 use crate::shown::{Shown, ShownUnit, State};
+use crate::text;
 
 /// A condition with its value and its limit, as displayed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -112,7 +113,7 @@ impl Shown {
             CommandKind::Enable | CommandKind::Resume => all.push(guards_hold(state)),
             CommandKind::Arm(track) => {
                 all.push(guards_hold(state));
-                all.extend(designates(shown, track, shown.settings(&self.bounds).arm_permille));
+                all.extend(designates(shown, track, &self.bounds));
             }
             CommandKind::Confirm(track) => {
                 all.push(guards_hold(state));
@@ -157,14 +158,20 @@ impl ShownUnit {
         }
     }
 
-    /// Confidence of the designated track, and below which it is given up.
+    /// Measure of the designated track that fails, else its confidence, with the limit.
     fn designation(&self, bounds: &Bounds) -> (String, String) {
         let designated = self.state.get().0.authority.map(|held| held.track);
         let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
         let nothing = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
-        track.map_or((nothing.to_owned(), String::new()), |track| {
+        let Some(track) = track else { return (nothing.to_owned(), String::new()) };
+        let least = bounds.designation_bearings_mrad;
+        if track.contradicted.count() > 0 {
+            (format!("contradicted by {}", modalities(track.contradicted)), "none".to_owned())
+        } else if u32::from(track.bearings_mrad) < least {
+            (degrees(track.bearings_mrad.into()), degrees(least))
+        } else {
             (permille(track.confidence), permille(self.settings(bounds).keep_permille))
-        })
+        }
     }
 }
 
@@ -202,15 +209,28 @@ fn guards_hold(state: &State) -> Predicate {
     Predicate::new("guards failing", failing.is_empty(), value, "none")
 }
 
-fn designates(unit: &ShownUnit, track: TrackId, least: u16) -> [Predicate; 2] {
+/// The evidence on which authority over a track would rest.
+fn designates(unit: &ShownUnit, track: TrackId, bounds: &Bounds) -> Vec<Predicate> {
     let found = unit.tracks.iter().find(|shown| shown.get().0.id == track);
-    let fresh: Option<&ReportedTrack> = found.and_then(|found| found.fresh());
-    let confidence = found.map_or(0, |found| found.get().0.confidence);
-    let age = found.map_or("not reported".to_owned(), |found| ms(found.age()));
-    [
-        Predicate::new("track fresh", fresh.is_some(), age, ""),
-        Predicate::new("track confidence", confidence >= least, permille(confidence), permille(least)),
-    ]
+    let Some(found) = found else { return vec![Predicate::new("track fresh", false, "not reported", "")] };
+    let (track, least) = (found.get().0, unit.settings(bounds).arm_permille);
+    let borne_out = track.supported.count() >= 2 && track.supported.has(Modality::Thermal);
+    let sure = permille(track.confidence);
+    let mut all = vec![
+        Predicate::new("track fresh", found.fresh().is_some(), ms(found.age()), ""),
+        Predicate::new("track confidence", track.confidence >= least, sure, permille(least)),
+        Predicate::new("supported by", borne_out, modalities(track.supported), "thermal and one more"),
+        Predicate::new("contradicted by", track.contradicted.count() == 0, modalities(track.contradicted), "none"),
+    ];
+    let wide = bounds.designation_bearings_mrad;
+    if wide > 0 {
+        let enough = u32::from(track.bearings_mrad) >= wide;
+        let value = degrees(track.bearings_mrad.into());
+        let value = if enough { value } else { format!("{value}, the unit drives around it first") };
+        // An order for a track that is not yet borne out is what makes the unit look at it.
+        all.push(Predicate { judged: enough, ..Predicate::new("bearings", true, value, degrees(wide)) });
+    }
+    all
 }
 
 /// A guard's value and its limit, in words. A guard that fails within its limit names the condition it waits for.
@@ -249,6 +269,14 @@ fn claims(holds: bool, measured: &Measured) -> String {
 
 fn ms(span: Span) -> String {
     if span == Span(u64::MAX) { "unknown".to_owned() } else { format!("{} ms", span.0.div_ceil(1000)) }
+}
+
+fn modalities(of: Modalities) -> String {
+    if of.count() == 0 { "none".to_owned() } else { text::names(of).collect::<Vec<_>>().join(", ") }
+}
+
+fn degrees(mrad: u32) -> String {
+    format!("{:.0}°", (f64::from(mrad) / 1000.0).to_degrees())
 }
 
 fn permille(share: u16) -> String {

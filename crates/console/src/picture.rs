@@ -11,7 +11,7 @@ use crate::age::{Labelled, Limits};
 use crate::alarm;
 use crate::shown::{Shown, ShownUnit};
 use crate::skew::Rate;
-use crate::text::{life, sensors, word};
+use crate::text::{life, names, word};
 
 /// Raised when a field changes its meaning or goes.
 const VERSION: u32 = 1;
@@ -124,7 +124,9 @@ fn track(of: &Labelled<ReportedTrack>, reported: bool) -> Value {
             "x_mm": track.x_mm,
             "y_mm": track.y_mm,
             "confidence_permille": track.confidence,
-            "modalities": sensors(track).collect::<Value>(),
+            "modalities": names(track.supported).collect::<Value>(),
+            "contradicted": names(track.contradicted).collect::<Value>(),
+            "bearings_mrad": track.bearings_mrad,
         }),
     )
 }

@@ -7,7 +7,7 @@ use std::fmt::Write;
 use wire::bounds::Bounds;
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
-use wire::sensor::Modality;
+use wire::sensor::{Modalities, Modality};
 use wire::time::{Instant, Span};
 
 use crate::act::Answer;
@@ -141,16 +141,23 @@ fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
     line(
         text,
         format_args!(
-            "         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}  by {}",
+            "         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}  by {}{}",
             track.id.0,
-            joined(sensors(track).map(str::to_owned)),
+            joined(names(track.supported).map(str::to_owned)),
+            against(track),
         ),
     );
 }
 
-/// The modalities that support a track.
-pub(crate) fn sensors(track: &ReportedTrack) -> impl Iterator<Item = &'static str> {
-    Modality::ALL.into_iter().filter(|modality| track.supported.has(*modality)).map(Modality::name)
+/// The modalities that contradict a track, if any.
+fn against(track: &ReportedTrack) -> String {
+    let by = joined(names(track.contradicted).map(str::to_owned));
+    if track.contradicted.count() == 0 { String::new() } else { format!(", CONTRADICTED by {by}") }
+}
+
+/// Modalities by name.
+pub(crate) fn names(of: Modalities) -> impl Iterator<Item = &'static str> {
+    Modality::ALL.into_iter().filter(move |modality| of.has(*modality)).map(Modality::name)
 }
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {

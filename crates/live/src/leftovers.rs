@@ -165,6 +165,12 @@ mod tests {
     use super::*;
     use crate::remains::SCRATCH;
 
+    /// While one test removes leftovers it holds each run's mark, and another would take that run for a living one.
+    fn alone() -> std::sync::MutexGuard<'static, ()> {
+        static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
+        ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+
     /// A run with a file in shared memory and a folder.
     fn run(name: &str) -> (Remains, PathBuf) {
         let id = format!("t{:x}{name}", std::process::id());
@@ -179,6 +185,7 @@ mod tests {
 
     #[test]
     fn locked_run_is_kept_and_finished_one_removed() {
+        let _alone = alone();
         let (living, kept) = run("living");
         let (over, left) = run("over");
         let held = Mark::set(&living).unwrap();
@@ -196,6 +203,7 @@ mod tests {
     /// Its reader was killed behind its janitor.
     #[test]
     fn logs_of_a_doubly_killed_run_are_removed() {
+        let _alone = alone();
         let (mut read, _segment) = run("read");
         let logs = read.folder.with_file_name(format!("{SCRATCH}{}", read.prefix));
         std::fs::create_dir_all(logs.join("recording")).unwrap();
@@ -223,6 +231,7 @@ mod tests {
     /// One that names another run or a strange folder.
     #[test]
     fn foreign_mark_removes_no_file() {
+        let _alone = alone();
         let (mut liar, kept) = run("liar");
         let own = std::mem::replace(&mut liar.prefix, "hs_other_run_".to_owned());
         std::fs::write(path(&own), serde_json::to_vec(&liar).unwrap()).unwrap();

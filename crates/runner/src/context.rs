@@ -64,10 +64,14 @@ impl Context {
 
 /// The line that this process was started with, as a shell takes it.
 pub fn own_line() -> String {
+    std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect::<Vec<_>>().join(" ")
+}
+
+/// One word of a line, as a shell takes it.
+pub fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
-    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
-        true => word,
+    match word.chars().all(plain) && !word.is_empty() {
+        true => word.to_owned(),
         false => format!("'{}'", word.replace('\'', "'\\''")),
-    };
-    std::env::args_os().map(|word| quoted(word.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
+    }
 }

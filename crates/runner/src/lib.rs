@@ -27,4 +27,4 @@ pub mod search_config;
 pub mod start;
 pub mod verified;
 
-pub use context::{Context, own_line};
+pub use context::{Context, own_line, quoted};

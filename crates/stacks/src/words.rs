@@ -150,6 +150,8 @@ impl Speakers {
             confidence: 900,
             supported: Modalities::default().with(Modality::Rgb).with(Modality::Lidar),
             age: Span::ms(30),
+            contradicted: Modalities::default(),
+            bearings_mrad: 0,
         };
         let report = Report {
             origin: self.unit.node(),

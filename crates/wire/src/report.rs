@@ -42,6 +42,12 @@ pub struct ReportedTrack {
     /// Age of the last update when the report was made.
     #[n(6)]
     pub age: Span,
+    /// Modalities that contradict it.
+    #[n(7)]
+    pub contradicted: Modalities,
+    /// Widest angle between two lines of sight along which it was borne out, milliradians.
+    #[n(8)]
+    pub bearings_mrad: u16,
 }
 
 /// Authority as reported to the operator.

@@ -208,7 +208,7 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
     chosen
 }
 
-/// The modalities that support a track: a letter each in its place, and their names.
+/// The modalities that support a track or, as small letters, contradict it, each in its place, and their names.
 fn sensors(track: &ReportedTrack) -> (String, String) {
     let letter = |m: &Modality| match m {
         Modality::Rgb => 'R',
@@ -216,8 +216,17 @@ fn sensors(track: &ReportedTrack) -> (String, String) {
         Modality::Thermal => 'T',
         Modality::Lidar => 'L',
     };
-    let seen = |m: &Modality| track.supported.has(*m);
-    let letters = Modality::ALL.iter().map(|m| if seen(m) { letter(m) } else { '-' }).collect();
-    let names: Vec<&str> = text::sensors(track).collect();
-    (letters, if names.is_empty() { "no sensor".to_owned() } else { names.join(", ") })
+    let mark = |m: &Modality| match (track.contradicted.has(*m), track.supported.has(*m)) {
+        (true, _) => letter(m).to_ascii_lowercase(),
+        (false, true) => letter(m),
+        (false, false) => '-',
+    };
+    let said = |of| text::names(of).collect::<Vec<_>>().join(", ");
+    let supported = if track.supported.count() == 0 { "no sensor".to_owned() } else { said(track.supported) };
+    let against = if track.contradicted.count() == 0 {
+        String::new()
+    } else {
+        format!("; against it: {}", said(track.contradicted))
+    };
+    (Modality::ALL.iter().map(mark).collect(), supported + &against)
 }

@@ -11,7 +11,8 @@ use wire::feed::{CommandStage, Feed};
 use wire::id::{Boot, NodeId, PeerId, TrackId, UnitId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Guards, Mode};
-use wire::report::{Report, ReportedAuthority};
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::{Modalities, Modality};
 use wire::time::Span;
 
 use crate::bench::{Asked, Bench};
@@ -152,10 +153,17 @@ fn each_interlock_blocks_with_value_and_limit() {
     assert_eq!(bench.order(CommandKind::Arm(track)), Err(Unable::Interlock));
     bench.pass(Span::ms(100));
     bench.reports(Mode::Ready, Span::ms(100));
-    assert_eq!(
-        failing(&bench, &Order::Command(UnitId::A, CommandKind::Arm(TrackId(9)))),
-        ["track fresh", "track confidence"]
-    );
+    assert_eq!(failing(&bench, &Order::Command(UnitId::A, CommandKind::Arm(TrackId(9)))), ["track fresh"]);
+    let ready = bench.next(Mode::Ready);
+    let supported = Modalities::default().with(Modality::Rgb).with(Modality::Lidar);
+    let contradicted = Modalities::default().with(Modality::Thermal);
+    let doubt = |track: &ReportedTrack| ReportedTrack { supported, contradicted, ..*track };
+    let tracks = ready.tracks.iter().map(doubt).collect();
+    bench.heard(&Report { tracks, ..ready }, Span::ms(20));
+    assert_eq!(failing(&bench, &arm), ["supported by", "contradicted by"]);
+    assert!(console::text::lines(&bench.console.shown(bench.now)).contains("by rgb, lidar, CONTRADICTED by thermal"));
+    bench.pass(Span::ms(100));
+    bench.reports(Mode::Ready, Span::ms(100));
     bench.pass(Span::ms(400));
     assert_eq!(failing(&bench, &arm), ["state fresh", "track fresh"]);
     let stale = bench.console.shown(bench.now).interlocks(&arm);

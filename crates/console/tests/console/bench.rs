@@ -18,7 +18,7 @@ use wire::person::{Act, Numbered, Order, Role, Unable};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedTrack};
-use wire::sensor::{Class, Modalities, Pose, ProductMode};
+use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
 use wire::setup::{Channel, Secret, Setup};
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -321,8 +321,10 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         x_mm: 10_000,
         y_mm: 0,
         confidence: 900,
-        supported: Modalities::default(),
+        supported: Modalities::default().with(Modality::Thermal).with(Modality::Lidar),
         age: Span::ms(50),
+        contradicted: Modalities::default(),
+        bearings_mrad: 0,
     };
     Report {
         origin: NodeId::UNIT_A,

@@ -287,6 +287,8 @@ fn tracks(first: u32, (x, y): (i32, i32)) -> Vec<ReportedTrack> {
         confidence,
         supported,
         age: Span::ms(age),
+        contradicted: Modalities::default(),
+        bearings_mrad: 0,
     };
     vec![
         track(1, Class::Vehicle, 17_000, 2_200, 930, all, 40),

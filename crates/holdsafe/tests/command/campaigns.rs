@@ -96,6 +96,51 @@ fn threads_and_parts_do_not_change_the_result() {
     assert_eq!(place.result("some"), place.result("whole"));
 }
 
+/// Whatever the order, though one is killed and one runs twice.
+#[test]
+fn jobs_of_an_engine_give_the_result_of_one_process() {
+    let place = Place::new();
+    let emit = |engine: &str, name: &str, text: &[&str]| {
+        let dir = place.dir(name);
+        let own = ["campaign", "emit", engine, "--partitions", "3", "--out", dir.to_str().unwrap(), "--json", "--"];
+        holdsafe(&[own.as_slice(), &SMALL[1..], &["--trials", "4"], text].concat())
+    };
+    let told = refused(&emit("make", "none", &["--partition", "1/2"]));
+    assert!(told.contains("behind `--`: --partition and --out are set for each job"), "{told}");
+    let told = refused(&emit("make", "none", &["--trails", "4"]));
+    assert!(told.contains("behind `--`: error: unexpected argument '--trails' found"), "{told}");
+    assert!(!place.dir("none").exists(), "nothing is written");
+
+    for engine in ["make", "slurm", "hyperqueue"] {
+        assert_eq!(emit(engine, &format!("it's {engine}"), &[]).status.code(), Some(0));
+    }
+    let told = refused(&emit("make", "it's make", &[]));
+    assert!(told.contains("it's make"), "a folder in use: {told}");
+    let script = |name: &str, argument: &str| {
+        let path = place.dir("it's make").join(name);
+        let mut command = Command::new(path);
+        command.arg(argument).stdout(Stdio::null()).stderr(Stdio::piped());
+        command
+    };
+    let killed = script("part", "2").spawn().unwrap();
+    end_midway(killed, &place.dir("it's make").join("parts/2"), Signal::SIGKILL);
+    for part in ["3", "1", "2", "1"] {
+        let output = script("part", part).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    assert_eq!(script("merge", "").output().unwrap().status.code(), Some(0));
+    fine(&place.campaign("whole", &["--trials", "4"]));
+    assert_eq!(place.result("it's make/result"), place.result("whole"));
+
+    let text = |file: &str| fs::read_to_string(place.dir(file)).unwrap();
+    let job: toml::Table = text("it's hyperqueue/job.toml").parse().unwrap();
+    let tasks = job["task"].as_array().unwrap();
+    assert_eq!((tasks.len(), tasks[3]["deps"].as_array().unwrap().len()), (4, 3), "merging after the partitions");
+    assert!(text("it's slurm/part.sbatch").contains("--array=1-3\n"));
+    assert!(text("it's slurm/submit").contains("--dependency=afterok"));
+    assert!(text("it's make/Makefile").contains("seq 1 3"));
+}
+
 /// Starts the small campaign with its progress to be read.
 fn start(place: &Place, name: &str, trials: &str) -> Child {
     let dir = place.dir(name);

@@ -153,7 +153,10 @@ fn pose() -> impl Strategy<Value = Pose> {
 
 fn track() -> impl Strategy<Value = ReportedTrack> {
     let class = prop::sample::select(Class::ALL.to_vec());
-    (any::<(u32, i32, i32, u16, u8, u64)>(), class).prop_map(|((id, x_mm, y_mm, confidence, supported, age), class)| {
+    let place = any::<(u32, i32, i32)>();
+    let evidence = any::<(u16, u8, u64, u8, u16)>();
+    (place, class, evidence).prop_map(|((id, x_mm, y_mm), class, of)| {
+        let (confidence, supported, age, contradicted, bearings_mrad) = of;
         ReportedTrack {
             id: TrackId(id),
             class,
@@ -162,6 +165,8 @@ fn track() -> impl Strategy<Value = ReportedTrack> {
             confidence,
             supported: Modalities(supported),
             age: Span(age),
+            contradicted: Modalities(contradicted),
+            bearings_mrad,
         }
     })
 }

@@ -130,6 +130,8 @@ pub(crate) fn report() -> Report {
             confidence: 870,
             supported: Modalities::default().with(Modality::Rgb).with(Modality::Lidar),
             age: Span::ms(80),
+            contradicted: Modalities::default().with(Modality::Thermal),
+            bearings_mrad: 524,
         }]
         .into_iter()
         .collect(),

@@ -180,8 +180,8 @@ pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> 
     Ok(())
 }
 
-/// With a claim the claim decides; otherwise the expected classes do. A campaign that lacks trials is no evidence,
-/// unless only a part of it was requested.
+/// With a claim the claim decides; otherwise the expected classes do. A campaign that lacks trials is no evidence. A partition is not
+/// judged: what its trials say is said once, by the merged campaign.
 pub(super) fn exit(campaign: &CampaignObject, whole: bool) -> Exit {
     if let Some(claims) = campaign.claim {
         return match (claims.refuted, claims.open) {
@@ -190,11 +190,11 @@ pub(super) fn exit(campaign: &CampaignObject, whole: bool) -> Exit {
             _ => Exit::Unexpected,
         };
     }
-    if whole && !campaign.complete {
-        return Exit::NoEvidence;
-    }
-    if campaign.terms.claim.is_some() {
+    if !whole {
         return Exit::Fine;
+    }
+    if !campaign.complete {
+        return Exit::NoEvidence;
     }
     let unexpected = campaign.rows.iter().filter(|row| row.unexpected > 0);
     let invalid =
