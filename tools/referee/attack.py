@@ -80,7 +80,7 @@ def wilson(hits, n, z=1.959964):
 
 
 def decoys(folder):
-    """Pixels (channels first) and box of each decoy that the frames show."""
+    """Image and box of each decoy that the frames show."""
     truth = json.loads((folder / "annotations.json").read_text())
     by_image = {}
     for one in truth["annotations"]:
@@ -90,9 +90,23 @@ def decoys(folder):
     images = {(image["cell"], image["number"]): image for image in truth["images"]}
     for k in range(FRAMES):
         image = images[CELLS[k % len(CELLS)], FIRST + k]
-        pixels = np.asarray(Image.open(folder / image["file_name"]), dtype=np.float64).transpose(2, 0, 1)
         for box in by_image.get(image["id"], []):
-            yield pixels, box
+            yield image, box
+
+
+def plane(folder, name):
+    return np.asarray(Image.open(folder / name))
+
+
+def moved(target, clean, strength):
+    """The image, channels first in 0 to 1, at which the attack on `target` ends."""
+    classifier = BlackBoxClassifierNeuralNetwork(target.scores, clean.shape, 4, clip_values=(0.0, 1.0), channels_first=True)
+    # The goal is one class; what is minimised is how far the detector is from it.
+    away = lambda images, _: margin(classifier.predict(images))
+    reached = lambda scores, _: (margin(scores) < 0.0) & (scores[:, VEHICLE - 1] >= SURE + 0.02)
+    attack = SquareAttack(classifier, norm=np.inf, adv_criterion=reached, loss=away, eps=strength / 255.0,
+                          max_iter=STEPS, p_init=0.3, verbose=False)
+    return attack.generate(clean.astype(np.float32)[None], np.eye(4, dtype=np.float32)[[VEHICLE - 1]])[0]
 
 
 def main(folder, model):
@@ -100,7 +114,7 @@ def main(folder, model):
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = 1
     session = onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
-    there = list(decoys(folder))
+    there = [(plane(folder, image["file_name"]).astype(np.float64).transpose(2, 0, 1), box) for image, box in decoys(folder)]
     clean = sum(called_vehicle(session, pixels, box) for pixels, box in there)
     print(f"unchanged: {clean} of {len(there)} decoys called vehicles")
     for strength in STRENGTHS:
@@ -108,16 +122,8 @@ def main(folder, model):
         for k, (pixels, box) in enumerate(there):
             np.random.seed(k)
             target = Target(session, box)
-            shape = pixels.shape
-            classifier = BlackBoxClassifierNeuralNetwork(target.scores, shape, 4, clip_values=(0.0, 1.0), channels_first=True)
-            # The goal is one class; what is minimised is how far the detector is from it.
-            away = lambda images, _: margin(classifier.predict(images))
-            reached = lambda scores, _: (margin(scores) < 0.0) & (scores[:, VEHICLE - 1] >= SURE + 0.02)
-            attack = SquareAttack(classifier, norm=np.inf, adv_criterion=reached, loss=away, eps=strength / 255.0,
-                                  max_iter=STEPS, p_init=0.3, verbose=False)
-            goal = np.eye(4, dtype=np.float32)[[VEHICLE - 1]]
-            moved = attack.generate((pixels / 255.0).astype(np.float32)[None], goal)[0] * 255.0
-            rounded = np.clip(np.round(moved), np.maximum(pixels - strength, 0), np.minimum(pixels + strength, 255))
+            ends = moved(target, pixels / 255.0, strength) * 255.0
+            rounded = np.clip(np.round(ends), np.maximum(pixels - strength, 0), np.minimum(pixels + strength, 255))
             hits += called_vehicle(session, rounded, box)
             asked += target.asked
         low, high = wilson(hits, len(there))

@@ -7,7 +7,7 @@ use sha2::{Digest, Sha256};
 use wire::platform::Sensors;
 use wire::sensor::Camera;
 
-/// The largest model, bytes: seven million weights of four bytes, the second smallest size of the common detectors.
+/// The largest model, bytes: eight million weights of four bytes; the smallest size of the common detectors has three, the next eleven.
 pub const MAX_MODEL: usize = 32 << 20;
 
 /// Networks that this crate ships for views from one height, with the manifest that pins them.

@@ -19,7 +19,7 @@ const MAX_DIMENSION: usize = 64;
 /// Types of tensors: float, int32, int64, bool.
 const ELEMENTS: [u64; 4] = [1, 6, 7, 9];
 /// Operators that a detector may use, in order.
-const OPERATORS: [&str; 57] = [
+const OPERATORS: [&str; 58] = [
     "Abs",
     "Add",
     "AveragePool",
@@ -77,6 +77,7 @@ const OPERATORS: [&str; 57] = [
     "Sub",
     "Tanh",
     "Transpose",
+    "Unsqueeze",
 ];
 
 /// Message for a model that is not in one file.
@@ -327,6 +328,14 @@ mod tests {
 
     fn inspect(bytes: &[u8]) -> Result<(), OnnxError> {
         Inspected::of(Model::pinned(bytes, &hex_digest(bytes)).unwrap()).map(|_| ())
+    }
+
+    #[test]
+    fn permitted_operators_are_those_of_the_page() {
+        let page = include_str!("../../../docs/researcher/detector.md");
+        let listed = page.split("Permitted operators").nth(1).and_then(|text| text.split("\n\n").next()).unwrap();
+        let listed: Vec<&str> = listed.split('`').skip(3).step_by(2).collect();
+        assert_eq!(listed, OPERATORS);
     }
 
     /// A field with bytes in it.

@@ -145,15 +145,20 @@ pub fn pin(path: &Path) -> Result<ModelRef, LoadError> {
     Ok(ModelRef { path: path.to_owned(), sha256: hex_digest(&read(path, MAX_MODEL)?) })
 }
 
-/// At most `max` bytes and one, so that a larger file is seen to be too large without being read.
+/// At most `max` bytes; a larger file is refused by its length, without being read.
 fn read(path: &Path, max: usize) -> Result<Vec<u8>, LoadError> {
     let failed = |why| LoadError::Read { path: path.display().to_string(), why };
     let mut bytes = Vec::new();
     let file = link::files::open(path).map_err(failed)?;
-    file.take(max as u64 + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() > max {
-        let why = ModelError::TooLarge { max, got: bytes.len() };
-        return Err(LoadError::Pin { path: path.display().to_string(), why });
+    let length = file.metadata().map_err(failed)?.len() as usize;
+    if length <= max {
+        // It may grow meanwhile.
+        file.take(max as u64 + 1).read_to_end(&mut bytes).map_err(failed)?;
     }
-    Ok(bytes)
+    match length.max(bytes.len()) {
+        got if got > max => {
+            Err(LoadError::Pin { path: path.display().to_string(), why: ModelError::TooLarge { max, got } })
+        }
+        _ => Ok(bytes),
+    }
 }

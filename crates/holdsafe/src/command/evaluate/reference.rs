@@ -20,8 +20,8 @@ const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss",
 const TWIN_TRIALS: u64 = 59;
 /// Repetitions of a live run that a stall of the host alone makes INVALID; the tables name the repeated ones.
 const RETRIES: u32 = 2;
-/// Live runs side by side for each core: they wait most of their time.
-const LIVE_PER_CORE: usize = 2;
+/// Live runs side by side for each core. One takes about 40 % of a core: three networks for each frame, and what waits for them.
+const LIVE_PER_CORE: usize = 1;
 
 pub(super) fn run(context: &Context, domain: Option<&str>, apart: bool) -> Result<Exit, Failure> {
     let root = context.root()?;
