@@ -98,7 +98,7 @@ fn threads_and_parts_do_not_change_the_result() {
 
 /// Whatever the order, though one is killed and one runs twice.
 #[test]
-fn jobs_of_an_engine_give_the_result_of_one_process() {
+fn jobs_of_an_engine_equal_one_process() {
     let place = Place::new();
     let emit = |engine: &str, name: &str, text: &[&str]| {
         let dir = place.dir(name);
