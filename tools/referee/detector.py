@@ -19,11 +19,11 @@ from PIL import Image
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-CELL, UNIT, SAME, LEAST, MOST = 4.0, 16.0, 0.45, 0.02, 32
+CELL, UNIT, SAME, LEAST, MOST = 4.0, 16.0, 0.45, 0.001, 32
 
 
-def detections(raw):
-    """Boxes of one frame, best first: (class from 1, score, left, top, right, bottom)."""
+def detections(raw, least=0.02):
+    """Boxes of one frame from a score on, best first: (class from 1, score, left, top, right, bottom)."""
     channels, rows, columns = raw.shape
     row, column = np.mgrid[0:rows, 0:columns]
     logits = raw[1:5] - raw[1:5].max(0)
@@ -36,7 +36,7 @@ def detections(raw):
     score, kind = score.ravel(), raw[1:5].argmax(0).ravel() + 1
     kept = []
     for k in np.argsort(-score, kind="stable"):
-        if score[k] < LEAST:
+        if score[k] < least:
             break
         if all(shared(boxes[k], boxes[other]) <= SAME for other in kept):
             kept.append(k)
@@ -68,7 +68,7 @@ def main(folder, model):
     for image in json.loads((folder / "annotations.json").read_text())["images"]:
         pixels = np.asarray(Image.open(folder / image["file_name"]), dtype=np.float32) / 255.0
         raw = session.run(None, {name: pixels.transpose(2, 0, 1)[None]})[0][0]
-        theirs, mine = detections(raw), by_image.get(image["id"], [])
+        theirs, mine = detections(raw, LEAST), by_image.get(image["id"], [])
         total += max(len(theirs), len(mine))
         for one in theirs:
             near = [m for m in mine if m[0] == one[0] and max(abs(p - q) for p, q in zip(m[2:], one[2:])) <= 1]

@@ -8,7 +8,8 @@
 
 Needs ultralytics, onnx and onnxslim (PyPI); no weights are downloaded. Frames of a cell that no model may learn from are refused, and
 those of the held-out and novel splits. The tuning frames choose the epoch whose weights are kept. Objects too small to be asked for
-are left out of the truth: the framework has no regions to ignore. Options: --model, --epochs, --size, --seed, --opset.
+are left out of the truth: the framework has no regions to ignore. Options: --model, --epochs, --batch, --size, --seed, --opset, and
+--device and --workers for a GPU.
 """
 
 import argparse
@@ -70,6 +71,9 @@ def main():
     parser.add_argument("out", type=Path)
     parser.add_argument("--model", default="yolov8n.yaml")
     parser.add_argument("--epochs", type=int, default=12)
+    parser.add_argument("--batch", type=int, default=16)
+    parser.add_argument("--device", default="cpu")
+    parser.add_argument("--workers", type=int, default=0)
     parser.add_argument("--size", type=int, default=160)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--opset", type=int, default=17)
@@ -85,8 +89,8 @@ def main():
 
     settings.update({"sync": False})
     model = YOLO(args.model)
-    model.train(data=str(out / "frames.yaml"), epochs=args.epochs, imgsz=args.size, batch=16, seed=args.seed, deterministic=True,
-                device="cpu", workers=0, pretrained=False, plots=False, project=str(out), name="train", exist_ok=True)
+    model.train(data=str(out / "frames.yaml"), epochs=args.epochs, imgsz=args.size, batch=args.batch, seed=args.seed, deterministic=True,
+                device=args.device, workers=args.workers, pretrained=False, plots=False, project=str(out), name="train", exist_ok=True)
     best = YOLO(out / "train" / "weights" / "best.pt")
     exported = best.export(format="onnx", imgsz=args.size, opset=args.opset)
     shutil.copy(exported, out / "yolo.onnx")

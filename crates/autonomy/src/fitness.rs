@@ -1,7 +1,7 @@
 //! Fitness of one track by itself, for designation.
 
 use wire::bounds::Bounds;
-use wire::sensor::{Class, Modality};
+use wire::sensor::Class;
 use wire::track::Track;
 
 /// State of authority on the track, asked for or held; holding it asks for less confidence (hysteresis).
@@ -21,7 +21,6 @@ pub(crate) fn fit(track: &Track, stage: Stage, bounds: &Bounds) -> bool {
     };
     track.class == Class::Vehicle
         && track.confidence >= least
-        && track.supported.count() >= 2
-        && track.supported.has(Modality::Thermal)
+        && track.supported.designate()
         && track.vetoed.count() == 0
 }

@@ -9,7 +9,7 @@ use wire::id::{TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Guard, Mode};
 use wire::person::{Order, Role, Unable};
-use wire::sensor::{Modalities, Modality};
+use wire::sensor::Modalities;
 use wire::time::Span;
 
 use crate::shown::{Shown, ShownUnit, State};
@@ -214,8 +214,7 @@ fn designates(unit: &ShownUnit, track: TrackId, bounds: &Bounds) -> Vec<Predicat
     let found = unit.tracks.iter().find(|shown| shown.get().0.id == track);
     let Some(found) = found else { return vec![Predicate::new("track fresh", false, "not reported", "")] };
     let (track, least) = (found.get().0, unit.settings(bounds).arm_permille);
-    let borne_out = track.supported.count() >= 2 && track.supported.has(Modality::Thermal);
-    let sure = permille(track.confidence);
+    let (sure, borne_out) = (permille(track.confidence), track.supported.designate());
     let mut all = vec![
         Predicate::new("track fresh", found.fresh().is_some(), ms(found.age()), ""),
         Predicate::new("track confidence", track.confidence >= least, sure, permille(least)),

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use dataset::cells::{self, Split};
-use dataset::quality::{Quality, measure};
+use dataset::cells::{self, Cell, Split};
+use dataset::example::ExampleError;
+use dataset::quality::{Quality, QualityError, measure};
 use dataset::sightings::Sightings;
 use dataset::warmth::Claims;
 use perception::corroborate::Limits;
@@ -102,20 +103,15 @@ pub(crate) fn write(
     let frames = frames.unwrap_or(FRAMES);
     let [colour, thermal] = [Made::read(Sense::Colour, directory)?, Made::read(Sense::Thermal, directory)?];
     let stages = Stages::new(sensors, Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
-    let (mut rows, mut warm) = (Vec::new(), Vec::new());
-    for split in [Split::HeldOut, Split::Novel] {
-        for cell in cells::all()? {
-            let row = measure(&stages, cell, split, 0..frames, &Limits::default())?;
-            let mut claims = Claims::default();
-            for number in 0..frames {
-                let (frame, which) = heated(sensors, cell, split, number, &[])?;
-                claims.add(&thermal.detector, &frame, |object| which.contains(&object));
-            }
-            eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);
-            rows.push(row);
-            warm.push(claims);
+    let rows = qualities(&stages, frames)?;
+    let warm = parallel::map(parallel::cores(), &all_cells()?, |(split, cell)| -> Result<_, ExampleError> {
+        let mut claims = Claims::default();
+        for number in 0..frames {
+            let (frame, which) = heated(sensors, cell, *split, number, &[])?;
+            claims.add(&thermal.detector, &frame, |object| which.contains(&object));
         }
-    }
+        Ok(claims)
+    })?;
     let fused = Sense::Fused.model(directory).is_file().then(|| Made::read(Sense::Fused, directory)).transpose()?;
     let runtime = runtime::describe()?;
     std::fs::write(directory.join("manifest.toml"), manifest(&colour, &thermal, fused.as_ref(), &rows, runtime)?)?;
@@ -125,12 +121,7 @@ pub(crate) fn write(
     ];
     if let Some(fused) = &fused {
         let stages = stages.proposing(Arc::clone(&fused.detector));
-        let mut rows = Vec::new();
-        for split in [Split::HeldOut, Split::Novel] {
-            for cell in cells::all()? {
-                rows.push(measure(&stages, cell, split, 0..frames, &Limits::default())?);
-            }
-        }
+        let rows = qualities(&stages, frames)?;
         cards.push(("fused.md", fused_card(fused, &rows, &points(&stages)?, runtime)));
     }
     for (name, card) in cards {
@@ -138,6 +129,24 @@ pub(crate) fn write(
         println!("{card}");
     }
     Ok(())
+}
+
+/// Every cell, of the split with seeds held out and of the novel one.
+fn all_cells() -> Result<Vec<(Split, &'static Cell)>, ExampleError> {
+    let cells = cells::all()?;
+    Ok([Split::HeldOut, Split::Novel]
+        .into_iter()
+        .flat_map(|split| cells.iter().map(move |cell| (split, cell)))
+        .collect())
+}
+
+/// Measurements of each of [`all_cells`].
+fn qualities(stages: &Stages, frames: u64) -> Result<Vec<Quality>, QualityError> {
+    parallel::map(parallel::cores(), &all_cells()?, |(split, cell)| {
+        let row = measure(stages, cell, *split, 0..frames, &Limits::default())?;
+        eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);
+        Ok(row)
+    })
 }
 
 #[derive(serde::Serialize)]
@@ -288,10 +297,11 @@ fn points(stages: &Stages) -> Result<String, Box<dyn std::error::Error>> {
     let mut table = String::from("| threshold | corroborated recall | precision |\n|---|---|---|\n");
     for score in THRESHOLDS {
         let limits = Limits { score, ..Limits::default() };
-        let mut all = Sightings::default();
-        for cell in cells::all()?.iter().filter(|cell| cell.learnt) {
-            all = all.with(&measure(stages, cell, Split::Tuning, 1_000..1_000 + TUNING, &limits)?.sightings);
-        }
+        let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
+        let of = parallel::map(parallel::cores(), &learnt, |cell| {
+            measure(stages, cell, Split::Tuning, 1_000..1_000 + TUNING, &limits).map(|quality| quality.sightings)
+        })?;
+        let all = of.iter().fold(Sightings::default(), |all, of| all.with(of));
         writeln!(table, "| {score} | {:.3} | {:.3} |", all.recall(), all.precision())?;
     }
     Ok(table)

@@ -66,14 +66,17 @@ pub(crate) fn examples(
     pool: &[Vec<f32>],
 ) -> Result<(Vec<Example>, String), ExampleError> {
     let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
-    let (mut hash, mut examples) = (Sha256::new(), Vec::new());
-    for k in frames {
-        let (cell, number) = (learnt[k as usize % learnt.len()], k / learnt.len() as u64);
-        let example = match sense {
+    let frames: Vec<u64> = frames.collect();
+    let examples = parallel::map(parallel::cores(), &frames, |k| -> Result<_, ExampleError> {
+        let (cell, number) = (learnt[*k as usize % learnt.len()], k / learnt.len() as u64);
+        Ok(match sense {
             Sense::Colour => seen(Frame::new(sensors, cell, Split::Training, number)?),
             Sense::Thermal => felt(heated(sensors, cell, Split::Training, number, pool)?.0),
             Sense::Fused => sensed(disguised(sensors, cell, number, pool)?),
-        };
+        })
+    })?;
+    let mut hash = Sha256::new();
+    for example in &examples {
         hash.update(&example.image);
         let mut labels: Vec<&Label> = example.labels.iter().chain(&example.ignored).collect();
         labels.sort_by_key(|l| l.object);
@@ -82,7 +85,6 @@ pub(crate) fn examples(
             let numbers = [l.class as u16, b.x0, b.y0, b.x1, b.y1, l.pixels as u16];
             numbers.iter().for_each(|n| hash.update(n.to_le_bytes()));
         }
-        examples.push(example);
     }
     let digest: [u8; 32] = hash.finalize().into();
     Ok((examples, digest.iter().map(|b| format!("{b:02x}")).collect()))

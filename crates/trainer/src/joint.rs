@@ -116,8 +116,9 @@ pub(crate) fn write(of: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(
     let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
     eprintln!("{} views rendered", made_on.len() + judged_on.len());
     let grid = HEATS.iter().flat_map(|heat| COATS.iter().map(move |coat| (Knows::Pair, (*coat, *heat))));
-    let mut rows = String::new();
-    for (knows, strength) in grid.chain([(Knows::OtherPair, DESIGN), (Knows::Nothing, DESIGN)]) {
+    let attacks: Vec<_> = grid.chain([(Knows::OtherPair, DESIGN), (Knows::Nothing, DESIGN)]).collect();
+    let attack = |(knows, strength): &(Knows, (u8, u8))| -> Result<(String, Suit), Box<dyn Error>> {
+        let (knows, strength) = (*knows, *strength);
         let suit = match knows {
             Knows::Pair => made(&own, &made_on, strength)?,
             Knows::OtherPair => made(&other, &made_on, strength)?,
@@ -128,11 +129,15 @@ pub(crate) fn write(of: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(
         };
         let row = row(knows, strength, &judge(&own, &judged_on, &suit, strength)?);
         eprint!("{row}");
-        rows += &row;
-        if matches!(knows, Knows::Pair) && strength == DESIGN {
+        Ok((row, suit))
+    };
+    let made = parallel::map(parallel::cores(), &attacks, |of| attack(of).map_err(|why| why.to_string()))?;
+    for ((knows, strength), (_, suit)) in attacks.iter().zip(&made) {
+        if matches!(knows, Knows::Pair) && *strength == DESIGN {
             std::fs::write(page.with_extension("txt"), hex(&suit.shifts, COLUMNS) + &warm_hex(&suit.heat))?;
         }
     }
+    let rows: String = made.into_iter().map(|(row, _)| row).collect();
     let text = text(&own, &other, judged_on.len(), &rows);
     std::fs::write(page, &text)?;
     println!("{text}");

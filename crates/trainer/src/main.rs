@@ -6,7 +6,8 @@
 //! the pure-Rust runtime on frames that were not learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]`
 //! changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys,
 //! `trainer perturbations DIR OTHER [VIEWS]` adds one pattern to every image, `trainer joint` prints on them and heats them
-//! against all stages at once. `trainer aloft`, before one of the first five, looks from where the air platform's camera is. Not part of the normal build: no crate depends on this package.
+//! against all stages at once. `trainer aloft`, before one of the first five, looks from where the air platform's camera is. Built with
+//! `--features burn/wgpu` it learns on a GPU, whose weights differ from a CPU's in their last digits. Not part of the normal build: no crate depends on this package.
 
 mod calibrate;
 mod card;

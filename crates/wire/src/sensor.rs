@@ -64,6 +64,11 @@ impl Modalities {
         self.0 & (1 << m as u8) != 0
     }
 
+    /// True if these suffice to designate a vehicle that they support: warmth, which is costly to counterfeit, and one more.
+    pub fn designate(self) -> bool {
+        self.count() >= 2 && self.has(Modality::Thermal)
+    }
+
     /// Number of modalities.
     pub fn count(self) -> u32 {
         self.0.count_ones()

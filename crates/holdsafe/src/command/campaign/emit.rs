@@ -63,6 +63,16 @@ struct Jobs {
     dir: String,
 }
 
+/// Answer for other programs.
+#[derive(serde::Serialize)]
+struct Emitted<'a> {
+    jobs: u64,
+    /// Trials of the largest.
+    most_trials: u64,
+    /// Command that starts them.
+    start: &'a str,
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let campaign = match Campaign::try_parse_from(&args.campaign) {
         Ok(Campaign { args }) => args,
@@ -90,7 +100,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     script(&dir, "merge", &merge_script(&jobs)?)?;
     let start = jobs.write(&dir, args.engine)?;
     let each = plan.total().div_ceil(args.partitions);
-    out::say(format_args!("{} jobs of at most {each} trials; start them with:\n{start}", args.partitions));
+    if context.json {
+        out::print_json("jobs", &Emitted { jobs: args.partitions, most_trials: each, start: &start })?;
+    } else {
+        out::say(format_args!("{} jobs of at most {each} trials; start them with:\n{start}", args.partitions));
+    }
     Ok(Exit::Fine)
 }
 
