@@ -7,6 +7,7 @@ mod ablate;
 mod assess;
 mod campaign;
 mod doctor;
+mod emit;
 mod estimate;
 mod evaluate;
 mod guest;
@@ -63,6 +64,8 @@ enum Verb {
     Matrix(matrix::Args),
     /// Measure each check: every attack again with that check waived.
     Ablate(ablate::Args),
+    /// Write a campaign, a matrix or an ablation in partitions, as jobs of make, Slurm or HyperQueue.
+    Emit(emit::Args),
     /// Search for attack sequences that break something, and shrink each to the smallest.
     Search(search::Args),
     /// Estimate the probability of a rare event by multilevel splitting.
@@ -110,6 +113,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Verb::Campaign(verb) => campaign::run(&context, &verb),
         Verb::Matrix(args) => matrix::run(&context, &args),
         Verb::Ablate(args) => ablate::run(&context, &args),
+        Verb::Emit(args) => emit::run(&context, &args),
         Verb::Search(args) => search::run(&context, &args),
         Verb::Estimate(args) => estimate::run(&context, &args),
         Verb::Assess(args) => assess::run(&context, &args),

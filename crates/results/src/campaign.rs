@@ -213,6 +213,15 @@ impl Plan {
         all
     }
 
+    /// Number of trials of variation `v` that a round of partitions runs up to: those that count, and where their claim is still open, as many
+    /// more as are finished. So rounds are few, and at most as many trials run in vain as count.
+    pub fn wanted_in_round(&self, v: usize, outcome: impl Fn(u64) -> Option<Outcome>) -> u64 {
+        let wanted = self.wanted(v, &outcome);
+        let missing = (0..wanted).any(|i| outcome(self.number(v, i)).is_none());
+        let finished = wanted.saturating_sub(LOOK);
+        if missing { wanted.max(2 * finished).min(self.terms.trials) } else { wanted }
+    }
+
     /// SHA-256 over the plan, but for the program.
     pub fn digest(&self) -> String {
         let terms = Terms { program: String::new(), ..self.terms.clone() };

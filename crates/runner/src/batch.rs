@@ -63,31 +63,55 @@ impl Batch<'_> {
         trials
     }
 
-    /// The same, where each finished trial is put on its variation's shelf and none that is there already runs again.
-    pub fn run_kept(&self, shelves: &[Shelf], progress: &Progress, stop: &Stop) -> Result<Vec<Trial>, Failure> {
-        let shelf = |planned: &Planned| {
-            let own = self.planned.iter().zip(shelves).find(|(p, _)| std::ptr::eq(*p, planned));
-            own.map(|(_, shelf)| shelf).ok_or_else(|| Failure::internal("a variation without a shelf"))
-        };
-        let jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
-        let missing = jobs.filter(|job| shelf(job.planned).is_ok_and(|shelf| shelf.get(job.seed).is_none()));
-        let missing: Vec<Job<'_>> = missing.collect();
-        let keep = |job: &Job<'_>| {
-            let trial = self.one(job, stop)?;
-            shelf(job.planned)?.put(&trial)?;
-            Ok(trial)
-        };
-        let mut ran = on_threads(self.threads(), &missing, progress, stop, keep)?.into_iter();
-        let all = self.planned.iter().flat_map(|planned| self.jobs(planned));
+    /// The same, on so many threads, where each finished trial is put on its variation's shelf and none that is there already runs
+    /// again.
+    pub fn run_kept(
+        &self,
+        shelves: &[Shelf],
+        threads: usize,
+        progress: &Progress,
+        stop: &Stop,
+    ) -> Result<Vec<Trial>, Failure> {
+        let mut ran = self.keep(shelves, |_| true, threads, progress, stop)?.into_iter();
+        let all = self
+            .planned
+            .iter()
+            .zip(shelves)
+            .flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)));
         // New results come in the order of the plan, so they fill the gaps in turn.
-        let taken = all.map(|job| match shelf(job.planned)?.get(job.seed) {
+        let taken = all.map(|(job, shelf)| match shelf.get(job.seed) {
             Some(kept) => Ok(kept.clone()),
             None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
         });
         taken.collect()
     }
 
-    fn threads(&self) -> usize {
+    /// Runs and keeps the trials that are not kept yet, of those that `holds` gives true for by their number in this batch; gives the new
+    /// ones, in the order of the plan.
+    pub fn keep(
+        &self,
+        shelves: &[Shelf],
+        holds: impl Fn(u64) -> bool,
+        threads: usize,
+        progress: &Progress,
+        stop: &Stop,
+    ) -> Result<Vec<Trial>, Failure> {
+        let all = self
+            .planned
+            .iter()
+            .zip(shelves)
+            .flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)));
+        let held = all.zip(0..).filter(|(_, number)| holds(*number)).map(|(of, _)| of);
+        let missing: Vec<(Job<'_>, &Shelf)> = held.filter(|(job, shelf)| shelf.get(job.seed).is_none()).collect();
+        on_threads(threads, &missing, progress, stop, |(job, shelf)| {
+            let trial = self.one(job, stop)?;
+            shelf.put(&trial)?;
+            Ok(trial)
+        })
+    }
+
+    /// Trials at a time, where nobody asks for another number.
+    pub fn threads(&self) -> usize {
         if self.mode == Mode::Live { self.jobs } else { parallel::cores() }
     }
 
@@ -242,12 +266,12 @@ pub fn each(
     parallel::each(threads, count, |i| if stop.asked() { Err(EngineError::Stopped.into()) } else { one(i) })
 }
 
-fn on_threads<'a>(
+fn on_threads<J: Sync>(
     threads: usize,
-    jobs: &[Job<'a>],
+    jobs: &[J],
     progress: &Progress,
     stop: &Stop,
-    one: impl Fn(&Job<'a>) -> Result<Trial, Failure> + Sync,
+    one: impl Fn(&J) -> Result<Trial, Failure> + Sync,
 ) -> Result<Vec<Trial>, Failure> {
     parallel::map(threads, jobs, |job| {
         if stop.asked() {

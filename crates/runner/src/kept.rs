@@ -14,13 +14,15 @@ use results::mode::Mode;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::failure::Failure;
+use super::failure::{Exit, Failure};
 use super::lines::{Lines, scan};
 use super::plan::Planned;
 
 /// The folder of finished trials.
 pub struct Kept {
     folder: PathBuf,
+    /// Folders of the same command's partitions.
+    parts: Vec<PathBuf>,
     build: String,
 }
 
@@ -47,7 +49,23 @@ impl Kept {
         let program = std::env::current_exe()?;
         let mut digest = Sha256::new();
         std::io::copy(&mut File::open(program)?, &mut digest)?;
-        Ok(Self { folder, build: hex(&digest.finalize()) })
+        Ok(Self { folder, parts: Vec::new(), build: hex(&digest.finalize()) })
+    }
+
+    /// With the finished trials of partitions in `directories`, which are copied.
+    ///
+    /// # Errors
+    /// When one is no folder of finished trials.
+    pub fn with(mut self, directories: &[PathBuf]) -> Result<Self, Failure> {
+        for directory in directories {
+            let part = directory.join("kept");
+            if !part.is_dir() {
+                let told = format!("{}: no finished trials; --partition i/N --out DIR keeps some", directory.display());
+                return Err(Failure::new(Exit::Usage, told));
+            }
+            self.parts.push(part);
+        }
+        Ok(self)
     }
 
     /// SHA-256 of this program, hexadecimal.
@@ -60,7 +78,12 @@ impl Kept {
         let cell = planned.variation.cell.as_deref().map(|c| format!(".{}", c.replace(['/', ' '], "-")));
         let scenario = planned.variation.scenario.name.as_str();
         let (cell, digest) = (cell.unwrap_or_default(), &self.digest(mode, planned)?[..16]);
-        Shelf::open(&self.folder.join(format!("{scenario}{cell}.{}.{digest}.jsonl", mode.name())))
+        let name = format!("{scenario}{cell}.{}.{digest}.jsonl", mode.name());
+        let mut shelf = Shelf::open(&self.folder.join(&name))?;
+        for part in self.parts.iter().map(|part| part.join(&name)).filter(|part| part.is_file()) {
+            shelf.add(&part, mode)?;
+        }
+        Ok(shelf)
     }
 
     fn digest(&self, mode: Mode, planned: &Planned) -> Result<String, Failure> {
@@ -82,6 +105,31 @@ impl Shelf {
             Ok(())
         })?;
         Ok(Self { done, lines })
+    }
+
+    /// Adds the trials of another file. In the twin a trial has one result, whoever runs it.
+    fn add(&mut self, path: &Path, mode: Mode) -> Result<(), Failure> {
+        let mut others = Vec::new();
+        scan(path, File::open(path)?, |_, line: Line| {
+            others.push(line.into_trial());
+            Ok(())
+        })?;
+        for trial in others {
+            let timeless = |trial: &Trial| Trial { cpu_seconds: 0.0, ..trial.clone() };
+            match self.done.get(&trial.seed) {
+                Some(own) if mode != Mode::Live && timeless(own) != timeless(&trial) => {
+                    let told =
+                        format!("{}: the trial of seed {} came out differently elsewhere", path.display(), trial.seed);
+                    return Err(Failure::new(Exit::Unexpected, told));
+                }
+                Some(_) => {}
+                None => {
+                    self.put(&trial)?;
+                    self.done.insert(trial.seed, trial);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// The finished trial of this seed.

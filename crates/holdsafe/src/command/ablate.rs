@@ -18,10 +18,13 @@ use runner::batch::Batch;
 use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
+use runner::parts::Parts;
 use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 use stats::paired::Paired;
+
+use super::emit::Shares;
 
 /// Seconds of one quiet trial.
 const QUIET_TRIAL_S: f64 = 600.0;
@@ -52,9 +55,20 @@ pub(super) struct Args {
     /// Only these, by their place in a policy file, such as boundary.freshness,guards.lease.
     #[arg(long, value_delimiter = ',', value_name = "CHECK")]
     only: Vec<String>,
+    #[command(flatten)]
+    parts: Parts,
     /// Keep finished trials and the result here, and resume from there [default: runs/ablation].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+}
+
+impl Args {
+    /// What of it can be partitioned.
+    pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
+        let set = self.parts.partition.is_some() || !self.parts.from.is_empty() || self.out.is_some();
+        let pieces = attacks(context, self, &switches(self)?)?.len() as u64;
+        Ok(Shares { pieces, of: "attacks", threads: self.parts.threads, set, rounds: false })
+    }
 }
 
 /// A variation of a scenario, with the checks that its policy does not waive anyway.
@@ -73,6 +87,7 @@ struct Tried {
 struct Bench<'a> {
     context: &'a Context,
     kept: Kept,
+    threads: usize,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -80,7 +95,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let attacks = attacks(context, args, &switches)?;
     let default = context.root()?.join("runs").join("ablation");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "ablation")?;
-    let bench = Bench { context, kept: Kept::below(&dir)? };
+    let bench = Bench { context, kept: Kept::below(&dir)?.with(&args.parts.from)?, threads: args.parts.threads() };
     let bases: Vec<Planned> = attacks.iter().map(|attack| attack.base.clone()).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &bases)?)?;
 
@@ -91,6 +106,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let overlaps = if args.pairs > 0 { bench.overlaps(args, &attacks, &tried)? } else { Vec::new() };
     let mut quiet = if args.hours > 0 { bench.quiet(args, &switches)? } else { BTreeMap::new() };
+    if args.parts.partition.is_some() {
+        args.parts.tell(context, &dir)?;
+        return Ok(Exit::Fine);
+    }
     let rows = switches.iter().map(|switch| check_row(*switch, &attacks, &tried, quiet.remove(switch))).collect();
     let compared = Compared {
         seed: context.seed,
@@ -133,7 +152,9 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
             attacks.push(Attack { switches: switches.iter().filter(stands).copied().collect(), base });
         }
     }
-    Ok(attacks)
+    // The trials of an attack depend on each other, so a partition runs all of some attacks.
+    let held = attacks.into_iter().zip(0..).filter(|(_, number)| args.parts.holds(*number));
+    Ok(held.map(|(attack, _)| attack).collect())
 }
 
 impl Attack {
@@ -240,8 +261,9 @@ impl Bench<'_> {
         let Some(base) = planned.into_iter().next() else {
             return Err(Failure::internal("`nominal` has no variation"));
         };
-        let all = [base.clone()].into_iter().chain(switches.iter().map(|switch| without(&base, &[*switch]))).collect();
-        let ran = self.run("quiet hours", vec![(all, args.hours * QUIET_TRIALS)])?;
+        let all = [base.clone()].into_iter().chain(switches.iter().map(|switch| without(&base, &[*switch])));
+        let held = all.zip(0..).filter(|(_, number)| args.parts.holds(*number)).map(|(planned, _)| planned).collect();
+        let ran = self.run("quiet hours", vec![(held, args.hours * QUIET_TRIALS)])?;
         let summaries: Vec<Summary> =
             ran.iter().flatten().map(|trials| Summary::of(&trials.iter().collect::<Vec<_>>())).collect();
         let Some((with, without)) = summaries.split_first() else { return Ok(BTreeMap::new()) };
@@ -259,7 +281,7 @@ impl Bench<'_> {
         let mut all = Vec::new();
         for (planned, n) in plans {
             let batch = Batch { label, mode: Mode::Twin, planned: &planned, n, seed, jobs: 1, out: None };
-            let trials = batch.run_kept(&self.shelves(&planned)?, &progress, &self.context.stop)?;
+            let trials = batch.run_kept(&self.shelves(&planned)?, self.threads, &progress, &self.context.stop)?;
             all.push(trials.chunks(n.max(1) as usize).map(<[Trial]>::to_vec).collect());
         }
         progress.finish();

@@ -1,7 +1,6 @@
-//! `holdsafe campaign run|merge|emit|curve`: many trials, to claim something of them.
+//! `holdsafe campaign run|merge|curve`: many trials, to claim something of them.
 
 mod curve;
-mod emit;
 mod journal;
 mod merge;
 mod run;
@@ -16,8 +15,6 @@ pub(super) enum Verb {
     Run(run::Args),
     /// Merge the partitions of a campaign.
     Merge(merge::Args),
-    /// Write a campaign in partitions as jobs of make, Slurm or HyperQueue, behind `--` the arguments of `campaign run`.
-    Emit(emit::Args),
     /// Take one value of a scenario through its range: outcomes and latencies of each point.
     Curve(curve::Args),
 }
@@ -26,7 +23,6 @@ pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
     match verb {
         Verb::Run(args) => run::run(context, args),
         Verb::Merge(args) => merge::run(context, args),
-        Verb::Emit(args) => emit::run(context, args),
         Verb::Curve(args) => curve::run(context, args),
     }
 }

@@ -15,10 +15,13 @@ use runner::batch::Batch;
 use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
+use runner::parts::Parts;
 use runner::plan::{Planned, Wanted};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
 use scenario::Scenario;
+
+use super::emit::Shares;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -38,6 +41,8 @@ pub(super) struct Args {
     retries: Retries,
     #[command(flatten)]
     engage: Engage,
+    #[command(flatten)]
+    parts: Parts,
     /// Keep finished trials and the result here, and resume from there [default: runs/matrix].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -51,22 +56,53 @@ struct Part {
     planned: Vec<Planned>,
 }
 
-pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (catalogue, scenarios) = context.catalogue()?;
-    let wanted = wanted(&catalogue, args)?;
-    let named = |s: &Scenario| wanted.iter().any(|row| s.threats.iter().any(|id| id.as_str() == row.id.as_str()));
-    let mut parts = parts(context, args, scenarios.into_iter().filter(named).collect())?;
-    probe::probe(parts.iter_mut().flat_map(|part| &mut part.planned), context.seed)?;
-    if parts.is_empty() {
-        return Err(Failure::new(Exit::NoEvidence, "none of these rows has a scenario"));
+impl Args {
+    /// What of it can be partitioned.
+    pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
+        let set = self.parts.partition.is_some() || !self.parts.from.is_empty() || self.out.is_some();
+        let (_, parts) = planned(context, self)?;
+        Ok(Shares {
+            pieces: parts.iter().map(Part::trials).sum(),
+            of: "trials",
+            threads: self.parts.threads,
+            set,
+            rounds: false,
+        })
     }
+}
+
+impl Part {
+    fn trials(&self) -> u64 {
+        self.planned.len() as u64 * self.n
+    }
+
+    fn batch(&self, seed: u64) -> Batch<'_> {
+        let Part { scenario, mode, n, planned } = self;
+        Batch { label: scenario.name.as_str(), mode: *mode, planned, n: *n, seed, jobs: 1, out: None }
+    }
+
+    /// Trials at a time.
+    fn threads(&self, args: &Args) -> usize {
+        if self.mode == Mode::Live { args.jobs } else { args.parts.threads() }
+    }
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let (rows, parts) = planned(context, args)?;
     let default = context.root()?.join("runs").join("matrix");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "matrix")?;
-    let kept = Kept::below(&dir)?;
+    let kept = Kept::below(&dir)?.with(&args.parts.from)?;
     manifest(context, &dir, &parts)?;
 
-    let (mut exit, runs) = all(context, args, &kept, &parts)?;
-    let rows = wanted.iter().map(|row| MatrixRow::new(row, of(row, &parts, &runs))).collect();
+    let shelves = |part: &Part| part.planned.iter().map(|p| kept.shelf(part.mode, p)).collect::<Result<Vec<_>, _>>();
+    let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
+    if args.parts.partition.is_some() {
+        keep(context, args, &parts, &shelves)?;
+        args.parts.tell(context, &dir)?;
+        return Ok(Exit::Fine);
+    }
+    let (mut exit, runs) = all(context, args, &parts, &shelves)?;
+    let rows = rows.iter().map(|row| MatrixRow::new(row, of(row, &parts, &runs))).collect();
     let matrix = Matrix::new(context.seed, kept.build(), rows);
     out::write_result(&dir, "matrix.json", "matrix", &matrix)?;
     if context.json {
@@ -78,6 +114,19 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         exit = batch::graver(exit, Exit::NoEvidence);
     }
     Ok(exit)
+}
+
+/// The rows, and their scenarios, ready to run.
+fn planned(context: &Context, args: &Args) -> Result<(Vec<Row>, Vec<Part>), Failure> {
+    let (catalogue, scenarios) = context.catalogue()?;
+    let rows: Vec<Row> = wanted(&catalogue, args)?.into_iter().cloned().collect();
+    let named = |s: &Scenario| rows.iter().any(|row| s.threats.iter().any(|id| id.as_str() == row.id.as_str()));
+    let mut parts = parts(context, args, scenarios.into_iter().filter(named).collect())?;
+    probe::probe(parts.iter_mut().flat_map(|part| &mut part.planned), context.seed)?;
+    if parts.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, "none of these rows has a scenario"));
+    }
+    Ok((rows, parts))
 }
 
 fn wanted<'a>(catalogue: &'a Catalogue, args: &Args) -> Result<Vec<&'a Row>, Failure> {
@@ -117,29 +166,38 @@ fn manifest(context: &Context, dir: &Path, parts: &[Part]) -> Result<(), Failure
     out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)
 }
 
+/// Runs and keeps the trials of a partition, every N-th of all.
+fn keep(context: &Context, args: &Args, parts: &[Part], shelves: &[Vec<Shelf>]) -> Result<(), Failure> {
+    let all = 0..parts.iter().map(Part::trials).sum();
+    let progress = Progress::new("partition", all.filter(|number| args.parts.holds(*number)).count(), context.talk);
+    let mut first = 0;
+    for (part, shelves) in parts.iter().zip(shelves) {
+        let holds = |number| args.parts.holds(first + number);
+        part.batch(context.seed).keep(shelves, holds, part.threads(args), &progress, &context.stop)?;
+        first += part.trials();
+    }
+    progress.finish();
+    Ok(())
+}
+
 /// Place of a variation: the index of its part, and its index in that part.
 type Place = (usize, usize);
 
 fn all(
     context: &Context,
     args: &Args,
-    kept: &Kept,
     parts: &[Part],
+    shelves: &[Vec<Shelf>],
 ) -> Result<(Exit, BTreeMap<Place, MatrixRun>), Failure> {
-    let shelves = |part: &Part| part.planned.iter().map(|p| kept.shelf(part.mode, p)).collect::<Result<Vec<_>, _>>();
-    let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
     let missing = |(part, shelves): (&Part, &Vec<Shelf>)| {
         shelves.iter().map(|shelf| shelf.missing(context.seed, part.n)).sum::<usize>()
     };
-    let progress = Progress::new("matrix", parts.iter().zip(&shelves).map(missing).sum(), context.talk);
+    let progress = Progress::new("matrix", parts.iter().zip(shelves).map(missing).sum(), context.talk);
     let (mut exit, mut runs) = (Exit::Fine, BTreeMap::new());
-    for (p, (part, shelves)) in parts.iter().zip(&shelves).enumerate() {
-        let (label, planned) = (part.scenario.name.as_str(), part.planned.as_slice());
-        let batch =
-            Batch { label, mode: part.mode, planned, n: part.n, seed: context.seed, jobs: args.jobs, out: None };
-        let trials = batch.run_kept(shelves, &progress, &context.stop)?;
-        exit = batch::graver(exit, batch::judge(part.mode, planned, &trials));
-        for (v, planned) in planned.iter().enumerate() {
+    for (p, (part, shelves)) in parts.iter().zip(shelves).enumerate() {
+        let trials = part.batch(context.seed).run_kept(shelves, part.threads(args), &progress, &context.stop)?;
+        exit = batch::graver(exit, batch::judge(part.mode, &part.planned, &trials));
+        for (v, planned) in part.planned.iter().enumerate() {
             let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
             let (variation, setup) = (&planned.variation, &planned.setup);
             runs.insert((p, v), MatrixRun::new(variation, setup.watermark(), part.mode, &own));

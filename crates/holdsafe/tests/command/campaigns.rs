@@ -102,17 +102,18 @@ fn jobs_of_an_engine_equal_one_process() {
     let place = Place::new();
     let emit = |engine: &str, name: &str, text: &[&str]| {
         let dir = place.dir(name);
-        let own = ["campaign", "emit", engine, "--partitions", "3", "--out", dir.to_str().unwrap(), "--json", "--"];
-        holdsafe(&[own.as_slice(), &SMALL[1..], &["--trials", "4"], text].concat())
+        let own = ["emit", engine, "--partitions", "3", "--out", dir.to_str().unwrap(), "--json", "--"];
+        holdsafe(&[own.as_slice(), &["campaign", "run"], &SMALL[1..], &["--trials", "4"], text].concat())
     };
     let told = refused(&emit("make", "none", &["--partition", "1/2"]));
-    assert!(told.contains("behind `--`: --partition and --out are set for each job"), "{told}");
+    assert!(told.contains("behind `--`: --partition, --after, --from and --out are set for each job"), "{told}");
     let told = refused(&emit("make", "none", &["--trails", "4"]));
     assert!(told.contains("behind `--`: error: unexpected argument '--trails' found"), "{told}");
     assert!(!place.dir("none").exists(), "nothing is written");
 
     for engine in ["make", "slurm", "hyperqueue"] {
-        assert_eq!(emit(engine, &format!("it's {engine}"), &[]).status.code(), Some(0));
+        let told = fine(&emit(engine, &format!("it's {engine}"), &[]));
+        assert_eq!((&told["jobs"], &told["most"], &told["of"]), (&3.into(), &3.into(), &"trials".into()));
     }
     let told = refused(&emit("make", "it's make", &[]));
     assert!(told.contains("it's make"), "a folder in use: {told}");
@@ -139,6 +140,67 @@ fn jobs_of_an_engine_equal_one_process() {
     assert!(text("it's slurm/part.sbatch").contains("--array=1-3\n"));
     assert!(text("it's slurm/submit").contains("--dependency=afterok"));
     assert!(text("it's make/Makefile").contains("seq 1 3"));
+}
+
+/// They end at the look at which one process ends.
+#[test]
+fn rounds_of_a_sequential_campaign_equal_one_process() {
+    let place = Place::new();
+    let claim = ["--claim", "unsafe<5%@90", "--sequential"];
+    let whole = fine(&place.campaign("whole", &claim));
+    let merged = place.dir("merged");
+    let mut rounds = 0;
+    while rounds == 0 || object(&place.merge(&["1of2", "2of2"], "merged"))["complete"] == false {
+        for part in ["2/2", "1/2"] {
+            let more = ["--partition", part, "--after", merged.to_str().unwrap()];
+            fine(&place.campaign(&part.replace('/', "of"), &[claim.as_slice(), &more].concat()));
+        }
+        rounds += 1;
+    }
+    assert!((2..5).contains(&rounds), "{rounds} rounds for {} trials", whole["trials"]);
+    assert_eq!(place.result("merged"), place.result("whole"));
+}
+
+/// One partition is lost, and its trials run where the parts are put together.
+#[test]
+fn matrix_and_ablation_in_partitions_equal_one_process() {
+    let place = Place::new();
+    let matrix: &[&str] = &["matrix", "--rows", "A01", "--trials", "2"];
+    let ablation: &[&str] = &[
+        "ablate",
+        "naive_relay",
+        "brief_silence",
+        "--only",
+        "guards.lease,boundary.freshness",
+        "--trials",
+        "2",
+        "--screen",
+        "1",
+        "--hours",
+        "0",
+    ];
+    for (words, result) in [(matrix, "matrix.json"), (ablation, "ablation.json")] {
+        let whole = place.dir(&format!("whole {result}"));
+        let output = holdsafe(&[words, &["--quiet", "--out", whole.to_str().unwrap()]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let jobs = place.dir(&format!("jobs {result}"));
+        let emit = ["emit", "make", "--partitions", "3", "--out", jobs.to_str().unwrap(), "--"];
+        assert_eq!(holdsafe(&[emit.as_slice(), words].concat()).status.code(), Some(0));
+        let script = |name: &str, argument: &str| {
+            let output = Command::new(jobs.join(name)).arg(argument).output().unwrap();
+            assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        };
+        script("part", "3");
+        script("part", "1");
+        assert!(!jobs.join("parts/1").join(result).exists(), "a partition has no result");
+        script("merge", "");
+        let [merged, whole] = [jobs.join("result"), whole].map(|dir| {
+            let text = fs::read_to_string(dir.join(result)).unwrap();
+            let timeless = text.lines().filter(|line| !line.contains("cpu_seconds"));
+            timeless.map(str::to_owned).collect::<Vec<_>>()
+        });
+        assert_eq!(merged, whole, "{result}");
+    }
 }
 
 /// Starts the small campaign with its progress to be read.

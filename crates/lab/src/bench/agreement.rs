@@ -71,7 +71,7 @@ fn trials(context: &Context, kept: &Kept, planned: &[Planned], mode: Mode, jobs:
             out: None,
         };
         // A file of its own is open only as long as its trial runs.
-        batch.run_kept(&[kept.shelf(mode, planned)?], progress, &context.stop)
+        batch.run_kept(&[kept.shelf(mode, planned)?], 1, progress, &context.stop)
     };
     let mut missing = Vec::new();
     for planned in planned {

@@ -3,6 +3,7 @@
 //! Each finished trial is in the folder's journal before the next of its thread begins, so a campaign resumes after any
 //! interruption. Threads and partitions decide which of them runs a trial, and have no other effect.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
@@ -22,8 +23,9 @@ use runner::{Context, batch, out, plan};
 use scenario::Variation;
 use sha2::{Digest, Sha256};
 
-use super::journal::Journal;
+use super::journal::{Journal, each_row, read_plan, same};
 use super::space::{self, Draw, Grid};
+use crate::command::emit::Shares;
 
 #[derive(Debug, clap::Args)]
 pub(in crate::command) struct Args {
@@ -38,7 +40,7 @@ pub(in crate::command) struct Args {
     #[arg(long, value_name = "CLAIM")]
     pub(super) claim: Option<Claim>,
     /// End a variation at the first look, one each 50 trials, at which its claim is shown or refuted.
-    #[arg(long, requires = "claim", conflicts_with = "partition")]
+    #[arg(long, requires = "claim")]
     pub(super) sequential: bool,
     /// Values by their path in the scenario, as in a cell's `set`; several grids are crossed.
     #[arg(long, value_name = "PATH=V1,V2,…", value_parser = space::grid)]
@@ -65,9 +67,21 @@ pub(in crate::command) struct Args {
     /// Only part i of N; `holdsafe campaign merge` puts the parts together.
     #[arg(long, value_name = "i/N")]
     pub(super) partition: Option<Partition>,
+    /// Run a sequential campaign's partition one round further than the merged campaign in this folder.
+    #[arg(long, value_name = "DIR", requires = "partition", requires = "sequential")]
+    pub(super) after: Option<PathBuf>,
     /// Keep finished trials and the result here, and resume from there [default: runs/campaign-PLAN-PROGRAM].
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+}
+
+impl Args {
+    /// What of it can be partitioned.
+    pub(in crate::command) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
+        let (plan, _) = space::lay_out(context, self)?;
+        let set = self.partition.is_some() || self.out.is_some() || self.after.is_some();
+        Ok(Shares { pieces: plan.total(), of: "trials", threads: self.jobs, set, rounds: self.sequential })
+    }
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -78,8 +92,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
     let journal = Journal::open(&dir, &plan)?;
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
+    let known = Known { journal: &journal, merged: merged(args, &plan)? };
     let jobs = args.jobs.map_or_else(parallel::cores, usize::from);
-    all(context, &plan, &planned, partition, jobs, &journal).map_err(|failure| match failure.exit() {
+    all(context, &plan, &planned, partition, jobs, &known).map_err(|failure| match failure.exit() {
         Exit::Interrupted => stopped(&dir, &plan, &journal),
         Exit::Fine | Exit::Internal | Exit::Usage | Exit::Unexpected | Exit::NoEvidence | Exit::Environment => failure,
     })?;
@@ -88,22 +103,52 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(exit(&campaign, partition.is_whole()))
 }
 
-/// Runs every trial of the partition that is not finished: all at once, in a sequential campaign look by look.
+/// The finished trials that a partition knows of.
+struct Known<'a> {
+    journal: &'a Journal,
+    /// Those that were merged when its round began.
+    merged: BTreeMap<u64, Outcome>,
+}
+
+impl Known<'_> {
+    fn outcome(&self, number: u64) -> Option<Outcome> {
+        self.journal.outcome(number).or_else(|| self.merged.get(&number).copied())
+    }
+}
+
+/// Trials of the campaign that `--after` names; none before the first round has been merged.
+fn merged(args: &Args, plan: &Plan) -> Result<BTreeMap<u64, Outcome>, Failure> {
+    let mut merged = BTreeMap::new();
+    if let Some(directory) = args.after.as_deref().filter(|directory| directory.exists()) {
+        same(directory, plan, &read_plan(directory)?)?;
+        each_row(directory, plan, |row| {
+            merged.insert(row.trial, row.outcome);
+            Ok(())
+        })?;
+    }
+    Ok(merged)
+}
+
+/// Runs every trial of the partition that is not finished: all at once, in a sequential campaign look by look, and of a partition of one
+/// a single round.
 fn all(
     context: &Context,
     plan: &Plan,
     planned: &[Planned],
     partition: Partition,
     jobs: usize,
-    journal: &Journal,
+    known: &Known<'_>,
 ) -> Result<(), Failure> {
-    let finished = |number: &u64| journal.outcome(*number).is_some();
+    let finished = |number: &u64| known.outcome(*number).is_some();
     let most = (0..plan.total()).filter(|number| partition.holds(*number) && !finished(number)).count();
     let progress = Progress::new("campaign", most, context.talk);
     loop {
         let variations = 0..plan.variations.len();
         let wanted = variations.flat_map(|v| {
-            let wanted = plan.wanted(v, |number| journal.outcome(number));
+            let wanted = match partition.is_whole() {
+                true => plan.wanted(v, |number| known.outcome(number)),
+                false => plan.wanted_in_round(v, |number| known.outcome(number)),
+            };
             (0..wanted).map(move |i| plan.number(v, i))
         });
         let missing: Vec<u64> = wanted.filter(|n| partition.holds(*n) && !finished(n)).collect();
@@ -113,7 +158,7 @@ fn all(
         }
         batch::each(jobs, missing.len(), &context.stop, |k| {
             let row = one(context, plan, planned, missing[k])?;
-            journal.add(plan, &row)?;
+            known.journal.add(plan, &row)?;
             progress.step();
             Ok(())
         })?;

@@ -73,7 +73,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     for (part, shelves) in parts.iter().zip(&shelves) {
         let (planned, label) = (part.planned.as_slice(), part.guest.as_str());
         let batch = Batch { label, mode, planned, n: args.trials, seed: context.seed, jobs: args.jobs, out: None };
-        let trials = batch.run_kept(shelves, &progress, &context.stop)?;
+        let trials = batch.run_kept(shelves, batch.threads(), &progress, &context.stop)?;
         // Trials come by variation and then by seed.
         for (planned, trials) in planned.iter().zip(trials.chunks(args.trials as usize)) {
             rows.push(row(part, planned, trials));
