@@ -40,7 +40,7 @@ const MAY_KNOW: [(&str, &[&str]); 36] = [
     ("console", SERVICE),
     ("dataset", &["wire", "sim", "perception"]),
     ("viewer", &["wire", "instrument", "sim", "perception"]),
-    ("trainer", &["wire", "sim", "perception", "dataset"]),
+    ("trainer", &["wire", "sim", "perception", "dataset", "parallel"]),
     ("evidence", &["wire", "instrument", "link"]),
     // The judge and the explainer read the log: no service, no scenario, no run.
     ("oracle", &["wire", "instrument", "evidence"]),

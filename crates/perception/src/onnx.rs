@@ -80,6 +80,8 @@ const OPERATORS: [&str; 58] = [
     "Unsqueeze",
 ];
 
+/// Beginning of a zip archive.
+const ZIP: &[u8] = b"PK\x03\x04";
 /// Message for a model that is not in one file.
 const ELSEWHERE: &str = "weights in another file";
 
@@ -120,6 +122,10 @@ impl<'a> Inspected<'a> {
     /// # Errors
     /// The first part that is malformed or unwanted.
     pub fn of(model: Model<'a>) -> Result<Self, OnnxError> {
+        if model.bytes().starts_with(ZIP) {
+            let why = "a zip archive, as PyTorch saves (export it to ONNX),";
+            return Err(OnnxError::Malformed { at: 0, why });
+        }
         let mut walk = Walk { fields: 0, operators: 0 };
         walk.part(Part::Model, Span { bytes: model.bytes(), at: 0 })?;
         if walk.operators == 0 { Err(OnnxError::Empty) } else { Ok(Inspected(model)) }
@@ -221,6 +227,12 @@ impl Walk {
             (Rule::Unwanted(what), _) => unwanted(what.to_owned()),
             (Rule::Plain, _) => Ok(()),
             (Rule::Into(part), Content::Bytes(span)) => self.part(part, span),
+            (Rule::Word(MAX_DIMENSION), Content::Bytes(span)) if span.bytes.len() > MAX_DIMENSION => {
+                let length = span.bytes.len();
+                unwanted(format!(
+                    "a dimension given by a formula of {length} bytes, as a dynamic export has (export it with fixed sizes),"
+                ))
+            }
             (Rule::Word(most), Content::Bytes(span)) if span.bytes.len() > most => {
                 unwanted(format!("a name of {} bytes, at most {most} allowed,", span.bytes.len()))
             }
@@ -360,6 +372,16 @@ mod tests {
         let whole: Vec<usize> = cuts.filter(|cut| inspect(&shipped[..*cut]).is_ok()).collect();
         // What comes after the graph is not needed: opset and metadata.
         assert!(whole.iter().all(|cut| *cut > shipped.len() - 100), "{whole:?}");
+    }
+
+    #[test]
+    fn files_of_a_training_framework_are_refused_with_the_remedy() {
+        let told = inspect(b"PK\x03\x04archive/data.pkl").unwrap_err().to_string();
+        assert_eq!(told, "no ONNX model: a zip archive, as PyTorch saves (export it to ONNX), at byte 0");
+        let dimension = field(1, &field(2, &[b'd'; 65]));
+        let value = field(2, &field(1, &field(2, &dimension)));
+        let told = inspect(&[operator("Conv"), field(7, &field(11, &value))].concat()).unwrap_err().to_string();
+        assert!(told.contains("a formula of 65 bytes, as a dynamic export has (export it with fixed sizes)"), "{told}");
     }
 
     /// Those that branch, loop or draw, and those of other domains.

@@ -110,7 +110,7 @@ impl Batch<'_> {
         })
     }
 
-    /// Trials at a time, where nobody asks for another number.
+    /// Trials at a time, unless the user asks for another number.
     pub fn threads(&self) -> usize {
         if self.mode == Mode::Live { self.jobs } else { parallel::cores() }
     }

@@ -107,7 +107,7 @@ impl Shelf {
         Ok(Self { done, lines })
     }
 
-    /// Adds the trials of another file. In the twin a trial has one result, whoever runs it.
+    /// Adds the trials of another file. In the twin a trial has one result, on any machine.
     fn add(&mut self, path: &Path, mode: Mode) -> Result<(), Failure> {
         let mut others = Vec::new();
         scan(path, File::open(path)?, |_, line: Line| {

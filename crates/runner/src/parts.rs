@@ -1,15 +1,11 @@
 //! `--partition` and `--from`: a command's trials on several machines, and their results put together.
 //!
-//! A partition runs its share of the trials and keeps them (`kept`). The command itself, given the folders of all partitions, finds
-//! nothing left to run, and what is lost it runs itself: so no order, repetition or loss of partitions can change a result.
+//! A partition runs its share of the trials and keeps them (`kept`). The command itself, given the folders of all partitions, has no
+//! trial left to run, and runs lost ones itself: so no order, repetition or loss of partitions can change a result.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use results::campaign::partition::Partition;
-use serde::Serialize;
-
-use super::failure::Failure;
-use super::{Context, out};
 
 /// The options.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -25,12 +21,6 @@ pub struct Parts {
     pub threads: Option<u16>,
 }
 
-/// Answer of a partition to other programs.
-#[derive(Serialize)]
-struct Told<'a> {
-    directory: &'a Path,
-}
-
 impl Parts {
     /// Twin trials at a time.
     pub fn threads(&self) -> usize {
@@ -40,15 +30,5 @@ impl Parts {
     /// True if the work of this number is to be done.
     pub fn holds(&self, number: u64) -> bool {
         self.partition.is_none_or(|partition| partition.holds(number))
-    }
-
-    /// Says where the trials of a partition are.
-    pub fn tell(&self, context: &Context, directory: &Path) -> Result<(), Failure> {
-        if context.json {
-            return out::print_json("partition", &Told { directory });
-        }
-        let folder = super::quoted(&directory.to_string_lossy());
-        out::say(format_args!("its trials are kept; to put the parts together: the same command with --from {folder}"));
-        Ok(())
     }
 }

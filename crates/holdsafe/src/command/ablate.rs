@@ -24,7 +24,7 @@ use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 use stats::paired::Paired;
 
-use super::emit::Shares;
+use super::emit::{Shares, tell_kept};
 
 /// Seconds of one quiet trial.
 const QUIET_TRIAL_S: f64 = 600.0;
@@ -63,7 +63,7 @@ pub(super) struct Args {
 }
 
 impl Args {
-    /// What of it can be partitioned.
+    /// Its pieces of work for partitions.
     pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
         let set = self.parts.partition.is_some() || !self.parts.from.is_empty() || self.out.is_some();
         let pieces = attacks(context, self, &switches(self)?)?.len() as u64;
@@ -107,7 +107,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let overlaps = if args.pairs > 0 { bench.overlaps(args, &attacks, &tried)? } else { Vec::new() };
     let mut quiet = if args.hours > 0 { bench.quiet(args, &switches)? } else { BTreeMap::new() };
     if args.parts.partition.is_some() {
-        args.parts.tell(context, &dir)?;
+        tell_kept(context, &dir)?;
         return Ok(Exit::Fine);
     }
     let rows = switches.iter().map(|switch| check_row(*switch, &attacks, &tried, quiet.remove(switch))).collect();

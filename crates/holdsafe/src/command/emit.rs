@@ -15,6 +15,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
+use evidence::SCHEMA_VERSION;
 use runner::failure::{Exit, Failure};
 use runner::{Context, out, quoted};
 
@@ -63,15 +64,23 @@ pub(super) struct Shares {
     pub(super) of: &'static str,
     /// Threads that the user asks for.
     pub(super) threads: Option<u16>,
-    /// True if the user sets what each job sets for itself.
+    /// True if the user sets an option that each job sets for itself.
     pub(super) set: bool,
     /// True if it comes in rounds, each of which depends on the results of those before.
     pub(super) rounds: bool,
 }
 
+/// Answer of a partition to other programs.
+#[derive(serde::Serialize)]
+struct PartitionKept<'a> {
+    schema_version: u32,
+    directory: &'a Path,
+}
+
 /// Answer for other programs.
 #[derive(serde::Serialize)]
 struct Emitted<'a> {
+    schema_version: u32,
     jobs: u64,
     /// Pieces of work of the largest.
     most: u64,
@@ -111,11 +120,24 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     script(&dir, "merge", &work.merge_script(&jobs, &command, shares.rounds.then_some(&start))?)?;
     let most = shares.pieces.div_ceil(args.partitions);
     if context.json {
-        out::print_json("jobs", &Emitted { jobs: args.partitions, most, of: shares.of, start: &start })?;
+        out::print_json(
+            "jobs",
+            &Emitted { schema_version: SCHEMA_VERSION, jobs: args.partitions, most, of: shares.of, start: &start },
+        )?;
     } else {
         out::say(format_args!("{} jobs of at most {most} {}; start them with:\n{start}", args.partitions, shares.of));
     }
     Ok(Exit::Fine)
+}
+
+/// Says where the trials of a partition are.
+pub(super) fn tell_kept(context: &Context, directory: &Path) -> Result<(), Failure> {
+    if context.json {
+        return out::print_json("partition", &PartitionKept { schema_version: SCHEMA_VERSION, directory });
+    }
+    let folder = quoted(&directory.to_string_lossy());
+    out::say(format_args!("its trials are kept; to put the parts together: the same command with --from {folder}"));
+    Ok(())
 }
 
 impl Work {

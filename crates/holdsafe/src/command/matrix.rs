@@ -21,7 +21,7 @@ use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
 use scenario::Scenario;
 
-use super::emit::Shares;
+use super::emit::{Shares, tell_kept};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -57,7 +57,7 @@ struct Part {
 }
 
 impl Args {
-    /// What of it can be partitioned.
+    /// Its pieces of work for partitions.
     pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
         let set = self.parts.partition.is_some() || !self.parts.from.is_empty() || self.out.is_some();
         let (_, parts) = planned(context, self)?;
@@ -98,7 +98,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
     if args.parts.partition.is_some() {
         keep(context, args, &parts, &shelves)?;
-        args.parts.tell(context, &dir)?;
+        tell_kept(context, &dir)?;
         return Ok(Exit::Fine);
     }
     let (mut exit, runs) = all(context, args, &parts, &shelves)?;

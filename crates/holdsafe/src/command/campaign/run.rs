@@ -76,7 +76,7 @@ pub(in crate::command) struct Args {
 }
 
 impl Args {
-    /// What of it can be partitioned.
+    /// Its pieces of work for partitions.
     pub(in crate::command) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
         let (plan, _) = space::lay_out(context, self)?;
         let set = self.partition.is_some() || self.out.is_some() || self.after.is_some();
