@@ -120,10 +120,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     script(&dir, "merge", &work.merge_script(&jobs, &command, shares.rounds.then_some(&start))?)?;
     let most = shares.pieces.div_ceil(args.partitions);
     if context.json {
-        out::print_json(
-            "jobs",
-            &Emitted { schema_version: SCHEMA_VERSION, jobs: args.partitions, most, of: shares.of, start: &start },
-        )?;
+        let (schema_version, jobs) = (SCHEMA_VERSION, args.partitions);
+        out::print_json("jobs", &Emitted { schema_version, jobs, most, of: shares.of, start: &start })?;
     } else {
         out::say(format_args!("{} jobs of at most {most} {}; start them with:\n{start}", args.partitions, shares.of));
     }
