@@ -120,10 +120,7 @@ fn run_shows_a_live_trial() {
     let (_folder, scenario) = short();
     let output = holdsafe(&["run", "--live", "--watch", &scenario, "--json"]);
     let object: Value = serde_json::from_slice(&output.stdout).unwrap();
-    // A busy host makes the trial INVALID, which is no fault of the display.
-    let spoilt = object["findings"][0].as_str().is_some_and(|why| why.contains("kept the process from running"));
-    let code = if spoilt { 4 } else { 0 };
-    assert_eq!((&object["kind"], output.status.code()), (&"trial".into(), Some(code)), "{output:?}");
+    assert_eq!((&object["kind"], output.status.code()), (&"trial".into(), Some(0)), "{output:?}");
     let shown = String::from_utf8(output.stderr).unwrap();
     assert!(shown.contains("SIMULATION"), "{shown}");
     assert_eq!(holdsafe(&["run", "--watch", "nominal"]).status.code(), Some(2), "not live");
