@@ -160,6 +160,8 @@ enum Rule {
     Plain,
     /// A short word without a zero byte.
     Word(usize),
+    /// A formula for a dimension.
+    Formula,
     Operator,
     Domain,
     Element,
@@ -192,7 +194,7 @@ fn rule(part: Part, field: u64) -> Rule {
         (Type, 1) => Rule::Into(TensorType),
         (TensorType, 2) => Rule::Into(Shape),
         (Shape, 1) => Rule::Into(Dimension),
-        (Dimension, 2) => Rule::Word(MAX_DIMENSION),
+        (Dimension, 2) => Rule::Formula,
         (Type, 6) | (Dimension, 1 | 3) | (Entry, _) => Rule::Plain,
         (Model, 20) => Rule::Unwanted("training"),
         (Model, 25) => Rule::Unwanted("functions of its own"),
@@ -227,7 +229,7 @@ impl Walk {
             (Rule::Unwanted(what), _) => unwanted(what.to_owned()),
             (Rule::Plain, _) => Ok(()),
             (Rule::Into(part), Content::Bytes(span)) => self.part(part, span),
-            (Rule::Word(MAX_DIMENSION), Content::Bytes(span)) if span.bytes.len() > MAX_DIMENSION => {
+            (Rule::Formula, Content::Bytes(span)) if span.bytes.len() > MAX_DIMENSION => {
                 let length = span.bytes.len();
                 unwanted(format!(
                     "a dimension given by a formula of {length} bytes, as a dynamic export has (export it with fixed sizes),"
@@ -236,10 +238,10 @@ impl Walk {
             (Rule::Word(most), Content::Bytes(span)) if span.bytes.len() > most => {
                 unwanted(format!("a name of {} bytes, at most {most} allowed,", span.bytes.len()))
             }
-            (Rule::Word(_), Content::Bytes(span)) if span.bytes.contains(&0) => {
+            (Rule::Word(_) | Rule::Formula, Content::Bytes(span)) if span.bytes.contains(&0) => {
                 unwanted("a name with a zero".to_owned())
             }
-            (Rule::Word(_), Content::Bytes(_)) => Ok(()),
+            (Rule::Word(_) | Rule::Formula, Content::Bytes(_)) => Ok(()),
             (Rule::Operator, Content::Bytes(span)) => {
                 self.operators += 1;
                 let known = OPERATORS.iter().any(|known| known.as_bytes() == span.bytes);
@@ -253,7 +255,7 @@ impl Walk {
             }
             (Rule::Location, Content::Number(0)) => Ok(()),
             (Rule::Location, _) => unwanted(ELSEWHERE.to_owned()),
-            (Rule::Into(_) | Rule::Word(_) | Rule::Operator | Rule::Domain, Content::Number(_))
+            (Rule::Into(_) | Rule::Word(_) | Rule::Formula | Rule::Operator | Rule::Domain, Content::Number(_))
             | (Rule::Element, Content::Bytes(_)) => Err(OnnxError::Malformed { at, why: "a field of another type" }),
         }
     }
@@ -375,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn files_of_a_training_framework_are_refused_with_the_remedy() {
+    fn training_files_are_refused_with_the_remedy() {
         let told = inspect(b"PK\x03\x04archive/data.pkl").unwrap_err().to_string();
         assert_eq!(told, "no ONNX model: a zip archive, as PyTorch saves (export it to ONNX), at byte 0");
         let dimension = field(1, &field(2, &[b'd'; 65]));

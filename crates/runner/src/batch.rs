@@ -73,13 +73,8 @@ impl Batch<'_> {
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
         let mut ran = self.keep(shelves, |_| true, threads, progress, stop)?.into_iter();
-        let all = self
-            .planned
-            .iter()
-            .zip(shelves)
-            .flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)));
         // New results come in the order of the plan, so they fill the gaps in turn.
-        let taken = all.map(|(job, shelf)| match shelf.get(job.seed) {
+        let taken = self.shelved(shelves).map(|(job, shelf)| match shelf.get(job.seed) {
             Some(kept) => Ok(kept.clone()),
             None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
         });
@@ -96,18 +91,19 @@ impl Batch<'_> {
         progress: &Progress,
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
-        let all = self
-            .planned
-            .iter()
-            .zip(shelves)
-            .flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)));
-        let held = all.zip(0..).filter(|(_, number)| holds(*number)).map(|(of, _)| of);
+        let held = self.shelved(shelves).zip(0..).filter(|(_, number)| holds(*number)).map(|(of, _)| of);
         let missing: Vec<(Job<'_>, &Shelf)> = held.filter(|(job, shelf)| shelf.get(job.seed).is_none()).collect();
         on_threads(threads, &missing, progress, stop, |(job, shelf)| {
             let trial = self.one(job, stop)?;
             shelf.put(&trial)?;
             Ok(trial)
         })
+    }
+
+    /// Every trial, each with the shelf of its variation.
+    fn shelved<'a>(&'a self, shelves: &'a [Shelf]) -> impl Iterator<Item = (Job<'a>, &'a Shelf)> {
+        let each = self.planned.iter().zip(shelves);
+        each.flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)))
     }
 
     /// Trials at a time, unless the user asks for another number.
