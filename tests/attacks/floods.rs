@@ -76,6 +76,7 @@ impl Pair {
             operator_secret: Secret([9; 32]),
             role: Role::View,
             script: Vec::new(),
+            eye: None,
             revocations: Vec::new(),
             text: true,
         };

@@ -16,12 +16,10 @@ use wire::refusal::Reason;
 
 use crate::SEEDS;
 
-/// Refusals by `node` on `topic`, by reason.
-fn refused(run: &Run, node: NodeId, topic: Topic) -> Vec<Reason> {
+/// Refusals by `node` at `interface`, by reason.
+fn refused(run: &Run, node: NodeId, interface: Interface) -> Vec<Reason> {
     let on = |w: &Witnessed| match w.entry.event {
-        Any::Service(Event::Refused { at, reason, .. }) if at == Interface::Bus(topic) && w.entry.node == node => {
-            Some(reason)
-        }
+        Any::Service(Event::Refused { at, reason, .. }) if at == interface && w.entry.node == node => Some(reason),
         _ => None,
     };
     run.evidence.entries.iter().filter_map(on).collect()
@@ -44,7 +42,7 @@ fn waiving(name: &str, checks: &[Check], guards: &[Guard]) -> Ready {
 #[test]
 fn forged_tracks_for_dead_perception_are_refused() {
     for run in shipped("masquerade_forged").expect(SEEDS) {
-        let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
+        let refused = refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks));
         assert_eq!(refused.iter().filter(|r| **r == Reason::Tag).count(), did(&run, Action::Forge));
     }
     let run = waiving("masquerade_forged", &[Check::Tag], &[]).run(1);
@@ -59,15 +57,15 @@ fn forged_tracks_for_dead_perception_are_refused() {
 #[test]
 fn replayed_tracks_of_dead_perception_are_refused() {
     for run in shipped("masquerade_replay").expect(SEEDS) {
-        let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
+        let refused = refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks));
         assert!(did(&run, Action::Republish) > 0 && refused.iter().all(|r| *r == Reason::Stale), "{refused:?}");
         assert_eq!(refused.len(), did(&run, Action::Republish));
     }
     let run = waiving("masquerade_replay", &[Check::Freshness], &[]).run(1);
-    assert!(refused(&run, NodeId::UNIT_A, Topic::Tracks).iter().all(|r| *r == Reason::Replayed));
+    assert!(refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks)).iter().all(|r| *r == Reason::Replayed));
     assert_eq!(run.verdict.outcome, Outcome::HoldSafe);
     let run = waiving("masquerade_replay", &[Check::Freshness, Check::Sequence], &[]).run(1);
-    assert!(refused(&run, NodeId::UNIT_A, Topic::Tracks).is_empty());
+    assert!(refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks)).is_empty());
     assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "the frames in them are still old");
 }
 
@@ -75,7 +73,9 @@ fn replayed_tracks_of_dead_perception_are_refused() {
 #[test]
 fn heartbeat_without_work_keeps_no_liveness() {
     for run in shipped("masquerade_beat").expect(SEEDS) {
-        assert!(did(&run, Action::Forge) > 0 && refused(&run, NodeId::UNIT_A, Topic::Tracks).is_empty());
+        assert!(
+            did(&run, Action::Forge) > 0 && refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks)).is_empty()
+        );
     }
     let stages = [Guard::Tracks, Guard::Rgb, Guard::Depth, Guard::Thermal, Guard::Lidar];
     let run = waiving("masquerade_beat", &[], &stages).run(1);
@@ -95,7 +95,7 @@ fn replayed_grants_of_dead_gateway_renew_nothing() {
 #[test]
 fn forged_seals_for_dead_recorder_seal_nothing() {
     for run in shipped("masquerade_recorder").expect(SEEDS) {
-        let refused = refused(&run, NodeId::UNIT_A, Topic::Seals);
+        let refused = refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Seals));
         assert!(!refused.is_empty() && refused.iter().all(|r| *r == Reason::Tag));
     }
 }
@@ -113,12 +113,12 @@ fn keyless_rogue_is_refused_on_every_channel() {
             (NodeId::SIM, Topic::Act),
         ];
         for (node, topic) in readers {
-            assert!(refused(&run, node, topic).contains(&Reason::Tag), "{node} {topic:?}");
+            assert!(refused(&run, node, Interface::Bus(topic)).contains(&Reason::Tag), "{node} {topic:?}");
         }
     }
     for run in shipped("rogue_ipc_control").expect(SEEDS) {
-        assert!(refused(&run, NodeId::CONSOLE, Topic::Feed).contains(&Reason::Tag));
-        assert!(refused(&run, NodeId::GATEWAY, Topic::Intents).contains(&Reason::Tag));
+        assert!(refused(&run, NodeId::CONSOLE, Interface::Bus(Topic::Feed)).contains(&Reason::Tag));
+        assert!(refused(&run, NodeId::GATEWAY, Interface::Bus(Topic::Intents)).contains(&Reason::Tag));
     }
     let run = waiving("rogue_ipc", &[Check::Tag], &[]).run(1);
     assert_ne!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
@@ -134,7 +134,7 @@ fn genuine_tracks_pass_a_flood_of_forgeries() {
 #[test]
 fn perception_cannot_write_navigation_to_autonomy() {
     for run in shipped("rogue_reader").expect(SEEDS) {
-        let refused = refused(&run, NodeId::UNIT_A, Topic::Navigation);
+        let refused = refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Navigation));
         assert_eq!(refused.iter().filter(|r| **r == Reason::Tag).count(), did(&run, Action::Forge));
     }
 }
@@ -209,12 +209,15 @@ fn pair(topic: &str, holder: &str) -> Ready {
 #[test]
 fn synthetic_and_replayed_tracks_are_refused() {
     for run in shipped("synthetic_product").expect(SEEDS) {
-        let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
+        let refused = refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks));
         assert_eq!(refused.len(), did(&run, Action::Forge));
         assert!(refused.iter().all(|r| *r == Reason::Product), "perception's own go on: {refused:?}");
     }
     let run = waiving("synthetic_product", &[Check::Product], &[]).run(1);
-    assert!(refused(&run, NodeId::UNIT_A, Topic::Tracks).contains(&Reason::Epoch), "then they take perception's place");
+    assert!(
+        refused(&run, NodeId::UNIT_A, Interface::Bus(Topic::Tracks)).contains(&Reason::Epoch),
+        "then they take perception's place"
+    );
 }
 
 #[test]
@@ -223,6 +226,20 @@ fn fabricated_vehicle_is_stopped_by_consent_alone() {
     for run in shipped("fabricated_track_declined").expect(SEEDS) {
         assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. }))));
     }
+}
+
+/// Without the check the platform acts at an empty place.
+#[test]
+fn moved_track_is_refused_as_not_shown() {
+    let acted = |run: &Run| {
+        run.evidence.entries.iter().any(|w| matches!(w.entry.event, Any::Instrument(Note::PlantAct { .. })))
+    };
+    for run in shipped("track_moved").expect(SEEDS) {
+        assert!(!acted(&run) && did(&run, Action::Forge) > 0);
+        let reasons = refused(&run, NodeId::UNIT_A, Interface::Commands);
+        assert!(reasons.contains(&Reason::Shown), "{reasons:?}");
+    }
+    assert!(acted(&waiving("track_moved", &[Check::Shown], &[]).run(1)));
 }
 
 /// It reads the feed, and is no producer of it: a key would let it write there in the gateway's name.

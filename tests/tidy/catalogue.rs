@@ -36,22 +36,23 @@ fn papers_figures_match_the_code() {
     let ready = holdsafe_tests::shipped("teammate");
     let topology = topology::lay_out(&ready.scenario, &ready.setup, 1, &topology::RunSecret::seeded(1));
     let platforms = scenario::platforms(&root()).expect("platforms/ loads");
-    assert!(
-        read("docs/researcher/figures.md") == catalogue().figures(&scenarios(), "teammate", &topology, &platforms),
-        "docs/researcher/figures.md is not what the code gives: run `target/debug/lab catalogue --figures > docs/researcher/figures.md`"
-    );
+    let figures = catalogue().figures(&scenarios(), "teammate", &topology, &platforms);
+    is_given("docs/researcher/figures.md", &figures, "lab catalogue --figures");
 }
 
 #[test]
 fn threats_page_matches_the_catalogue() {
-    let page = catalogue().page(&scenarios());
+    is_given("docs/reference/threats.md", &catalogue().page(&scenarios()), "lab catalogue");
+}
+
+/// Holds a page against the code that gives it, and renews it where that is wanted.
+fn is_given(path: &str, page: &str, command: &str) {
     if std::env::var_os("HOLDSAFE_RENEW").is_some() {
-        std::fs::write(root().join("docs/reference/threats.md"), &page).expect("it can be written");
+        std::fs::write(root().join(path), page).expect("it can be written");
     }
     assert!(
-        read("docs/reference/threats.md") == page,
-        "docs/reference/threats.md is not what docs/reference/catalogue.toml and scenarios/ give: \
-         run `HOLDSAFE_RENEW=1 cargo test --test tidy`, or `lab catalogue > docs/reference/threats.md`"
+        read(path) == page,
+        "{path} is not what catalogue, scenarios and code give: run `HOLDSAFE_RENEW=1 cargo test --test tidy`, or `{command} > {path}`"
     );
 }
 

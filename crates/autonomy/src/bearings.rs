@@ -86,6 +86,7 @@ impl Lines {
 
 #[cfg(test)]
 mod tests {
+    use wire::codec::List;
     use wire::id::FrameId;
     use wire::sensor::{Class, Modalities, Modality, ProductMode};
     use wire::track::Track;
@@ -110,9 +111,10 @@ mod tests {
             vetoed: if vetoed { modality(Modality::Thermal) } else { Modalities::default() },
             updated: stamp,
             frame,
+            across_px: 0,
         };
         let tracks = [track].into_iter().collect();
-        Tracks { frame, stamp, mode: ProductMode::Live, products: [None; 4], tracks }
+        Tracks { frame, stamp, mode: ProductMode::Live, products: [None; 4], tracks, crops: List::default() }
     }
 
     #[test]

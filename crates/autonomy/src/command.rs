@@ -7,11 +7,13 @@
 //!
 //! ```compile_fail,E0451
 //! let forged = autonomy::command::Ordered {
-//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], moved: None, window: None, waived: Default::default(),
+//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], moved: None, window: None, consent: unreachable!(),
+//!     waived: Default::default(),
 //! };
 //! ```
 
 mod confirmation;
+pub mod consent;
 pub mod given;
 pub mod schedule;
 
@@ -20,7 +22,7 @@ use std::collections::VecDeque;
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::command::{Ack, CommandKind, Intent, MAX_ORDER, Order};
-use wire::id::{CommandId, NodeId, Nonce, UnitId};
+use wire::id::{CommandId, NodeId, Nonce, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
@@ -30,6 +32,7 @@ use wire::trust::rate::RateClass;
 use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList};
 
 use confirmation::Confirmed;
+use consent::{Consent, Place, Reports};
 use schedule::Window;
 
 /// Nonces kept; more than are issued within any command limit in use.
@@ -42,6 +45,7 @@ pub struct CommandGate {
     operators: Vec<NodeId>,
     limit: Span,
     nonces: VecDeque<Issued>,
+    reports: Reports,
     counters: Counters,
     rates: Rates,
 }
@@ -63,6 +67,7 @@ pub struct Ordered {
     intent: [u8; 32],
     moved: Option<CommandId>,
     window: Option<Window>,
+    consent: Consent,
     waived: Waived,
 }
 
@@ -92,18 +97,18 @@ impl Ordered {
         claimed: &Claimed,
         moved: Option<CommandId>,
         issued: Option<Instant>,
-        confirmed: &Confirmed,
+        (consent, confirmed): (Consent, &Confirmed),
     ) -> Ordered {
         let (intent, evidence) = accepted.into_parts();
-        let waived = evidence.waived.union(confirmed.waived());
+        let waived = evidence.waived.union(consent.waived()).union(confirmed.waived());
         let window = Window::of(&intent, issued.unwrap_or(evidence.received));
-        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, window, waived }
+        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, window, consent, waived }
     }
 
     /// The same order in a forked world; only [`schedule`] asks for it.
     fn copy(&self) -> Ordered {
-        let Ordered { id, kind, intent, moved, window, waived } = *self;
-        Ordered { id, kind, intent, moved, window, waived }
+        let Ordered { id, kind, intent, moved, window, consent, waived } = *self;
+        Ordered { id, kind, intent, moved, window, consent, waived }
     }
 
     /// Its idempotency key.
@@ -141,7 +146,15 @@ impl CommandGate {
     /// The gate of `unit` for orders of `operators`; a nonce may be at most `limit` old.
     pub fn new(unit: UnitId, operators: Vec<NodeId>, limit: Span) -> Self {
         let nonces = VecDeque::with_capacity(NONCES);
-        CommandGate { unit, operators, limit, nonces, counters: Counters::default(), rates: Rates::default() }
+        CommandGate {
+            unit,
+            operators,
+            limit,
+            nonces,
+            reports: Reports::default(),
+            counters: Counters::default(),
+            rates: Rates::default(),
+        }
     }
 
     /// Takes a new nonce into use.
@@ -150,6 +163,11 @@ impl CommandGate {
             self.nonces.pop_front();
         }
         self.nonces.push_back(Issued { nonce, at: now, void: false });
+    }
+
+    /// Remembers a report that was signed, for the orders that will name it.
+    pub fn reported(&mut self, signed: &[u8], places: impl Iterator<Item = (TrackId, Place)>) {
+        self.reports.note(signed, places);
     }
 
     /// The nonce that an intent made now should repeat, and when it was issued.
@@ -181,6 +199,7 @@ impl CommandGate {
         let judged = self.addressed(&claim).and_then(|()| schedule::tagged(&claim)).and_then(|()| {
             let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
+            let consent = Consent::judge(policy, &self.reports, &claim)?;
             let admitted = fresh.by_role(policy, &self.operators)?.admitted(policy, revoked, now)?;
             let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
             let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
@@ -195,7 +214,7 @@ impl CommandGate {
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
             self.rates.charge(who, class, now);
             let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
-            Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, self.issued(&claim), &confirmed))
+            Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, self.issued(&claim), (consent, &confirmed)))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }

@@ -405,9 +405,15 @@ impl Autonomy {
             commands: &self.commands,
             watched: self.session.as_ref().and_then(|session| session.watched()),
             contact: self.lease.contact(now),
+            crops: &self.crops,
         };
         let signed = sources.signed(now, self.reports);
+        let places = self.picture.tracks().iter().map(|track| (track.id, (track.x_mm, track.y_mm)));
+        self.commands.reported(&signed, places);
         self.send(now, report_body(&signed));
+        for crop in self.crops.unsent() {
+            self.send(now, SessionBody::Crop(crop.as_slice().into()));
+        }
     }
 
     fn send(&mut self, now: Instant, body: SessionBody<'_>) {

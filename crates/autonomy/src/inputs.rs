@@ -82,6 +82,7 @@ impl Autonomy {
         let accepted = self.gates.tracks.admit::<Tracks>(&self.identity.policy, now, bytes)?;
         let (tracks, evidence) = accepted.into_parts();
         self.bearings.note(&tracks, self.placed(now).map(|motion| motion.at), &self.bounds);
+        self.crops.take(&tracks);
         self.picture.take(tracks, evidence.waived);
         Ok(())
     }
@@ -148,8 +149,8 @@ impl Autonomy {
                     return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
                 }
             }
-            // A supervisor reports nothing to a unit; if it does, nothing follows from it.
-            SessionBody::Hello(_) | SessionBody::Report(_) => {}
+            // A supervisor reports nothing to a unit, and shows it nothing; if it does, nothing follows from it.
+            SessionBody::Hello(_) | SessionBody::Report(_) | SessionBody::Crop(_) => {}
         }
         self.accept(now, peer, record.id(), &evidence);
     }

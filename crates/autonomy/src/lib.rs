@@ -24,6 +24,7 @@ pub mod bearings;
 pub mod command;
 pub mod config;
 pub mod consistency;
+pub mod crops;
 mod cycle;
 pub mod designation;
 mod fitness;
@@ -78,6 +79,7 @@ use bearings::Bearings;
 use command::CommandGate;
 use command::schedule::Schedule;
 use consistency::Teammates;
+use crops::Crops;
 use fork::Fork;
 use geofence::{Geofence, Point};
 use grid::{Grid, Keepout};
@@ -103,6 +105,7 @@ pub struct Autonomy {
     health: Health,
     status: StatusRecord,
     picture: Picture,
+    crops: Crops,
     bearings: Bearings,
     localisation: Localisation,
     fence: Arc<Geofence>,
@@ -175,6 +178,7 @@ impl Autonomy {
             health: Health::judge(Findings::default(), waived, Waived::default()),
             status: StatusRecord::default(),
             picture: Picture::default(),
+            crops: Crops::default(),
             bearings: Bearings::default(),
             localisation: Localisation::new(config.limits, waived),
             fence,
@@ -240,6 +244,7 @@ impl Autonomy {
             health: self.health.clone(),
             status: self.status,
             picture: self.picture.clone(),
+            crops: self.crops.clone(),
             bearings: self.bearings.clone(),
             localisation: self.localisation.clone(),
             fence: Arc::clone(&self.fence),

@@ -18,6 +18,7 @@ use wire::track::Track;
 
 use crate::bearings::Bearings;
 use crate::command::CommandGate;
+use crate::crops::Crops;
 use crate::identity::Identity;
 use crate::localisation::Localisation;
 use crate::mission::Mission;
@@ -69,6 +70,8 @@ pub struct Sources<'a> {
     pub watched: Option<Echo>,
     /// Contact by the plan.
     pub contact: Option<ReportedContact>,
+    /// Newest crops.
+    pub crops: &'a Crops,
 }
 
 impl Sources<'_> {
@@ -103,6 +106,7 @@ impl Sources<'_> {
             settings: self.status.settings,
             motion: self.localisation.flight(),
             contact: self.contact,
+            pictured: self.crops.pictured(now),
         }
     }
 
@@ -121,6 +125,7 @@ impl Sources<'_> {
             age: now.since(track.updated),
             contradicted: track.vetoed,
             bearings_mrad: self.bearings.apart_mrad(track.id).min(u32::from(u16::MAX)) as u16,
+            across_px: track.across_px,
         }
     }
 }

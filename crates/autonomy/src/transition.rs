@@ -38,6 +38,7 @@ use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use crate::command::Ordered;
+use crate::command::consent::Consented;
 use crate::command::given::{Arm, Command, Configure, Confirm, Disarm, Enable, Given, Hold, Resume};
 use crate::designation::Designated;
 use crate::health::{Health, Healthy, SubsystemLoss, TrustLoss, Verdict};
@@ -187,9 +188,9 @@ impl Ready {
         now: Instant,
         order: &Given<'_, Arm>,
         healthy: Healthy,
-        designated: &Designated,
+        consented: &Consented<'_>,
     ) -> Result<PrepareToAct, Ready> {
-        match ActAuthority::mint(mint, now, order, &healthy, designated) {
+        match ActAuthority::mint(mint, now, order, &healthy, consented) {
             Some(authority) => Ok(PrepareToAct { healthy, authority }),
             None => Err(self.reaffirm(healthy)),
         }
@@ -214,8 +215,8 @@ impl PrepareToAct {
     }
 
     /// Uses the authority: everything it was minted from holds again, and the operator confirms.
-    pub fn act(self, confirm: &Given<'_, Confirm>, healthy: Healthy, designated: &Designated) -> (Ready, Spent) {
-        let spent = self.authority.spend(confirm, &healthy, designated);
+    pub fn act(self, confirm: &Given<'_, Confirm>, healthy: Healthy, consented: &Consented<'_>) -> (Ready, Spent) {
+        let spent = self.authority.spend(confirm, &healthy, consented);
         (Ready { healthy }, spent)
     }
 
@@ -366,7 +367,11 @@ impl Machine {
         let designation = ctx.designation;
         match (self, ctx.health.verdict(), designation) {
             (Machine::Ready(ready), Verdict::Healthy(healthy), Ok(designated)) => {
-                match ready.arm(ctx.mint, ctx.now, order, healthy, designated) {
+                let consented = match order.consented(designated) {
+                    Ok(consented) => consented,
+                    Err(refusal) => return Machine::Ready(ready).refuse(refusal, effects),
+                };
+                match ready.arm(ctx.mint, ctx.now, order, healthy, &consented) {
                     Ok(held) => {
                         effects.push(minted(held.authority()));
                         (Machine::PrepareToAct(held), Some(order.why()))
@@ -385,7 +390,11 @@ impl Machine {
             (Machine::PrepareToAct(held), Verdict::Healthy(healthy), Ok(designated))
                 if held.track() == order.track() && !held.expired(ctx.now) =>
             {
-                let (ready, spent) = held.act(order, healthy, designated);
+                let consented = match order.consented(designated) {
+                    Ok(consented) => consented,
+                    Err(refusal) => return Machine::PrepareToAct(held).refuse(refusal, effects),
+                };
+                let (ready, spent) = held.act(order, healthy, &consented);
                 effects.push(Effect::Acted(spent));
                 (Machine::Ready(ready), Some((Cause::Acted, Because::Command(order.id()))))
             }
@@ -409,7 +418,12 @@ impl Machine {
     }
 
     fn interlock(self, effects: &mut Effects) -> Next {
-        effects.push(Effect::Refused(Refusal::Interlock { mode: self.mode() }));
+        let mode = self.mode();
+        self.refuse(Refusal::Interlock { mode }, effects)
+    }
+
+    fn refuse(self, refusal: Refusal, effects: &mut Effects) -> Next {
+        effects.push(Effect::Refused(refusal));
         (self, None)
     }
 }

@@ -16,7 +16,7 @@ use wire::time::Instant;
 use crate::act::{Act, Alarm, Answer, MAX_ANSWERS, Numbered, Order, PREPARED_FOR, Prepared, Role, Unable};
 use crate::life::{Giver, Life, MAX_COMMANDS};
 use crate::operator::Wish;
-use crate::shown::{Shown, nonce_for};
+use crate::shown::{Shown, basis_for};
 
 /// Consequence of an act.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -160,8 +160,8 @@ fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Consequence, Un
     let wish = match order {
         Order::Revoke(who) => Wish::Revoke(who, Giver::Person),
         Order::Command(unit, kind) => {
-            let nonce = nonce_for(kind, shown.unit(unit)).ok_or(Unable::Interlock)?;
-            Wish::Intend { step: None, unit, kind, tag: None, nonce, reason: reason.as_str().to_owned() }
+            let basis = basis_for(kind, shown.unit(unit)).ok_or(Unable::Interlock)?;
+            Wish::Intend { step: None, unit, kind, tag: None, basis, reason: reason.as_str().to_owned() }
         }
     };
     Ok(Consequence::Wish(wish))

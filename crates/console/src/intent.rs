@@ -1,16 +1,25 @@
 //! The operator's signature: intents and confirmations, made of displayed values only.
 //!
 //! The operator's key is here and nowhere else. Each intent has an id of its own, so that it can be executed once at
-//! most, and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is. Deciding when to
-//! give one is left to `operator`.
+//! most, and repeats the nonce that its unit last *showed*, so that the unit can tell how old it is; where it rests on a track,
+//! also the hash of the report that showed it. Deciding when to give one is left to `operator`.
 
 use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
 use wire::codec::{self, Text};
-use wire::command::{CommandKind, Confirmation, Intent, IntentHash, TimeTag};
+use wire::command::{CommandKind, Confirmation, Intent, IntentHash, ReportHash, TimeTag};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, UnitId};
 use wire::sign::{Key, Purpose};
+
+/// Values of the display that an intent repeats, so that its unit knows what the operator was shown, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Basis {
+    /// The unit's nonce.
+    pub nonce: Nonce,
+    /// The report, where the intent rests on a track in it.
+    pub report: Option<ReportHash>,
+}
 
 /// The operator's pen.
 #[derive(Debug)]
@@ -71,7 +80,7 @@ impl Issuer {
     pub fn intent(
         &mut self,
         unit: UnitId,
-        nonce: Nonce,
+        basis: Basis,
         (kind, tag): (CommandKind, Option<TimeTag>),
         reason: &str,
     ) -> Issued {
@@ -82,7 +91,8 @@ impl Issuer {
             None => self.last = next,
         }
         let id = CommandId { operator: self.operator, boot, sequence: next.1 };
-        let intent = Intent { id, unit, nonce, kind, reason: Text::new(reason), tag };
+        let Basis { nonce, report: shown } = basis;
+        let intent = Intent { id, unit, nonce, kind, reason: Text::new(reason), tag, shown };
         let bytes = self.key.sign(Purpose::Intent, &codec::encode(&intent));
         Issued { id, unit, kind, tag, intent: Sha256::digest(&bytes).into(), bytes }
     }

@@ -10,10 +10,12 @@ pub mod alarm;
 pub mod alarms;
 mod aloft;
 pub mod display;
+pub mod eye;
 #[cfg(feature = "gui")]
 pub mod gui;
 pub mod hand;
 pub mod history;
+pub mod images;
 pub mod intake;
 pub mod intent;
 pub mod interlock;
@@ -55,6 +57,7 @@ use wire::setup::{NoChannel, Secret, Setup};
 use wire::time::{Instant, Span};
 
 use crate::display::{REPEAT, Witness};
+use crate::eye::Eye;
 use crate::intake::Intake;
 use crate::intent::Issuer;
 use crate::model::{Model, Station};
@@ -84,6 +87,9 @@ pub struct ConsoleConfig {
     /// The operator's script, at most [`MAX_STEPS`] steps.
     #[serde(default)]
     pub script: Vec<Step>,
+    /// Eye of the script's operator; without it the script goes by the machine.
+    #[serde(default)]
+    pub eye: Option<Eye>,
     /// Revocations that the authority signed in advance, by the revoked node.
     #[serde(default)]
     pub revocations: Vec<(NodeId, Vec<u8>)>,
@@ -152,7 +158,7 @@ impl Console {
             awaited: config.awaited,
         };
         let issuer = || Issuer::new(setup.key_of(&config.operator_secret), config.operator, setup.boot);
-        let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);
+        let operator = Operator::new(config.script, config.eye, setup.bounds.designation_confidence, now);
         let mut console = Self {
             intake: Intake::new(setup.policy.clone(), setup.bounds, keys, gate, &config.units),
             watch: Some(Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now)),
@@ -231,6 +237,11 @@ impl Console {
             Feed::Command(intent, stage, why) => self.model.commands_mut().staged(now, &intent, stage, why),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
             Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, None, counted),
+            Feed::Crop(unit, crop) => {
+                if let Err(refusal) = self.model.crop(unit, crop) {
+                    return self.refuse(now, at, &refusal);
+                }
+            }
         }
         self.accounts.accepted(at);
     }

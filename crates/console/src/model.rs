@@ -6,11 +6,13 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
+use wire::command::ReportHash;
 use wire::id::{Boot, NodeId, PeerId, RecordId, UnitId};
 use wire::person::{Alarm, Order, Role};
 use wire::policy::{Policy, Waived};
-use wire::refusal::Reason;
+use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
 use wire::time::{Age, Instant, PeerStamp, Span};
@@ -20,6 +22,7 @@ use crate::age::{Aged, Limits};
 use crate::alarms::Alarms;
 use crate::hand::Hand;
 use crate::history::{History, Incident};
+use crate::images::Gallery;
 use crate::life::{Commands, Giver};
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 use crate::skew::Skew;
@@ -48,6 +51,7 @@ pub struct Station {
 #[derive(Clone, Debug)]
 struct Heard {
     report: RecordId,
+    hash: ReportHash,
     stamp: PeerStamp,
     via: PeerId,
     bearer: Bearer,
@@ -94,6 +98,8 @@ pub struct Model {
     station: Station,
     limits: Limits,
     units: Vec<(UnitId, Option<Heard>)>,
+    /// Unit by unit.
+    galleries: Vec<Gallery>,
     links: BTreeMap<PeerId, Link>,
     /// The last word of the gateway.
     fed: Option<Aged<()>>,
@@ -134,6 +140,7 @@ impl Model {
             limits: Limits::new(&station.bounds, policy),
             station,
             units: units.iter().map(|unit| (*unit, None)).collect(),
+            galleries: vec![Gallery::default(); units.len()],
             links: BTreeMap::new(),
             fed: None,
             refusals: BTreeMap::new(),
@@ -167,7 +174,8 @@ impl Model {
     ) -> bool {
         let (report, evidence) = (&accepted.message().report, accepted.evidence());
         let unit = report.origin.unit();
-        let Some((unit, slot)) = self.units.iter_mut().find(|(u, _)| Some(*u) == unit) else { return false };
+        let mut known = self.units.iter_mut().zip(&mut self.galleries);
+        let Some(((unit, slot), gallery)) = known.find(|((u, _), _)| Some(*u) == unit) else { return false };
         let peer = unit.peer();
         if slot.as_ref().is_some_and(|heard| !newer(report, heard)) {
             return false;
@@ -179,6 +187,7 @@ impl Model {
         if same.is_none() && slot.is_some() {
             self.history.note(arrived, Incident::Mode(*unit, report.mode, report.cause));
         }
+        gallery.vouched(report, arrived, age);
         let older = |by: Span| age.map(|age| age.after(by));
         let mut skew = match &mut *slot {
             Some(heard) if heard.report.boot == report.boot => core::mem::take(&mut heard.skew),
@@ -188,6 +197,7 @@ impl Model {
         let lost = lost_by(report, slot.take(), arrived);
         *slot = Some(Heard {
             report: report.id(),
+            hash: Sha256::digest(accepted.message().bytes).into(),
             stamp: report.stamp,
             via,
             bearer: accepted.message().bearer(via),
@@ -205,6 +215,16 @@ impl Model {
         link.heard = Some(arrived);
         self.sessions_lost(peer, Some(report.boot), report.sessions_lost);
         true
+    }
+
+    /// A crop in the session of `unit`.
+    ///
+    /// # Errors
+    /// It is none, or the unit is not displayed here.
+    pub fn crop(&mut self, unit: UnitId, bytes: &[u8]) -> Result<(), Refusal> {
+        let mut known = self.units.iter().zip(&mut self.galleries);
+        let (_, gallery) = known.find(|((of, _), _)| *of == unit).ok_or(Refusal::NoUnit { got: unit })?;
+        gallery.take(bytes)
     }
 
     /// Count of session losses at the broker that `peer` reports since its `boot`th start, where that is known. A shown loss
@@ -306,8 +326,9 @@ impl Model {
 
     /// The picture to draw at `now`.
     pub fn shown(&self, now: Instant) -> Shown {
-        let unit =
-            |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
+        let unit = |((unit, heard), gallery): (&(UnitId, Option<Heard>), &Gallery)| {
+            heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard, gallery))
+        };
         let refusals = self.refusals.iter();
         let (alarms, alarms_more) = self.alarms.shown();
         let (past, past_more) = self.history.shown();
@@ -318,7 +339,7 @@ impl Model {
             marks: self.station.marks.clone(),
             bounds: self.station.bounds,
             limits: self.limits,
-            units: self.units.iter().filter_map(unit).collect(),
+            units: self.units.iter().zip(&self.galleries).filter_map(unit).collect(),
             silent: self
                 .units
                 .iter()
@@ -352,10 +373,11 @@ impl Model {
         Some(ShownLink { peer, open, since: link.since, heard: link.heard.map(|heard| now.since(heard)) })
     }
 
-    fn shown_unit(&self, now: Instant, unit: UnitId, heard: &Heard) -> ShownUnit {
+    fn shown_unit(&self, now: Instant, unit: UnitId, heard: &Heard, gallery: &Gallery) -> ShownUnit {
         ShownUnit {
             unit,
             report: heard.report,
+            hash: heard.hash,
             via: heard.via,
             waived: heard.waived,
             origin: origin(heard),
@@ -363,6 +385,7 @@ impl Model {
             state: heard.state.at(now, &self.limits),
             pose: heard.pose.at(now, &self.limits),
             tracks: heard.tracks.iter().map(|track| track.at(now, &self.limits)).collect(),
+            images: gallery.shown().map(|images| images.at(now, &self.limits)).collect(),
             lost: heard
                 .lost
                 .kept

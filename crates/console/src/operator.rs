@@ -8,7 +8,7 @@
 
 use serde::{Deserialize, Serialize};
 use wire::command::{CommandKind, IntentHash, TimeTag};
-use wire::id::{NodeId, Nonce, TrackId, UnitId};
+use wire::id::{NodeId, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::refusal::Reason;
 use wire::report::ReportedTrack;
@@ -16,8 +16,10 @@ use wire::sensor::Class;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
+use crate::eye::Eye;
+use crate::intent::Basis;
 use crate::life::{Giver, Life};
-use crate::shown::{Shown, ShownUnit, nonce_for};
+use crate::shown::{Shown, ShownUnit, basis_for};
 
 /// Steps a script may have.
 pub const MAX_STEPS: usize = 32;
@@ -108,8 +110,8 @@ pub enum Wish {
         kind: CommandKind,
         /// Time of its execution; none: at once.
         tag: Option<TimeTag>,
-        /// Nonce as displayed.
-        nonce: Nonce,
+        /// Displayed values that it repeats.
+        basis: Basis,
         /// Reason.
         reason: String,
     },
@@ -135,13 +137,15 @@ pub struct Operator {
     start: Instant,
     steps: Vec<(Step, Progress)>,
     confidence: u16,
+    eye: Option<Eye>,
 }
 
 impl Operator {
-    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much.
-    pub fn new(script: Vec<Step>, confidence: u16, start: Instant) -> Self {
+    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much. One with an eye gives no
+    /// order on a track that it sees through.
+    pub fn new(script: Vec<Step>, eye: Option<Eye>, confidence: u16, start: Instant) -> Self {
         let waiting = Progress::Waiting { not_before: start, tries: 0 };
-        Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence }
+        Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence, eye }
     }
 
     /// Reads the display and returns the requests.
@@ -182,7 +186,7 @@ impl Operator {
     fn step(&mut self, at: usize, shown: &Shown) -> Option<Wish> {
         let now = shown.at;
         let due = self.due(at).filter(|due| now >= *due)?;
-        let confidence = self.confidence;
+        let sight = Sight { confidence: self.confidence, eye: self.eye.as_ref() };
         let (step, progress) = &mut self.steps[at];
         match *progress {
             Progress::Done(_) => None,
@@ -196,7 +200,7 @@ impl Operator {
                     }
                     return holds.then_some(Wish::Revoke(who, Giver::Script));
                 }
-                let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, confidence) };
+                let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, sight) };
                 if impatient && wish.is_none() {
                     *progress = Progress::Done(now);
                 }
@@ -233,34 +237,42 @@ fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
 
 impl Step {
     /// The intent, if all that it rests on is displayed as fresh.
-    fn wish(&self, step: usize, shown: &Shown, confidence: u16) -> Option<Wish> {
+    fn wish(&self, step: usize, shown: &Shown, sight: Sight<'_>) -> Option<Wish> {
         let unit = shown.unit(self.unit);
         if !self.when.holds(unit) {
             return None;
         }
-        let kind = self.kind(unit, confidence)?;
-        let nonce = nonce_for(kind, unit)?;
+        let kind = self.kind(unit, sight)?;
+        let basis = basis_for(kind, unit)?;
         Some(Wish::Intend {
             step: Some(step),
             unit: self.unit,
             kind,
             tag: self.tag,
-            nonce,
+            basis,
             reason: self.reason.clone(),
         })
     }
 
-    fn kind(&self, unit: Option<&ShownUnit>, confidence: u16) -> Option<CommandKind> {
+    fn kind(&self, unit: Option<&ShownUnit>, sight: Sight<'_>) -> Option<CommandKind> {
         match self.action {
             Action::Hold => Some(CommandKind::Hold),
             Action::Disarm => Some(CommandKind::Disarm),
             Action::Enable => Some(CommandKind::Enable),
             Action::Resume => Some(CommandKind::Resume),
             Action::Arm(class) => {
-                let confidence = self.when.track.map_or(confidence, |track| track.confidence);
-                best(unit?, TrackCondition { class, confidence }).map(CommandKind::Arm)
+                let confidence = self.when.track.map_or(sight.confidence, |track| track.confidence);
+                let unit = unit?;
+                let believed = |track: &ReportedTrack| !sight.sees_through(unit, track);
+                best(unit, TrackCondition { class, confidence }, believed).map(CommandKind::Arm)
             }
-            Action::Confirm => unit?.state.fresh()?.authority.map(|held| CommandKind::Confirm(held.track)),
+            Action::Confirm => {
+                let unit = unit?;
+                let held = unit.state.fresh()?.authority?.track;
+                let seen_through = |track: &ReportedTrack| track.id == held && sight.sees_through(unit, track);
+                let doubted = unit.tracks.iter().any(|track| seen_through(track.get().0));
+                (!doubted).then_some(CommandKind::Confirm(held))
+            }
             // No command: what is asked for is the authority's own statement.
             Action::Revoke(_) => None,
             Action::Configure(settings) => Some(CommandKind::Configure(settings)),
@@ -273,14 +285,30 @@ impl When {
     fn holds(&self, unit: Option<&ShownUnit>) -> bool {
         let mode = unit.and_then(|unit| unit.state.fresh()).map(|state| state.mode);
         let in_mode = self.mode.is_none_or(|wanted| mode == Some(wanted));
-        let seen = |wanted| unit.and_then(|unit| best(unit, wanted)).is_some();
+        let seen = |wanted| unit.and_then(|unit| best(unit, wanted, |_| true)).is_some();
         in_mode && self.track.is_none_or(seen)
     }
 }
 
-/// The most confident track of this kind that is displayed as fresh; of equals the oldest.
-fn best(unit: &ShownUnit, wanted: TrackCondition) -> Option<TrackId> {
-    let fits = |track: &&ReportedTrack| track.class == wanted.class && track.confidence >= wanted.confidence;
+/// Confidence asked for, and the eye.
+#[derive(Clone, Copy)]
+struct Sight<'a> {
+    confidence: u16,
+    eye: Option<&'a Eye>,
+}
+
+impl Sight<'_> {
+    /// By the newest image of the track; where sensors are not rendered, as if by the camera's own.
+    fn sees_through(&self, unit: &ShownUnit, track: &ReportedTrack) -> bool {
+        let image = unit.images.iter().map(|images| images.get().0).find(|images| images.track == track.id);
+        self.eye.is_some_and(|eye| eye.sees_through(track, image.map_or(1, |image| image.scale)))
+    }
+}
+
+/// The most confident track of this kind that is believed and displayed as fresh; of equals the oldest.
+fn best(unit: &ShownUnit, wanted: TrackCondition, believed: impl Fn(&ReportedTrack) -> bool) -> Option<TrackId> {
+    let of_kind = |track: &ReportedTrack| track.class == wanted.class && track.confidence >= wanted.confidence;
+    let fits = |track: &&ReportedTrack| of_kind(track) && believed(track);
     let fresh = unit.tracks.iter().filter_map(|track| track.fresh()).filter(fits);
     fresh.max_by_key(|track| (track.confidence, core::cmp::Reverse(track.id))).map(|track| track.id)
 }

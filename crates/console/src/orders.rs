@@ -63,12 +63,12 @@ impl Console {
     /// recording (`retrace`).
     fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
-            Wish::Intend { step, unit, kind, tag, nonce, reason } => {
+            Wish::Intend { step, unit, kind, tag, basis, reason } => {
                 let by = if step.is_some() { Giver::Script } else { Giver::Person };
                 if self.issuer.is_some() || by == Giver::Person {
                     self.model.ordered(now, Order::Command(unit, kind), by);
                 }
-                let issued = self.issuer.as_mut()?.intent(unit, nonce, (kind, tag), &reason);
+                let issued = self.issuer.as_mut()?.intent(unit, basis, (kind, tag), &reason);
                 match step {
                     Some(step) => self.operator.given(step, issued.intent),
                     None if kind.towards_safe() => {}

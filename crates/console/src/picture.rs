@@ -127,6 +127,7 @@ fn track(of: &Labelled<ReportedTrack>, reported: bool) -> Value {
             "modalities": names(track.supported).collect::<Value>(),
             "contradicted": names(track.contradicted).collect::<Value>(),
             "bearings_mrad": track.bearings_mrad,
+            "across_px": track.across_px,
         }),
     )
 }

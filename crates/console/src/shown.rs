@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use wire::bounds::Bounds;
-use wire::command::{CommandKind, IntentHash};
+use wire::command::{CommandKind, IntentHash, ReportHash};
 use wire::event::Freshness;
 use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, UnitId};
 use wire::measured::Measured;
@@ -24,6 +24,8 @@ use crate::act::{Answer, Prepared};
 use crate::age::{Labelled, Limits};
 use crate::alarm::ShownAlarm;
 use crate::history::Past;
+use crate::images::Images;
+use crate::intent::Basis;
 use crate::life::ShownCommand;
 use crate::skew::Rate;
 
@@ -99,6 +101,8 @@ pub struct ShownUnit {
     pub unit: UnitId,
     /// The report behind it.
     pub report: RecordId,
+    /// Hash of its signed bytes.
+    pub hash: ReportHash,
     /// Peer of the session that brought it.
     pub via: PeerId,
     /// Checks that were waived on its way.
@@ -113,6 +117,8 @@ pub struct ShownUnit {
     pub pose: Labelled<Pose>,
     /// Tracks; each older than the state by its own age.
     pub tracks: Vec<Labelled<ReportedTrack>>,
+    /// Images of its tracks.
+    pub images: Vec<Labelled<Images>>,
     /// Tracks that it no longer reports, oldest first, until they are taken note of or reported again.
     pub lost: Vec<LostTrack>,
     /// Lost tracks for which there was no room.
@@ -249,12 +255,14 @@ impl Shown {
     }
 }
 
-/// The nonce that an intent of this kind may repeat. Away from safe only one that is displayed as fresh. Towards safe
+/// The values that an intent of this kind repeats. Away from safe only one that is displayed as fresh. Towards safe
 /// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
 /// the unit finds the nonce too old.
-pub fn nonce_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Nonce> {
+pub fn basis_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Basis> {
     if kind.towards_safe() {
-        return Some(shown.map_or(Nonce::NONE, |unit| unit.state.get().0.nonce));
+        return Some(Basis { nonce: shown.map_or(Nonce::NONE, |unit| unit.state.get().0.nonce), report: None });
     }
-    shown?.state.fresh().map(|state| state.nonce)
+    let unit = shown?;
+    let report = kind.rests_on_display().map(|_| unit.hash);
+    unit.state.fresh().map(|state| Basis { nonce: state.nonce, report })
 }

@@ -4,6 +4,7 @@
 //! No running console has it, for it does not reach the control domain; and no view of displayed values is built from it. Finding and
 //! reading it in a recording is left to the program that opens the recording.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use wire::time::{Instant, Span};
@@ -34,7 +35,7 @@ pub struct Sight {
     /// Of which sensor.
     pub name: &'static str,
     /// Legend of the shades.
-    pub legend: &'static str,
+    pub legend: Cow<'static, str>,
     /// Absent where the sensor gave none.
     pub image: Option<Image>,
     /// Detections in it.

@@ -192,6 +192,7 @@ mod tests {
             vetoed: none,
             updated: Instant(0),
             frame: FrameId(1),
+            across_px: 0,
         }
     }
 

@@ -193,6 +193,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         settings: None,
         motion: None,
         contact: None,
+        pictured: None,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&SessionMessage {

@@ -304,5 +304,6 @@ fn report(origin: NodeId, n: u64, stamp: PeerStamp) -> Report {
         settings: None,
         motion: None,
         contact: None,
+        pictured: None,
     }
 }

@@ -6,7 +6,7 @@
 //! | check | of the session record | of the report in it |
 //! |---|---|---|
 //! | length, schema, version | [`SessionGate`] | [`SignedReport::decode`] |
-//! | direction | a unit sends Hello and Report | only a unit reports |
+//! | direction | a unit sends Hello, Report and Crop | only a unit reports |
 //! | freshness | bound by the peer's echo of our challenge | the same, by the report's own stamp |
 //! | attribution | the session's peer, by the handshake | origin = peer, and the origin's signature |
 //! | order | our session nonce, boot, sequence | boot and sequence of (peer, origin) |
@@ -27,6 +27,8 @@
 //! truth; that is left to consistency at the receiving unit.
 
 use wire::bounds::Bounds;
+use wire::codec;
+use wire::crop::{Crop, MAX_CROP};
 use wire::id::{RecordId, Sequence};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Refusal;
@@ -67,13 +69,15 @@ pub enum Content<'b> {
     Exchange(RecordId),
     /// A report.
     Report(Accepted<SignedReport<'b>>),
+    /// A crop, with its bytes: images are for the display alone, and a report has to vouch for them there.
+    Crop(RecordId, &'b [u8]),
 }
 
 impl Admitted<'_> {
     /// The record's identity: the report's own, or sequence 0 of the peer when it carries no report.
     pub fn record(&self) -> RecordId {
         match &self.content {
-            Content::Exchange(record) => *record,
+            Content::Exchange(record) | Content::Crop(record, _) => *record,
             Content::Report(report) => report.message().report.id(),
         }
     }
@@ -81,7 +85,7 @@ impl Admitted<'_> {
     /// Facts established about the content, as far as that goes beyond the session record.
     pub fn evidence(&self) -> Evidence {
         match &self.content {
-            Content::Exchange(_) => self.outer,
+            Content::Exchange(_) | Content::Crop(..) => self.outer,
             Content::Report(report) => report.evidence(),
         }
     }
@@ -105,6 +109,10 @@ impl Boundary {
         let content = match record.outer.body {
             // Reports count from 1, so 0 is never one of theirs.
             SessionBody::Hello(_) => Content::Exchange(RecordId { sequence: Sequence(0), ..record.id() }),
+            SessionBody::Crop(bytes) => {
+                codec::decode::<Crop>(bytes, MAX_CROP)?;
+                Content::Crop(RecordId { sequence: Sequence(0), ..record.id() }, bytes)
+            }
             SessionBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
             // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
             SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {

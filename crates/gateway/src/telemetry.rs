@@ -92,6 +92,14 @@ impl Gateway {
             // A unit that has just started anew knows of no revocation.
             Content::Exchange(_) => self.pass_on_revocations(now),
             Content::Report(report) => self.report(now, id, report, waived),
+            Content::Crop(_, crop) => self.crop(now, peer, crop),
+        }
+    }
+
+    /// A crop, to the display of the unit in whose session it came.
+    fn crop(&mut self, now: Instant, peer: PeerId, crop: &[u8]) {
+        if let Some(unit) = unit_of(peer) {
+            self.tell(now, &Feed::Crop(unit, crop.into()));
         }
     }
 

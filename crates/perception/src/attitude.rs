@@ -114,6 +114,7 @@ impl Watch {
                 supported,
                 vetoed,
                 complete,
+                bounds: None,
             })
         };
         self.config.catalogue.iter().filter_map(sighting).collect()

@@ -15,6 +15,7 @@ pub mod bands;
 mod boxes;
 pub mod content;
 pub mod corroborate;
+pub mod crop;
 pub mod depth;
 pub mod detector;
 pub mod fused;
@@ -42,8 +43,9 @@ use wire::account::Accounts;
 use wire::audit::Journal;
 use wire::bearing::Bearings;
 use wire::bus::Sender;
-use wire::codec;
+use wire::codec::{self, List};
 use wire::core::{Core, Input, Output, Topic};
+use wire::crop::{CAMERAS, Crop};
 use wire::event::{Event, Interface, PICTURED_EVERY};
 use wire::id::{FrameId, WorldId};
 use wire::platform::Sensors;
@@ -70,6 +72,8 @@ use crate::tracker::Tracker;
 /// From so many colour detections in a frame on it is told how many there are, so at most 21 times in a boot. No scene has
 /// so many objects in view.
 pub const CROWD: usize = 12;
+/// Frames from one set of crops to the next: half a second's.
+const CROPPED_EVERY: u64 = 5;
 
 /// Run-specific choices about perception.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -251,7 +255,7 @@ impl Perception {
             return self.look_up(now, bytes);
         }
         let policy = &self.setup.policy;
-        let (Claims { candidates, disputed }, prints) = match &self.stages {
+        let (Claims { candidates, disputed }, prints, frames) = match &self.stages {
             Some(stages) => {
                 let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
                 let frames = accepted.message();
@@ -261,17 +265,17 @@ impl Perception {
                 {
                     self.journal.write(now, Event::Pictured { frame, hash }, &mut self.out);
                 }
-                (stages.candidates(frames, self.config.limits.score), prints)
+                (stages.candidates(frames, self.config.limits.score), prints, Some(*frames))
             }
             None => {
                 let candidates = self.observations.admit::<Candidates>(policy, now, bytes)?.into_parts().0;
                 let prints = content::of_candidates(&candidates);
-                (Claims { candidates, disputed: Disputed::default() }, prints)
+                (Claims { candidates, disputed: Disputed::default() }, prints, None)
             }
         };
         self.crowd(now, &candidates);
         let candidates = self.renewed(now, candidates, &prints);
-        self.process(now, &candidates, disputed);
+        self.process(now, &candidates, disputed, frames.as_ref());
         Ok(())
     }
 
@@ -286,7 +290,7 @@ impl Perception {
         let judged = self.watch.as_ref().map(|watch| watch.judge(&bearings, ego.as_ref(), self.unheard));
         let sightings = judged.unwrap_or_default();
         self.track((frame, stamp), &sightings);
-        self.tell(now, (frame, stamp), bearings.mode);
+        self.tell(now, (frame, stamp), bearings.mode, List::default());
         Ok(())
     }
 
@@ -321,7 +325,7 @@ impl Perception {
     }
 
     /// One frame's candidates, through corroboration and tracking to the message.
-    fn process(&mut self, now: Instant, candidates: &Candidates, disputed: Disputed) {
+    fn process(&mut self, now: Instant, candidates: &Candidates, disputed: Disputed, frames: Option<&Frames<'_>>) {
         let (frame, stamp) = (candidates.frame, candidates.stamp);
         self.present(now, (frame, stamp), provenance::present(candidates));
         let judged = corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates, disputed);
@@ -329,7 +333,19 @@ impl Perception {
         self.track((frame, stamp), &sightings);
         let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());
         told.for_each(|event| self.journal.write(now, event, &mut self.out));
-        self.tell(now, (frame, stamp), candidates.mode);
+        let crops = frames.map_or(List::default(), |frames| self.crops(frames));
+        self.tell(now, (frame, stamp), candidates.mode, crops);
+    }
+
+    /// Crops of a vehicle in every few frames, of each in its turn.
+    fn crops(&self, frames: &Frames<'_>) -> List<Crop, CAMERAS> {
+        let frame = frames.frame;
+        let vehicles: Vec<_> = self.tracker.vehicles_in(frame).collect();
+        if vehicles.is_empty() || !frame.0.is_multiple_of(CROPPED_EVERY) {
+            return List::default();
+        }
+        let (track, bounds) = vehicles[(frame.0 / CROPPED_EVERY) as usize % vehicles.len()];
+        crop::crops(frames, track, &bounds)
     }
 
     /// Notes the products of a frame, and tells of a change.
@@ -345,10 +361,16 @@ impl Perception {
     }
 
     /// Sends the tracks of a frame.
-    fn tell(&mut self, now: Instant, (frame, stamp): (FrameId, Instant), mode: ProductMode) {
+    fn tell(
+        &mut self,
+        now: Instant,
+        (frame, stamp): (FrameId, Instant),
+        mode: ProductMode,
+        crops: List<Crop, CAMERAS>,
+    ) {
         let (products, tracks) = (self.provenance.products(), self.tracker.tracks());
         if !self.quiet {
-            let bytes = self.tracks.seal(now, &codec::encode(&Tracks { frame, stamp, mode, products, tracks }));
+            let bytes = self.tracks.seal(now, &codec::encode(&Tracks { frame, stamp, mode, products, tracks, crops }));
             self.out.push_back(Output::Bus { topic: Topic::Tracks, bytes });
         }
     }

@@ -107,7 +107,22 @@ mod tests {
         let (supported, vetoed) = (Modalities::default(), Modalities::default());
         let (x_mm, y_mm, vx_mm_s, vy_mm_s, sigma_mm, confidence) = (8_000, -3_000, 0, 0, 300, 900);
         let (id, frame) = (TrackId(7), FrameId(1));
-        Track { id, class, x_mm, y_mm, vx_mm_s, vy_mm_s, sigma_mm, confidence, supported, vetoed, updated, frame }
+        let across_px = 0;
+        Track {
+            id,
+            class,
+            x_mm,
+            y_mm,
+            vx_mm_s,
+            vy_mm_s,
+            sigma_mm,
+            confidence,
+            supported,
+            vetoed,
+            updated,
+            frame,
+            across_px,
+        }
     }
 
     fn frame(n: u64, x0: u16) -> Candidates {

@@ -10,7 +10,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 use wire::codec::List;
 use wire::id::{FrameId, TrackId};
-use wire::sensor::{Class, Modalities, Modality};
+use wire::sensor::{Class, Modalities, Modality, PixelBox};
 use wire::time::{Instant, Span};
 use wire::track::Track;
 
@@ -54,6 +54,8 @@ struct Hypothesis {
     opinions: [(Modalities, Modalities); OPINIONS],
     updated: Instant,
     frame: FrameId,
+    /// Its newest sighting's place in the image.
+    bounds: Option<PixelBox>,
 }
 
 /// The tracker.
@@ -89,6 +91,13 @@ impl Tracker {
     /// The tracks that are believed, oldest first.
     pub fn tracks(&self) -> List<Track, MAX_TRACKS> {
         self.tracks.iter().filter(|t| t.confirmed).map(Hypothesis::track).collect()
+    }
+
+    /// The believed vehicles that a frame updated, with their places in its images, oldest first.
+    pub fn vehicles_in(&self, frame: FrameId) -> impl Iterator<Item = (TrackId, PixelBox)> + '_ {
+        let seen =
+            move |track: &&Hypothesis| track.confirmed && track.frame == frame && track.class() == Class::Vehicle;
+        self.tracks.iter().filter(seen).filter_map(|track| Some((track.id, track.bounds?)))
     }
 
     fn predict(&mut self, stamp: Instant) {
@@ -151,6 +160,7 @@ impl Hypothesis {
             opinions: Default::default(),
             updated: stamp,
             frame,
+            bounds: None,
         };
         track.learn(&placed.sighting);
         track
@@ -166,6 +176,7 @@ impl Hypothesis {
 
     fn learn(&mut self, sighting: &Sighting) {
         self.hear(sighting.supported, sighting.vetoed);
+        self.bounds = sighting.bounds;
         self.history <<= 1;
         if !sighting.stands() {
             self.confidence -= self.confidence / 8;
@@ -241,8 +252,14 @@ impl Hypothesis {
             vetoed: self.held(VETOES, |o| o.1),
             updated: self.updated,
             frame: self.frame,
+            across_px: self.bounds.map_or(0, across_px),
         }
     }
+}
+
+/// Pixels across the smaller side.
+fn across_px(bounds: PixelBox) -> u16 {
+    bounds.x1.saturating_sub(bounds.x0).min(bounds.y1.saturating_sub(bounds.y0))
 }
 
 /// Evidence of an unvetoed sighting: its score, reduced for absent modalities.

@@ -12,7 +12,7 @@ use wire::mode::Mode;
 use wire::settings::Settings;
 
 use super::terms::Class;
-use super::value::{List, Located, Name, Seconds, Text, Whole};
+use super::value::{List, Located, Name, Real, Seconds, Text, Whole};
 
 /// The operator and the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -20,13 +20,17 @@ use super::value::{List, Located, Name, Seconds, Text, Whole};
 pub struct Operator {
     /// Identity of the signing key.
     pub name: Name,
+    /// Cycles across an object from which half of all observers can tell a fake (`console::eye`); without it the operator goes by
+    /// the machine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub identification_cycles: Option<Real<500, 64_000>>,
     /// The steps, in order.
     pub step: List<Step, 32>,
 }
 
 impl Default for Operator {
     fn default() -> Self {
-        Self { name: Name::constant("operator-1"), step: List::default() }
+        Self { name: Name::constant("operator-1"), identification_cycles: None, step: List::default() }
     }
 }
 

@@ -100,7 +100,8 @@ impl Speakers {
             let reason = format!("reason {turn}: the north gate is clear");
             let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(turn) };
             let kind = if turn % 2 == 1 { CommandKind::Arm(TrackId(turn as u32)) } else { CommandKind::Hold };
-            let intent = Intent { id, unit: self.unit, nonce, kind, reason: Text::new(&reason), tag: None };
+            let intent =
+                Intent { id, unit: self.unit, nonce, kind, reason: Text::new(&reason), tag: None, shown: None };
             let operator = Key::from_bytes(&self.secrets[1]);
             let intent = operator.sign(Purpose::Intent, &codec::encode(&intent));
             let hash: [u8; 32] = Sha256::digest(&intent).into();
@@ -152,6 +153,7 @@ impl Speakers {
             age: Span::ms(30),
             contradicted: Modalities::default(),
             bearings_mrad: 0,
+            across_px: 24,
         };
         let report = Report {
             origin: self.unit.node(),
@@ -176,6 +178,7 @@ impl Speakers {
             settings: None,
             motion: None,
             contact: None,
+            pictured: None,
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

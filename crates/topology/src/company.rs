@@ -203,7 +203,7 @@ impl Company<'_> {
         policy
     }
 
-    pub(super) fn control(&mut self) {
+    pub(super) fn control(&mut self, draw: &Draw) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
         let others = |of: UnitId| units.iter().copied().filter(|unit| *unit != of).collect();
         let config = GatewayConfig {
@@ -223,7 +223,7 @@ impl Company<'_> {
             self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.endpoint = BusEndpoint::Inside);
         }
         let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
-        let config = script::console(self.scenario, secret, revocations);
+        let config = script::console(self.scenario, draw, secret, revocations);
         self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
 

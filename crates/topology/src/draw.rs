@@ -12,6 +12,8 @@ pub(super) struct Draw {
     pub(super) shift_m: (f64, f64),
     pub(super) clocks: Vec<ClockDraw>,
     pub(super) noise: u64,
+    /// Share of observers who identify better than this trial's operator, millionths.
+    pub(super) better_ppm: u32,
 }
 
 impl Draw {
@@ -29,6 +31,7 @@ impl Draw {
             ClockDraw { zero_us, drift_ppm: if varied { (drift * 100.0) as i64 - 50 } else { 0 } }
         });
         let noise = if scenario.varies.noise { seed } else { 0 };
-        Draw { phase_ms, shift_m, clocks: clocks.to_vec(), noise }
+        let better_ppm = (unit() * 1e6) as u32;
+        Draw { phase_ms, shift_m, clocks: clocks.to_vec(), noise, better_ppm }
     }
 }

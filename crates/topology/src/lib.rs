@@ -226,7 +226,7 @@ pub fn lay_out(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &
     let contacts = contacted.contacts.clone();
     let mut company = Company { scenario, with, seed, secret, public_keys, contacted, members: Vec::new() };
     company.vehicle_a(&draw);
-    company.control();
+    company.control(&draw);
     company.adversary(&draw);
     let members = company.finish();
     Topology {

@@ -1,6 +1,7 @@
 //! From a scenario's `[operator]` to the console's script, and to the oracle's copy of it.
 
 use console::ConsoleConfig;
+use console::eye::Eye;
 use console::operator::{Action, Step, TrackCondition, When};
 use evidence::mission::{Due, Script, Verb};
 use scenario::{DisplayedState, Scenario, Seconds};
@@ -11,12 +12,16 @@ use wire::sensor::Class;
 use wire::setup::Secret;
 use wire::time::Span;
 
+use super::draw::Draw;
+use super::scene;
+
 /// Confidence from which the operator acts on a displayed track, permille.
 const CONFIDENCE: u16 = 600;
 
 /// The console's configuration, with the operator's own key.
 pub(super) fn console(
     scenario: &Scenario,
+    draw: &Draw,
     operator_secret: Secret,
     revocations: Vec<(NodeId, Vec<u8>)>,
 ) -> ConsoleConfig {
@@ -27,9 +32,31 @@ pub(super) fn console(
         operator_secret,
         role: Role::Supervise,
         script: scenario.operator.step.iter().map(step).collect(),
+        eye: eye(scenario, draw),
         revocations,
         text: false,
     }
+}
+
+/// The operator's eye, where the scenario gives one.
+fn eye(scenario: &Scenario, draw: &Draw) -> Option<Eye> {
+    let cycles = scenario.operator.identification_cycles?;
+    let world = scene::of(scenario, draw.shift_m, None);
+    let vehicles = world.objects.iter().filter(|object| object.class == Class::Vehicle);
+    let places = vehicles.flat_map(|object| places(&object.path)).map(scene::millimetres);
+    let cycles_milli = (cycles.get() * 1000.0) as u32;
+    Some(Eye { cycles_milli, better_ppm: draw.better_ppm, vehicles: places.collect() })
+}
+
+/// Places on a way, at most a metre apart on legs of up to 200 m.
+fn places(path: &[[f32; 2]]) -> Vec<[f32; 2]> {
+    let between = |leg: &[[f32; 2]]| {
+        let [east, north] = [leg[1][0] - leg[0][0], leg[1][1] - leg[0][1]];
+        let parts = (east * east + north * north).sqrt().ceil().clamp(1.0, 200.0);
+        let [x, y] = leg[0];
+        (0..parts as u16).map(move |n| f32::from(n) / parts).map(move |share| [x + share * east, y + share * north])
+    };
+    path.windows(2).flat_map(between).chain(path.last().copied()).collect()
 }
 
 /// The orders that the operator is to give, and how far the mission is stated to come. A revocation is no order: the unit does

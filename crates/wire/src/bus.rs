@@ -145,7 +145,8 @@ mod tests {
 
     fn tracks(mode: ProductMode) -> Vec<u8> {
         let (frame, stamp) = (crate::id::FrameId(1), NOW);
-        codec::encode(&Tracks { frame, stamp, mode, products: [None; 4], tracks: codec::List::default() })
+        let (tracks, crops) = Default::default();
+        codec::encode(&Tracks { frame, stamp, mode, products: [None; 4], tracks, crops })
     }
 
     #[test]

@@ -78,6 +78,15 @@ impl CommandKind {
         }
     }
 
+    /// The track whose displayed evidence the kind rests on: that of an arming and of its confirmation.
+    pub fn rests_on_display(self) -> Option<TrackId> {
+        use CommandKind::{Arm, Configure, Confirm, Disarm, Enable, Hold, Resume};
+        match self {
+            Arm(track) | Confirm(track) => Some(track),
+            Hold | Disarm | Enable | Resume | Configure(_) => None,
+        }
+    }
+
     /// Name in scripts and logs.
     pub fn name(self) -> &'static str {
         match self {
@@ -113,11 +122,17 @@ pub struct Intent {
     /// Time of its execution; absent: at once.
     #[n(5)]
     pub tag: Option<TimeTag>,
+    /// The unit's report that the operator was shown, where the kind [rests on it](CommandKind::rests_on_display).
+    #[cbor(n(6), with = "minicbor::bytes")]
+    pub shown: Option<ReportHash>,
 }
 
 /// SHA-256 of a signed intent's bytes, to which its confirmation, its acknowledgement and its progress are bound. An id is
 /// chosen by its signer; this is of one intent only.
 pub type IntentHash = [u8; 32];
+
+/// SHA-256 of a signed report's bytes: by it an order names the report that its operator was shown.
+pub type ReportHash = [u8; 32];
 
 /// Second step, signed by the operator for everything that leads away from safe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]

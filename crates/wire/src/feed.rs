@@ -31,6 +31,9 @@ pub enum Feed<'b> {
     /// Number of times in this boot that the gateway's session at the broker was cut or taken.
     #[n(5)]
     SessionsLost(#[n(0)] u32),
+    /// A crop as it came in the session of this unit; only the unit's signed report can vouch for it.
+    #[n(6)]
+    Crop(#[n(0)] UnitId, #[b(1)] &'b ByteSlice),
 }
 
 /// A report that passed the boundary, for display.

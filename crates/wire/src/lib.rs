@@ -30,6 +30,7 @@ pub mod codec;
 pub mod command;
 pub mod contact;
 pub mod core;
+pub mod crop;
 pub mod drive;
 pub mod event;
 pub mod feed;

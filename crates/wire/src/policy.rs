@@ -56,11 +56,13 @@ pub enum Check {
     Content,
     /// The network over all cameras shares a detection of the colour detector.
     Fusion,
+    /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where it said.
+    Shown,
 }
 
 impl Check {
     /// Every check, in order.
-    pub const ALL: [Check; 21] = [
+    pub const ALL: [Check; 22] = [
         Check::Freshness,
         Check::Origin,
         Check::Signature,
@@ -82,6 +84,7 @@ impl Check {
         Check::Warmth,
         Check::Content,
         Check::Fusion,
+        Check::Shown,
     ];
 
     /// Name in policy files and events.
@@ -108,6 +111,7 @@ impl Check {
             Check::Warmth => "warmth",
             Check::Content => "content",
             Check::Fusion => "fusion",
+            Check::Shown => "shown",
         }
     }
 }

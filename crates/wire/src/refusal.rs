@@ -3,7 +3,7 @@
 use minicbor::{Decode, Encode};
 
 use crate::codec::Malformed;
-use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, UnitId};
+use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use crate::mode::Mode;
 use crate::sensor::ProductMode;
 use crate::time::Span;
@@ -271,6 +271,24 @@ pub enum Refusal {
     /// Stored, and the mode has changed since, a HOLD has come or the session at the broker is lost.
     #[error("interlock: void, since the unit is not as it was when the order was stored")]
     Voided,
+    /// The order names none of the unit's newest reports, or one without the track: its operator was shown something else.
+    #[error("shown: one of the last {kept} reports, with {track:?} in it, expected, got another or none")]
+    Shown {
+        /// Number of reports remembered.
+        kept: usize,
+        /// The order's track.
+        track: TrackId,
+    },
+    /// The track is no longer where the operator was shown it.
+    #[error("shown: {track:?} within {limit_mm} mm of its place on the display expected, got {got_mm} mm")]
+    Moved {
+        /// The order's track.
+        track: TrackId,
+        /// Largest distance.
+        limit_mm: u32,
+        /// Distance.
+        got_mm: u32,
+    },
     /// The window of a time tag is over.
     #[error("late: a window that is open expected, over for {over}")]
     Missed {
@@ -343,6 +361,8 @@ pub enum Reason {
     Joint,
     #[n(31)]
     TimeTag,
+    #[n(32)]
+    Shown,
     /// A certificate that proves no known peer, or no longer does; decided by a link before there is a session.
     #[n(41)]
     Certificate,
@@ -353,7 +373,7 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason, in wire order.
-    pub const ALL: [Reason; 30] = [
+    pub const ALL: [Reason; 31] = [
         Reason::Length,
         Reason::Schema,
         Reason::Canonical,
@@ -382,6 +402,7 @@ impl Reason {
         Reason::Expired,
         Reason::Joint,
         Reason::TimeTag,
+        Reason::Shown,
         Reason::Certificate,
         Reason::Handshake,
     ];
@@ -417,6 +438,7 @@ impl Reason {
             Reason::Expired => "expired",
             Reason::Joint => "joint",
             Reason::TimeTag => "time_tag",
+            Reason::Shown => "shown",
             Reason::Certificate => "certificate",
             Reason::Handshake => "handshake",
         }
@@ -456,6 +478,7 @@ impl Refusal {
             Refusal::Expired { .. } => Reason::Expired,
             Refusal::Joint { .. } => Reason::Joint,
             Refusal::Untimed { .. } | Refusal::AheadTag { .. } => Reason::TimeTag,
+            Refusal::Shown { .. } | Refusal::Moved { .. } => Reason::Shown,
         }
     }
 }

@@ -6,6 +6,7 @@
 use minicbor::{Decode, Encode};
 
 use crate::codec::List;
+use crate::crop::Pictured;
 use crate::id::{Boot, CommandId, NodeId, Nonce, RecordId, Sequence, TrackId};
 use crate::measured::Measured;
 use crate::mode::{Cause, Guards, Mode};
@@ -48,6 +49,9 @@ pub struct ReportedTrack {
     /// Widest angle between two lines of sight along which it was borne out, milliradians.
     #[n(8)]
     pub bearings_mrad: u16,
+    /// Pixels across the smaller side of its newest detection in the camera's image; zero without an image.
+    #[n(9)]
+    pub across_px: u16,
 }
 
 /// Authority as reported to the operator.
@@ -142,6 +146,9 @@ pub struct Report {
     /// Contact by the unit's own plan; absent where the link always carries.
     #[n(21)]
     pub contact: Option<ReportedContact>,
+    /// Newest crops of a track, where it has images.
+    #[n(22)]
+    pub pictured: Option<Pictured>,
 }
 
 impl Report {

@@ -65,6 +65,9 @@ pub enum SessionBody<'b> {
     /// The display's challenge: "repeat it in your reports, with when you first saw it".
     #[n(4)]
     Watch(#[n(0)] Nonce),
+    /// A crop ([`crate::crop::Crop`]) that the sender's reports vouch for.
+    #[n(5)]
+    Crop(#[b(0)] &'b ByteSlice),
     /// A signed revocation ([`crate::trust::Revocation`]), as the authority made it. Repeated while the session lasts.
     #[n(50)]
     Revoked(#[b(0)] &'b ByteSlice),

@@ -3,6 +3,7 @@
 use minicbor::{Decode, Encode};
 
 use crate::codec::List;
+use crate::crop::{CAMERAS, Crop};
 use crate::id::{FrameId, TrackId};
 use crate::sensor::{Class, Modalities, ProductMode};
 use crate::time::Instant;
@@ -46,6 +47,9 @@ pub struct Track {
     /// The frame of that update.
     #[n(11)]
     pub frame: FrameId,
+    /// Pixels across the smaller side of that update's detection; zero without an image.
+    #[n(12)]
+    pub across_px: u16,
 }
 
 /// The newest product of one perception stage.
@@ -77,4 +81,7 @@ pub struct Tracks {
     /// At most 16 tracks, oldest first.
     #[n(4)]
     pub tracks: List<Track, 16>,
+    /// Crops of one of them, now and then; none without images.
+    #[n(5)]
+    pub crops: List<Crop, CAMERAS>,
 }

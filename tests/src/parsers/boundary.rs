@@ -1,7 +1,7 @@
 //! The gates of the trust boundary: their acceptances, and the state after a refusal.
 
 use wire::bus::{self, ChannelKey, HEADER_LEN, Sender, TAG_LEN};
-use wire::codec::{self, List};
+use wire::codec;
 use wire::core::Topic;
 use wire::id::{Boot, FrameId, NodeId, Nonce, PeerId, Sequence};
 use wire::policy::Policy;
@@ -76,7 +76,8 @@ pub fn bus(bytes: &[u8]) -> bool {
     let gate = |topic, producer| BusGate::new(topic, producer, key(), Span::ms(300));
     let policy = Policy::default();
     let (frame, mode) = (FrameId(1), ProductMode::Live);
-    let tracks = codec::encode(&Tracks { frame, stamp: NOW, mode, products: [None; 4], tracks: List::default() });
+    let (tracks, crops) = Default::default();
+    let tracks = codec::encode(&Tracks { frame, stamp: NOW, mode, products: [None; 4], tracks, crops });
     let genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key()).seal(NOW, &tracks);
     let of_tracks = |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Tracks>(&policy, NOW, bytes).map(|_| ());
     let tracks = judged(gate(Topic::Tracks, NodeId::PERCEPTION), bytes, &genuine, of_tracks);

@@ -6,6 +6,7 @@ use wire::audit::{Head, MAX_ENTRY, Seal};
 use wire::codec::{self, Malformed};
 use wire::command::{Ack, Confirmation, Intent, MAX_ORDER, Order, Request};
 use wire::core::{Input, Output};
+use wire::crop::{Crop, MAX_CROP};
 use wire::drive::{Act, Drive};
 use wire::feed::Feed;
 use wire::id::NodeId;
@@ -40,6 +41,7 @@ pub fn message(bytes: &[u8]) -> bool {
         canonical::<Ack>(bytes, MAX_ORDER),
         canonical::<Request<'_>>(bytes, MAX_MESSAGE),
         canonical::<Feed<'_>>(bytes, MAX_MESSAGE),
+        canonical::<Crop>(bytes, MAX_CROP),
         canonical::<Frames<'_>>(bytes, MAX_MESSAGE),
         canonical::<Candidates>(bytes, MAX_MESSAGE),
         canonical::<Navigation>(bytes, MAX_MESSAGE),

@@ -74,6 +74,7 @@ impl End {
             | SessionBody::Report(_)
             | SessionBody::Grant(_)
             | SessionBody::Teammate(_)
+            | SessionBody::Crop(_)
             | SessionBody::Revoked(_) => {}
         }
         Some(outer.body)

@@ -51,13 +51,37 @@ pub(super) fn body(now: Instant, topic: Topic, says: Says, last: Option<Heard<'_
             }
             Some(codec::encode(&reading))
         }
-        Says::Recorded { .. } | Says::Altered(_) => None,
+        Says::Recorded { .. } | Says::Altered(_) | Says::Moved(_) => None,
     }
+}
+
+/// The genuine message that a rogue passes on, changed; none where it does not wait for one.
+pub(super) fn passed_on(bytes: &[u8], says: Says) -> Option<Vec<u8>> {
+    match says {
+        Says::Altered(spot) => altered(bytes, spot),
+        Says::Moved(spot) => moved(bytes, spot),
+        Says::Echo
+        | Says::Beat
+        | Says::Vehicle(_)
+        | Says::Synthetic(_)
+        | Says::PlayedBack(_)
+        | Says::Elsewhere(_)
+        | Says::Recorded { .. } => None,
+    }
+}
+
+/// A genuine tracks message with its vehicles at another place.
+fn moved(bytes: &[u8], spot: Spot) -> Option<Vec<u8>> {
+    let mut tracks: Tracks = read(bytes)?;
+    for track in tracks.tracks.0.iter_mut().filter(|track| track.class == Class::Vehicle) {
+        (track.x_mm, track.y_mm) = (spot.x_mm, spot.y_mm);
+    }
+    Some(codec::encode(&tracks))
 }
 
 /// A genuine tracks message with one vehicle that is not there, seen by every modality in that frame, in place of those
 /// that are.
-pub(super) fn altered(bytes: &[u8], spot: Spot) -> Option<Vec<u8>> {
+fn altered(bytes: &[u8], spot: Spot) -> Option<Vec<u8>> {
     let tracks: Tracks = read(bytes)?;
     let others = tracks.tracks.iter().copied().filter(|track| track.class != Class::Vehicle);
     let track = fabricated(tracks.stamp, tracks.frame, spot);
@@ -83,7 +107,7 @@ fn vehicle(now: Instant, mode: ProductMode, spot: Spot, last: Option<Heard<'_>>)
     let frame = FrameId(before + 1 + since.0 / FRAME.0);
     let product = Some(StageProduct { frame, stamp: now });
     let tracks = [fabricated(now, frame, spot)].into_iter().collect();
-    codec::encode(&Tracks { frame, stamp: now, mode, products: [product; 4], tracks })
+    codec::encode(&Tracks { frame, stamp: now, mode, products: [product; 4], tracks, crops: codec::List::default() })
 }
 
 /// An act under the first authority of a run, for which no act was heard that could be said again.
@@ -106,6 +130,7 @@ fn fabricated(stamp: Instant, frame: FrameId, spot: Spot) -> Track {
         vetoed: Modalities::default(),
         updated: stamp,
         frame,
+        across_px: 24,
     }
 }
 

@@ -107,6 +107,7 @@ impl Forger {
             kind: kind.command(self.track, self.track, None),
             reason: Text::new("invented"),
             tag: None,
+            shown: self.newest.and_then(|newest| newest.shown),
         }
     }
 

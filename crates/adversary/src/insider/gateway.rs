@@ -219,9 +219,12 @@ fn body(bytes: &[u8]) -> Option<&[u8]> {
 fn accepted_of(body: &[u8]) -> Option<AcceptedReport<'_>> {
     match codec::decode(body, body.len()).ok()? {
         Feed::Accepted(accepted) => Some(accepted),
-        Feed::Refused(..) | Feed::Session(..) | Feed::Command(..) | Feed::Acknowledged(_) | Feed::SessionsLost(_) => {
-            None
-        }
+        Feed::Refused(..)
+        | Feed::Session(..)
+        | Feed::Command(..)
+        | Feed::Acknowledged(_)
+        | Feed::SessionsLost(_)
+        | Feed::Crop(..) => None,
     }
 }
 

@@ -11,7 +11,7 @@ use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, Text};
-use wire::command::{CommandKind, Confirmation, Intent, Order, Request};
+use wire::command::{CommandKind, Confirmation, Intent, Order, ReportHash, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::feed::Feed;
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, WorldId};
@@ -35,8 +35,8 @@ pub struct InsiderOperator {
     key: Key,
     station: Option<Sender>,
     runs: Vec<Run>,
-    /// The newest report of the unit.
-    report: Option<Report>,
+    /// The newest report of the unit, with its hash.
+    report: Option<(Report, ReportHash)>,
     /// Newest counter of each identity, as far as it knows; of others the counter is at its start.
     counters: BTreeMap<NodeId, (Boot, Sequence)>,
     outbox: Outbox,
@@ -102,7 +102,7 @@ impl InsiderOperator {
             let counter = self.counters.entry(id.operator).or_insert(FIRST);
             *counter = (*counter).max((id.boot, id.sequence));
         }
-        self.report = Some(report);
+        self.report = Some((report, Sha256::digest(&**accepted.report).into()));
     }
 
     fn act(&mut self, now: Instant) {
@@ -145,15 +145,10 @@ impl InsiderOperator {
 
     fn intent(&mut self, run: &RogueOrders) -> Intent {
         let id = self.id(run);
-        let nonce = self.report.as_ref().map_or(Nonce::NONE, |report| report.command_nonce);
-        Intent {
-            id,
-            unit: self.config.unit,
-            nonce,
-            kind: self.kind(run),
-            reason: Text::new("because I can"),
-            tag: None,
-        }
+        let nonce = self.report.as_ref().map_or(Nonce::NONE, |(report, _)| report.command_nonce);
+        let kind = self.kind(run);
+        let shown = kind.rests_on_display().and_then(|_| self.report.as_ref().map(|(_, hash)| *hash));
+        Intent { id, unit: self.config.unit, nonce, kind, reason: Text::new("because I can"), tag: None, shown }
     }
 
     fn id(&mut self, run: &RogueOrders) -> CommandId {
@@ -169,9 +164,9 @@ impl InsiderOperator {
     }
 
     fn kind(&self, run: &RogueOrders) -> CommandKind {
-        let held = self.report.as_ref().and_then(|report| report.authority).map(|held| held.track);
+        let held = self.report.as_ref().and_then(|(report, _)| report.authority).map(|held| held.track);
         let wanted = |id: TrackId| run.track == OrderTrack::Seen || Some(id) != held;
-        let tracks = self.report.iter().flat_map(|report| report.tracks.iter());
+        let tracks = self.report.iter().flat_map(|(report, _)| report.tracks.iter());
         let vehicles = tracks.filter(|track| track.class == Class::Vehicle && wanted(track.id));
         let best = vehicles.max_by_key(|track| track.confidence).map_or(TrackId(0), |track| track.id);
         let confirm = if run.track == OrderTrack::Seen { held.unwrap_or(TrackId(0)) } else { best };

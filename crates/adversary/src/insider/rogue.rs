@@ -95,11 +95,10 @@ impl Rogue {
             let until = self.origin + Span::ms(plan.at_ms + plan.duration_ms);
             let open = plan.topic == topic && now >= self.origin + Span::ms(plan.at_ms) && now < until;
             // Its own words come back to it; the genuine ones are of an earlier boot.
-            if let Says::Altered(spot) = plan.says
-                && open
+            if open
                 && !self.outbox.is_quiet()
                 && sender.boot() > forged::boot(bytes)
-                && let Some(body) = forged::altered(bytes, spot)
+                && let Some(body) = forged::passed_on(bytes, plan.says)
             {
                 self.say(now, i, &body);
             }
@@ -109,7 +108,7 @@ impl Rogue {
     /// Messages that are due.
     fn act(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
-            while !matches!(self.runs[i].plan.says, Says::Altered(_)) && self.runs[i].steps.take(now) {
+            while !self.runs[i].plan.says.waits() && self.runs[i].steps.take(now) {
                 self.once(now, i);
             }
         }
@@ -161,7 +160,7 @@ impl Core for Rogue {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let timed = self.runs.iter().filter(|run| !matches!(run.plan.says, Says::Altered(_)));
+        let timed = self.runs.iter().filter(|run| !run.plan.says.waits());
         timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.outbox.is_quiet())
     }
 
@@ -198,7 +197,8 @@ mod tests {
     fn genuine(ms: u64) -> Input {
         let mut sender = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), KEY);
         let (frame, mode) = (FrameId(7), ProductMode::Live);
-        let tracks = Tracks { frame, stamp: at(ms), mode, products: [None; 4], tracks: codec::List::default() };
+        let (tracks, crops) = Default::default();
+        let tracks = Tracks { frame, stamp: at(ms), mode, products: [None; 4], tracks, crops };
         Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at(ms), &codec::encode(&tracks)) }
     }
 

@@ -154,6 +154,7 @@ impl InsiderTeammate {
             | SessionBody::Hello(_)
             | SessionBody::Grant(_)
             | SessionBody::Watch(_)
+            | SessionBody::Crop(_)
             | SessionBody::Revoked(_) => {
                 return;
             }

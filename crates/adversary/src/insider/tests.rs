@@ -221,6 +221,7 @@ fn forwarded(form: Form) -> Vec<u8> {
             | SessionBody::Grant(_)
             | SessionBody::Teammate(_)
             | SessionBody::Watch(_)
+            | SessionBody::Crop(_)
             | SessionBody::Revoked(_) => None,
         }
     });
@@ -254,6 +255,7 @@ fn report_of_c() -> Vec<u8> {
         settings: None,
         motion: None,
         contact: None,
+        pictured: None,
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

@@ -101,6 +101,7 @@ impl Voice {
             measured: Measured::default(),
             motion: None,
             contact: None,
+            pictured: None,
             settings: None,
         }
     }

@@ -59,6 +59,15 @@ pub enum Says {
     },
     /// Each genuine tracks message at once again, with a vehicle that is not there in place of those that are.
     Altered(Spot),
+    /// Each genuine tracks message at once again, with its vehicles at this place under their own identities.
+    Moved(Spot),
+}
+
+impl Says {
+    /// True if each genuine message sets one off, and no time of its own does.
+    pub(crate) fn waits(self) -> bool {
+        matches!(self, Says::Altered(_) | Says::Moved(_))
+    }
 }
 
 /// A place, or a shift, in the world frame.
@@ -90,7 +99,8 @@ impl RogueMove {
             | Says::Synthetic(at)
             | Says::PlayedBack(at)
             | Says::Elsewhere(at)
-            | Says::Altered(at) => {
+            | Says::Altered(at)
+            | Says::Moved(at) => {
                 within("x_mm", u64::from(at.x_mm.unsigned_abs()), 0, MAX_PLACE)?;
                 within("y_mm", u64::from(at.y_mm.unsigned_abs()), 0, MAX_PLACE)
             }

@@ -6,9 +6,12 @@
 use wire::command::CommandKind;
 use wire::id::{CommandId, TrackId};
 use wire::mode::{Because, Cause};
+use wire::refusal::Refusal;
 use wire::settings::Settings;
 
 use super::Ordered;
+use super::consent::Consented;
+use crate::designation::Designated;
 
 /// An accepted order of kind `K`.
 #[derive(Clone, Copy, Debug)]
@@ -101,12 +104,22 @@ impl Given<'_, Arm> {
     pub fn track(&self) -> TrackId {
         self.kind.0
     }
+
+    /// The designation, as the operator saw it.
+    pub fn consented<'a>(&self, designated: &'a Designated) -> Result<Consented<'a>, Refusal> {
+        self.order.consent.to(designated)
+    }
 }
 
 impl Given<'_, Confirm> {
     /// The track to act on.
     pub fn track(&self) -> TrackId {
         self.kind.0
+    }
+
+    /// The designation, as the operator saw it.
+    pub fn consented<'a>(&self, designated: &'a Designated) -> Result<Consented<'a>, Refusal> {
+        self.order.consent.to(designated)
     }
 }
 

@@ -44,8 +44,8 @@ use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
+use crate::command::consent::Consented;
 use crate::command::given::{Arm, Confirm, Given};
-use crate::designation::Designated;
 use crate::fork::Fork;
 use crate::health::Healthy;
 
@@ -125,14 +125,16 @@ impl Mint {
 
 impl ActAuthority {
     /// Everything authority rests on, as arguments: an operator's accepted Arm order, all guards holding, the ordered
-    /// track fit for designation, and a mint whose policy admits it. `None` for another track or without admission.
+    /// track fit for designation where the operator saw it, and a mint whose policy admits it. `None` for another track or
+    /// without admission.
     pub(super) fn mint(
         mint: &mut Mint,
         now: Instant,
         arm: &Given<'_, Arm>,
         healthy: &Healthy,
-        designated: &Designated,
+        consented: &Consented<'_>,
     ) -> Option<ActAuthority> {
+        let designated = consented.designated();
         if !mint.admitted || designated.track() != arm.track() {
             return None;
         }
@@ -179,8 +181,8 @@ impl ActAuthority {
     }
 
     /// Uses it up. The conditions of its minting must hold again, now.
-    pub(super) fn spend(self, confirm: &Given<'_, Confirm>, _healthy: &Healthy, designated: &Designated) -> Spent {
-        let (x_mm, y_mm) = designated.place();
+    pub(super) fn spend(self, confirm: &Given<'_, Confirm>, _healthy: &Healthy, consented: &Consented<'_>) -> Spent {
+        let (x_mm, y_mm) = consented.designated().place();
         Spent { authority: self.serial, world: self.world, track: self.track, x_mm, y_mm, command: confirm.id() }
     }
 

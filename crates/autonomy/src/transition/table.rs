@@ -331,19 +331,23 @@ fn health(set: Guards) -> Health {
 
 /// An order that has passed the command gate.
 fn ordered(kind: CommandKind, n: u64) -> Ordered {
+    use sha2::Digest;
     let (operator, nonce, now, policy) = (NodeId::OPERATOR, Nonce(n), Instant(0), Policy::default());
     let key = Key::from_bytes(&[1; 32]);
     let mut keys = Keyring::default();
     keys.insert(operator, &key.public());
     let mut gate = CommandGate::new(UnitId::A, vec![operator], Span::s(1));
     gate.issue(nonce, now);
+    let report = b"of both tracks";
+    gate.reported(report, [TRACK, OTHER].into_iter().map(|track| (track, (0, 0))));
+    let shown = kind.rests_on_display().map(|_| sha2::Sha256::digest(report).into());
     let id = CommandId { operator, boot: Boot(1), sequence: Sequence(n) };
     gate.admit(
         &policy,
         &keys,
         &RevocationList::new(&[], now),
         now,
-        &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table"), tag: None }),
+        &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table"), tag: None, shown }),
     )
     .expect("invariant: the order is signed, in time and confirmed")
 }

@@ -12,8 +12,9 @@ use wire::audit::{Entry, Seal, SealedHead};
 use wire::bounds::Bounds;
 use wire::bus::{ChannelKey, Sender};
 use wire::codec::{self, List, Text};
-use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, ReportHash};
 use wire::core::{Core, Input, Output, Subject, Topic};
+use wire::crop::{CAMERAS, Crop};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::Event;
 use wire::guest::{Answer, MAX_REQUEST, Reply, Request};
@@ -62,6 +63,13 @@ pub(crate) struct Bench {
     pub(crate) acts: Vec<Act>,
     pub(crate) drive: Option<Drive>,
     pub(crate) report: Option<Report>,
+    /// Place of the track, mm.
+    pub(crate) place: (i32, i32),
+    /// Hash of its bytes.
+    pub(crate) shown: Option<ReportHash>,
+    /// Crops that perception sends with its next frame, and those that the unit has sent.
+    pub(crate) cropped: List<Crop, CAMERAS>,
+    pub(crate) crops: Vec<Vec<u8>>,
     /// The guest's set-point: mm/s and 10⁻⁶ per metre; no answer where absent.
     pub(crate) pilot: Option<(i32, i32)>,
     /// Requests to the guest so far.
@@ -140,6 +148,10 @@ impl Bench {
             acts: Vec::new(),
             drive: None,
             report: None,
+            place: (9000, 6000),
+            shown: None,
+            cropped: List::default(),
+            crops: Vec::new(),
             pilot: None,
             asked: Vec::new(),
             answered: 0,
@@ -213,7 +225,8 @@ impl Bench {
         self.commands += 1;
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(self.commands) };
         let nonce = self.report.as_ref().map_or(Nonce::NONE, |report| report.command_nonce);
-        Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new(reason), tag: None }
+        let shown = kind.rests_on_display().and(self.shown);
+        Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new(reason), tag: None, shown }
     }
 
     pub(crate) fn publish(&mut self, bytes: Vec<u8>) {
@@ -301,6 +314,7 @@ impl Bench {
             settings: None,
             motion: None,
             contact: None,
+            pictured: None,
         }
     }
 
@@ -338,8 +352,8 @@ impl Bench {
         let track = Track {
             id: TRACK,
             class: self.class,
-            x_mm: 9000,
-            y_mm: 6000,
+            x_mm: self.place.0,
+            y_mm: self.place.1,
             vx_mm_s: 0,
             vy_mm_s: 0,
             sigma_mm: 100,
@@ -348,9 +362,11 @@ impl Bench {
             vetoed: Modalities::default(),
             updated: stamp,
             frame,
+            across_px: 24,
         };
         let tracks = [track].into_iter().collect();
-        let tracks = Tracks { frame, stamp, mode: ProductMode::Live, products: self.products, tracks };
+        let crops = core::mem::take(&mut self.cropped);
+        let tracks = Tracks { frame, stamp, mode: ProductMode::Live, products: self.products, tracks, crops };
         let bytes = self.perception.seal(self.now, &codec::encode(&tracks));
         self.feed(&Input::Bus { topic: Topic::Tracks, bytes });
     }
@@ -404,7 +420,9 @@ impl Bench {
                 let bytes: &[u8] = bytes;
                 let signed = Signed::parse(bytes, MAX_REPORT).unwrap();
                 self.report = Some(codec::decode(signed.payload, MAX_REPORT).unwrap());
+                self.shown = Some(Sha256::digest(bytes).into());
             }
+            SessionBody::Crop(bytes) => self.crops.push(bytes.to_vec()),
             SessionBody::Grant(_) | SessionBody::Teammate(_) | SessionBody::Watch(_) | SessionBody::Revoked(_) => {
                 panic!("a unit says nothing of others")
             }

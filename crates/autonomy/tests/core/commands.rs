@@ -1,17 +1,21 @@
 //! Orders: at most once, never late, never by halves, never by another.
 
-use wire::command::CommandKind;
+use sha2::{Digest, Sha256};
+use wire::command::{CommandKind, Intent};
 use wire::core::Input;
+use wire::crop::{Crop, PIXELS, Pixels};
 use wire::event::{Account, Event, Interface};
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, UnitId};
+use wire::id::{Boot, FrameId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::session::SessionBody;
 use wire::settings::Settings;
+use wire::setup::Ablation;
+use wire::time::Span;
 use wire::trust::Revocation;
 
-use crate::bench::{Bench, key_of, order_bytes};
+use crate::bench::{Bench, TRACK, key_of, order_bytes};
 
 fn idle() -> Bench {
     let mut bench = Bench::new();
@@ -364,4 +368,71 @@ fn plan_keeps_the_operators_margin() {
         "the way point is 5 m inside the fence: room for 3 m and what the plan keeps beyond"
     );
     assert_eq!(driven(5000), 0, "no way leads there without tripping the guard");
+}
+
+#[test]
+fn armings_name_a_report_that_the_unit_made() {
+    let mut bench = Bench::new();
+    bench.run(500);
+    let early = bench.shown;
+    bench.reach(Mode::Ready);
+    let arm = |bench: &mut Bench, shown| {
+        let intent = Intent { shown, ..bench.intent(CommandKind::Arm(TRACK), "for a reason") };
+        bench.publish(order_bytes(&intent, true));
+        bench.acks.last().unwrap().refused
+    };
+    assert_eq!(arm(&mut bench, None), Some(Reason::Shown));
+    assert_eq!(arm(&mut bench, Some([7; 32])), Some(Reason::Shown), "another's report, or none");
+    bench.run(1400);
+    assert_eq!(arm(&mut bench, early), Some(Reason::Shown), "a report that is too old");
+    assert_eq!(bench.order(CommandKind::Arm(TrackId(900))), Some(Reason::Shown), "no track of the report");
+    bench.run(100);
+    let newest = bench.shown;
+    assert_eq!(arm(&mut bench, newest), None);
+    assert_eq!(bench.core.mode(), Mode::PrepareToAct);
+    let mut policy = Policy::default();
+    policy.boundary.insert(Check::Shown, Requirement::Waived);
+    let mut waived = Bench::under(policy, Some(Ablation { scenario: "test".into() }));
+    waived.reach(Mode::Ready);
+    assert_eq!(arm(&mut waived, None), None);
+}
+
+/// The operator saw it where it was.
+#[test]
+fn moved_track_carries_no_consent() {
+    let mut bench = Bench::in_mode(Mode::PrepareToAct);
+    let confirm = |bench: &mut Bench, shown| {
+        let intent = Intent { shown, ..bench.intent(CommandKind::Confirm(TRACK), "for a reason") };
+        bench.publish(order_bytes(&intent, true));
+        bench.acks.last().unwrap().refused
+    };
+    let before = bench.shown;
+    bench.place.0 += 1_600;
+    bench.run(300);
+    assert_eq!(confirm(&mut bench, before), Some(Reason::Shown));
+    assert_eq!(bench.core.mode(), Mode::PrepareToAct, "authority stands, for the track where it is");
+    bench.place.0 -= 200;
+    bench.run(100);
+    assert_eq!(confirm(&mut bench, before), None, "within the limit");
+    assert!(bench.events.iter().any(|event| matches!(event, Event::Acted { .. })));
+}
+
+/// Each is sent once, and the report names its hash.
+#[test]
+fn crops_are_vouched_for_by_the_report() {
+    let mut bench = idle();
+    assert_eq!(bench.report.as_ref().unwrap().pictured, None);
+    let crop = |shade| Crop {
+        track: TRACK,
+        frame: FrameId(1),
+        scale: 1,
+        pixels: Pixels::Warmth(1, 2, [shade; PIXELS].into()),
+    };
+    bench.cropped = [crop(1), crop(2)].into_iter().collect();
+    bench.run(500);
+    let sent: Vec<[u8; 32]> = bench.crops.iter().map(|bytes| Sha256::digest(bytes).into()).collect();
+    let pictured = bench.report.as_ref().unwrap().pictured.clone().expect("crops have come");
+    assert_eq!((sent.len(), pictured.track), (2, TRACK));
+    assert!(pictured.crops.iter().map(|hash| **hash).eq(sent), "{pictured:?}");
+    assert!(pictured.age >= Span::ms(200), "and how old they are: {}", pictured.age);
 }

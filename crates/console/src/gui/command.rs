@@ -14,7 +14,7 @@ use wire::id::UnitId;
 use super::theme::Palette;
 use super::view_state::ViewState;
 use super::words;
-use super::{Wish, given, settings};
+use super::{Wish, given, images, settings};
 use crate::act::{Act, Order, Prepared};
 use crate::shown::Shown;
 
@@ -195,7 +195,7 @@ fn choice(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &mut V
         ui.label(RichText::new("To arm: choose a track in table or map.").weak().small());
     }
     let chosen = view_state.order.filter(|order| orders.contains(order));
-    chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
+    chosen.into_iter().for_each(|order| arm(ui, view_state, shown, &order, wishes));
 }
 
 /// Revocations on offer. One cannot be undone, so it stands apart from everything else, at the column's end and behind a
@@ -217,12 +217,13 @@ fn revocations(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, wishes: &
         order_row(ui, view_state, shown, &Order::Revoke(*who));
     }
     let chosen = view_state.order.filter(|order| matches!(order, Order::Revoke(_)));
-    chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
+    chosen.into_iter().for_each(|order| arm(ui, view_state, shown, &order, wishes));
 }
 
-/// Second step: consequence of the chosen order, its interlocks, and the button that arms it.
-fn arm(ui: &mut Ui, shown: &Shown, order: &Order, wishes: &mut Vec<Wish>) {
+/// Second step: images, consequence of the chosen order, its interlocks, and the button that arms it.
+fn arm(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Order, wishes: &mut Vec<Wish>) {
     ui.add_space(4.0);
+    images::draw(ui, &mut view_state.images, shown, order);
     ui.add(Label::new(RichText::new(words::consequence(order)).strong()).wrap());
     for predicate in shown.interlocks(order) {
         super::why::row(ui, &predicate, true);
@@ -251,10 +252,11 @@ fn order_row(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, order: &Ord
     });
 }
 
-/// Third step: the consequence, the time left, the reason, and the two ways out.
+/// Third step: the images, the consequence, the time left, the reason, and the two ways out.
 fn confirmation(ui: &mut Ui, view_state: &mut ViewState, shown: &Shown, prepared: &Prepared, wishes: &mut Vec<Wish>) {
     let palette = Palette::of(ui);
     countdown(ui, shown, prepared);
+    images::draw(ui, &mut view_state.images, shown, &prepared.order);
     ui.add(Label::new(RichText::new(words::consequence(&prepared.order)).size(14.0).color(palette.strong)).wrap());
     let label = ui.label(RichText::new("Reason: it goes into the signed order").weak());
     let edit = TextEdit::singleline(&mut view_state.reason).hint_text("required").char_limit(MAX_REASON);

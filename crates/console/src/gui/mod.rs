@@ -15,6 +15,7 @@ mod alarms;
 mod command;
 mod contour;
 mod given;
+mod images;
 mod keys;
 mod map;
 mod marks;

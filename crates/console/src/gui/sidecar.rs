@@ -103,12 +103,17 @@ fn sensors(ui: &mut Ui, textures: &mut Textures, sights: &Arc<[Sight]>, before: 
     });
 }
 
-/// One picture, as large as fits into `size`, with its caption below.
+/// A sensor's picture, as large as fits into `size`, with its caption below.
 pub(super) fn one(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>) {
+    let found = if texture.is_some() { format!("{} found", sight.marks.len()) } else { "gave nothing".to_owned() };
+    labelled(ui, size, sight, texture, format!("SENSOR {} {found}", sight.name));
+}
+
+/// The same under a name of its own for those who hear the screen.
+pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>, says: String) {
     let palette = Palette::of(ui);
     let (place, response) = ui.allocate_exact_size(size, Sense::hover());
-    let found = if texture.is_some() { format!("{} found", sight.marks.len()) } else { "gave nothing".to_owned() };
-    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("SENSOR {} {found}", sight.name)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, says.clone()));
     ui.painter().rect_filled(place, 0.0, palette.ground);
     match (texture, &sight.image) {
         (Some(texture), Some(image)) => {
@@ -126,7 +131,8 @@ pub(super) fn one(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&Textu
             ui.painter().text(at, eframe::egui::Align2::CENTER_CENTER, "gave nothing", font, palette.alarm);
         }
     }
-    let words = format!("{} · {}", sight.name, sight.legend);
+    let parted = if sight.legend.is_empty() { "" } else { " · " };
+    let words = format!("{}{parted}{}", sight.name, sight.legend);
     ui.add(Label::new(RichText::new(words).small().color(palette.text)).truncate());
 }
 

@@ -9,6 +9,7 @@ use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use super::map::Camera;
+use super::sidecar::Textures;
 use super::tracks::Sort;
 use crate::shown::Shown;
 
@@ -42,6 +43,8 @@ pub(super) struct ViewState {
     pub(super) acknowledged: bool,
     /// True if the evidence panel is shown.
     pub(super) sidecar: bool,
+    /// Images of the track that the order rests on.
+    pub(super) images: Textures,
     /// Order of the track table.
     pub(super) sort: Sort,
     /// The visible part of the map.
@@ -64,6 +67,7 @@ impl ViewState {
             past: false,
             acknowledged: true,
             sidecar: true,
+            images: Textures::default(),
             sort: Sort::default(),
             camera: None,
             ages: BTreeMap::new(),

@@ -66,6 +66,7 @@ impl ProcessConfig {
                 operator_secret: Secret([0; 32]),
                 revocations,
                 script: Vec::new(),
+                eye: None,
                 ..self.config.clone()
             },
             window: self.window.clone(),

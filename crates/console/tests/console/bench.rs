@@ -1,5 +1,6 @@
 //! A console on a bench, behind a scripted gateway.
 
+use console::eye::Eye;
 use console::operator::{Action, Step, When};
 use console::{Console, ConsoleConfig};
 use sha2::{Digest, Sha256};
@@ -96,6 +97,12 @@ impl Bench {
             making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, Vec::new(), Vec::new());
         let config = ConsoleConfig { awaited: awaited.to_vec(), ..config };
         Self::around(Console::new(setup, config, START).unwrap())
+    }
+
+    /// With an operator who follows this script and looks with this eye.
+    pub(crate) fn with_eye(script: Vec<Step>, eye: Option<Eye>) -> Self {
+        let (setup, config) = making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, script, Vec::new());
+        Self::around(Console::new(setup, ConsoleConfig { eye, ..config }, START).unwrap())
     }
 
     fn around(console: Console) -> Self {
@@ -308,6 +315,7 @@ pub(crate) fn making(
         operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
         role,
         script,
+        eye: None,
         revocations,
         text: true,
     };
@@ -325,6 +333,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         age: Span::ms(50),
         contradicted: Modalities::default(),
         bearings_mrad: 0,
+        across_px: 24,
     };
     Report {
         origin: NodeId::UNIT_A,
@@ -349,6 +358,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         settings: None,
         motion: None,
         contact: None,
+        pictured: None,
     }
 }
 

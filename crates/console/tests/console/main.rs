@@ -6,6 +6,7 @@
 mod acts;
 mod bench;
 mod display;
+mod images;
 #[cfg(feature = "gui")]
 mod looks;
 mod properties;

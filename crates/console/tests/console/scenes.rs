@@ -22,12 +22,13 @@ use crate::yard::Yard;
 pub(crate) type Scene = (&'static str, fn() -> Yard);
 
 /// Every one.
-pub(crate) const SCENES: [Scene; 14] = [
+pub(crate) const SCENES: [Scene; 15] = [
     ("nominal", nominal),
     ("authority", authority),
     ("degraded", degraded),
     ("hold-safe", hold_safe),
     ("armed", armed),
+    ("arming", arming),
     ("stale", stale),
     ("lost", lost),
     ("silent", silent),
@@ -123,6 +124,17 @@ pub(crate) fn armed() -> Yard {
     yard.run(Span::s(3));
     yard.bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Resume))).expect("a unit that can go on");
     yard.run(Span::ms(2_600));
+    yard
+}
+
+/// An arming waits to be confirmed, below the images of its track.
+pub(crate) fn arming() -> Yard {
+    let mut yard = nominal();
+    yard.picture(UnitId::A);
+    yard.run(Span::ms(600));
+    let order = Order::Command(UnitId::A, CommandKind::Arm(TrackId(1)));
+    yard.bench.act(Act::Prepare(order)).expect("a fresh and confident track");
+    yard.run(Span::ms(300));
     yard
 }
 

@@ -29,7 +29,7 @@ fn drawn(sensed: Option<Sensed>, trouble: Option<&'static str>, texts: &[&str]) 
 
 /// At least and at most so many microseconds old.
 fn sensed(at_least: u64, at_most: Option<u64>) -> Option<Sensed> {
-    let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
+    let sight = |name, image| Sight { name, legend: "as seen".into(), image, marks: Vec::new() };
     let image = || Some(Image { width: 4, height: 2, rgb: vec![90; 24] });
     let sights = [sight("colour", image()), sight("depth", image()), sight("thermal", None), sight("LiDAR", image())];
     Some(Sensed { sights: Arc::new(sights), at_least: Span(at_least), at_most: at_most.map(Span) })

@@ -657,7 +657,7 @@ fn recording_can_seek_and_never_looks_live() {
 #[test]
 fn evidence_is_shown_in_recordings_only() {
     let mut seated = seat(scenes::hold_safe());
-    let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
+    let sight = |name, image| Sight { name, legend: "as seen".into(), image, marks: Vec::new() };
     let mark = Mark { edges: [1.0, 1.0, 90.0, 9.0], says: "vehicle 93 %".to_owned() };
     let colour = Sight { marks: vec![mark], ..sight("colour", Some(Image { width: 4, height: 2, rgb: vec![90; 24] })) };
     let sights = vec![colour, sight("thermal", None)];
@@ -820,4 +820,17 @@ fn foreign_name_cannot_break_its_line() {
     let text = chip.value().expect("a text");
     assert!(text.starts_with("MARK ABLATION evil???name"), "{text:?}");
     assert!(text.chars().count() < 80 && !text.contains(['\n', '\t', '\u{202e}']), "{text:?}");
+}
+
+#[test]
+fn arming_stands_below_the_images_of_its_track() {
+    let seated = seat(scenes::arming());
+    assert!(says(&seated, "TRACK 1 as the cameras saw it, 1.05 s before"));
+    for image in ["TRACK 1 colour", "TRACK 1 warmth 287 to 310 K", "TRACK 1 depth 9.0 to 12.5 m"] {
+        assert!(says(&seated, image), "{image}");
+    }
+    let mut bare = scenes::nominal();
+    bare.bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Arm(wire::id::TrackId(1))))).unwrap();
+    bare.run(Span::ms(300));
+    assert!(says(&seat(bare), "No image of track 1 has come."));
 }

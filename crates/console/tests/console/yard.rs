@@ -6,11 +6,12 @@ use console::shown::Shown;
 use console::site::{Block, Relief, Site};
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
-use wire::codec::List;
+use wire::codec::{self, List};
 use wire::command::{Ack, CommandKind, Confirmation, Intent};
+use wire::crop::{Crop, PIXELS, Pictured, Pixels, WIDTH};
 use wire::event::Inconsistency;
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, CommandId, Nonce, PeerId, Sequence, TrackId, UnitId};
+use wire::id::{Boot, CommandId, FrameId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::motion::ReportedMotion;
@@ -48,6 +49,7 @@ pub(crate) struct Actor {
     pub(crate) fast_ppm: i64,
     pub(crate) motion: Option<ReportedMotion>,
     pub(crate) contact: Option<ReportedContact>,
+    pub(crate) pictured: Option<Pictured>,
     sequence: u64,
     last: Option<(CommandId, Option<Reason>)>,
 }
@@ -136,6 +138,14 @@ impl Yard {
         self.bench.feed(&Feed::Refused(Reason::ALL[kind / 2], Some(peers[kind % 2]), counted));
     }
 
+    /// The unit sends images of its first track, and vouches for them from its next report on.
+    pub(crate) fn picture(&mut self, unit: UnitId) {
+        let actor = self.actor(unit);
+        let (crops, pictured) = crops_of(actor.tracks[0].id, 90);
+        actor.pictured = Some(pictured);
+        crops.iter().for_each(|crop| self.bench.feed(&Feed::Crop(unit, crop.as_slice().into())));
+    }
+
     /// Advances time in silence.
     pub(crate) fn wait(&mut self, span: Span) {
         for _ in 0..span.0 / PERIOD.0 {
@@ -221,6 +231,7 @@ impl Actor {
             fast_ppm: 0,
             motion: None,
             contact: None,
+            pictured: None,
             sequence: 0,
             last: None,
         }
@@ -255,6 +266,7 @@ impl Actor {
             settings: self.settings,
             motion: self.motion,
             contact: self.contact,
+            pictured: self.pictured.clone(),
         }
     }
 
@@ -289,6 +301,7 @@ fn tracks(first: u32, (x, y): (i32, i32)) -> Vec<ReportedTrack> {
         age: Span::ms(age),
         contradicted: Modalities::default(),
         bearings_mrad: 0,
+        across_px: 24,
     };
     vec![
         track(1, Class::Vehicle, 17_000, 2_200, 930, all, 40),
@@ -316,4 +329,21 @@ fn hills() -> Relief {
     let height = |x: f32, y: f32| 0.3 * libm::sinf(x / 9.0) * libm::cosf(y / 11.0) + 0.1 * libm::sinf((x + y) / 5.0);
     let heights = (0..45 * 45).map(|n| height(along(n % 45), along(n / 45))).collect();
     Relief { corner: [-44.0, -44.0], cell: 2.0, columns: 45, heights }
+}
+
+/// Encoded crops of a track in one shade, and the entry that vouches for them.
+pub(crate) fn crops_of(track: TrackId, shade: u8) -> (Vec<Vec<u8>>, Pictured) {
+    let body = |at: usize| (6..18).contains(&(at % WIDTH)) && (7..12).contains(&(at / WIDTH));
+    let shades: [u8; PIXELS] = std::array::from_fn(|at| if body(at) { shade.saturating_add(120) } else { shade });
+    let mut colour = [shade; 2 * PIXELS];
+    (0..PIXELS).filter(|at| body(*at)).for_each(|at| colour[2 * at + 1] = shade / 2);
+    let crop = |pixels| Crop { track, frame: FrameId(7), scale: 2, pixels };
+    let all = [
+        crop(Pixels::Colour(colour.into())),
+        crop(Pixels::Warmth(28_700, 31_000, shades.into())),
+        crop(Pixels::Depth(9_000, 12_500, shades.into())),
+    ];
+    let bytes: Vec<Vec<u8>> = all.iter().map(codec::encode).collect();
+    let crops = bytes.iter().map(|bytes| <[u8; 32]>::from(Sha256::digest(bytes)).into()).collect();
+    (bytes, Pictured { track, age: Span::ms(130), crops })
 }

@@ -84,6 +84,8 @@ pub(crate) struct Bench {
     pub(crate) progress: Vec<(CommandStage, Option<Reason>)>,
     /// Losses as told to the display.
     pub(crate) losses: Vec<u32>,
+    /// Crops as passed on to it.
+    pub(crate) crops: Vec<(UnitId, Vec<u8>)>,
     /// And of refusals.
     pub(crate) refusals: Vec<(Reason, Option<PeerId>, u64)>,
     pub(crate) ended: Vec<SessionId>,
@@ -107,6 +109,7 @@ impl Bench {
             feeds: 0,
             progress: Vec::new(),
             losses: Vec::new(),
+            crops: Vec::new(),
             refusals: Vec::new(),
             ended: Vec::new(),
             console: Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), INTENTS),
@@ -151,6 +154,7 @@ impl Bench {
                     match codec::decode(body, body.len()) {
                         Ok(Feed::Command(_, stage, why)) => self.progress.push((stage, why)),
                         Ok(Feed::SessionsLost(times)) => self.losses.push(times),
+                        Ok(Feed::Crop(unit, bytes)) => self.crops.push((unit, bytes.to_vec())),
                         Ok(Feed::Refused(reason, peer, counted)) => self.refusals.push((reason, peer, counted)),
                         _ => {}
                     }
@@ -305,7 +309,7 @@ impl Unit {
             SessionBody::Teammate(t) => self.teammates.push((t.via, t.age, t.report.to_vec())),
             SessionBody::Watch(challenge) => self.watches.push(challenge),
             SessionBody::Revoked(revocation) => self.revocations.push(revocation.to_vec()),
-            SessionBody::Report(_) => panic!("a gateway reports nothing"),
+            SessionBody::Report(_) | SessionBody::Crop(_) => panic!("a gateway reports nothing"),
         }
     }
 
@@ -363,6 +367,7 @@ impl Unit {
             settings: None,
             motion: None,
             contact: None,
+            pictured: None,
         }
     }
 }
@@ -376,7 +381,15 @@ pub(crate) fn command(sequence: u64) -> CommandId {
 }
 
 pub(crate) fn intent(sequence: u64, kind: CommandKind, reason: &str) -> Intent {
-    Intent { id: command(sequence), unit: UnitId::A, nonce: Nonce(5), kind, reason: Text::new(reason), tag: None }
+    Intent {
+        id: command(sequence),
+        unit: UnitId::A,
+        nonce: Nonce(5),
+        kind,
+        reason: Text::new(reason),
+        tag: None,
+        shown: None,
+    }
 }
 
 pub(crate) fn signed_intent(intent: &Intent) -> Vec<u8> {

@@ -4,8 +4,9 @@ use gateway::GatewayConfig;
 use wire::codec;
 use wire::command::Ack;
 use wire::core::{Core, Input};
+use wire::crop::{Crop, PIXELS, Pixels};
 use wire::event::{Account, Event, Interface};
-use wire::id::{Boot, NodeId, Nonce, PeerId, SessionId, UnitId, WorldId};
+use wire::id::{Boot, FrameId, NodeId, Nonce, PeerId, SessionId, TrackId, UnitId, WorldId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy};
 use wire::refusal::Reason;
@@ -304,4 +305,23 @@ fn refusal_flood_is_bounded_with_exact_count() {
     assert_eq!(of(Reason::Confirmation), Some(1), "not crowded out: {:?}", bench.refusals);
     assert!(bench.refusals.len() <= 5 * 20, "{} told", bench.refusals.len());
     assert_eq!(bench.gateway.deadline().filter(|at| *at <= bench.now), None, "nothing is left to tell");
+}
+
+/// The gateway does not look into it any further: the unit's report says which are its own.
+#[test]
+fn crops_reach_the_display_as_they_came() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    let pixels = Pixels::Depth(900, 1_200, [3; PIXELS].into());
+    let crop = codec::encode(&Crop { track: TrackId(1), frame: FrameId(9), scale: 1, pixels });
+    let now = bench.now;
+    let send = |bench: &mut Bench, bytes: &[u8]| {
+        let record = bench.units.get_mut(&a).unwrap().session_message(now, SessionBody::Crop(bytes.into()));
+        bench.deliver(a, record)
+    };
+    assert_eq!(send(&mut bench, &crop), None);
+    assert_eq!(send(&mut bench, &crop[1..]), Some(Reason::Schema));
+    assert_eq!(send(&mut bench, &[&crop[..], &[0]].concat()), Some(Reason::Canonical));
+    assert_eq!(bench.crops, [(UnitId::A, crop)]);
+    bench.assert_conserved();
 }

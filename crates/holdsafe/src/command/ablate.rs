@@ -55,6 +55,9 @@ pub(super) struct Args {
     /// Only these, by their place in a policy file, such as boundary.freshness,guards.lease.
     #[arg(long, value_delimiter = ',', value_name = "CHECK")]
     only: Vec<String>,
+    /// With rendered sensors and the detector.
+    #[arg(long)]
+    rendered: bool,
     #[command(flatten)]
     parts: Parts,
     /// Keep finished trials and the result here, and resume from there [default: runs/ablation].
@@ -147,7 +150,7 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
     let mut attacks = Vec::new();
     // The stacks in memory have no platform and no policy.
     for scenario in scenarios.iter().filter(|scenario| !scenario.is_of_stacks()) {
-        for base in plan::of_scenario(context, scenario, &Wanted::default())? {
+        for base in plan::of_scenario(context, scenario, &Wanted { rendered: args.rendered, ..Wanted::default() })? {
             let stands = |switch: &&Switch| !switch.is_waived(&base.setup.policy);
             attacks.push(Attack { switches: switches.iter().filter(stands).copied().collect(), base });
         }
@@ -187,7 +190,8 @@ fn without(base: &Planned, switches: &[Switch]) -> Planned {
     let cell = base.variation.cell.as_ref().map(|cell| format!("{cell} "));
     planned.variation.cell = Some(cell.unwrap_or_default() + &waived);
     let scenario = base.variation.scenario.name.as_str();
-    planned.command = Some(format!("holdsafe ablate {scenario} --trials 1 --only {}", names.join(",")));
+    let rendered = if base.setup.rendered { " --rendered" } else { "" };
+    planned.command = Some(format!("holdsafe ablate {scenario} --trials 1 --only {}{rendered}", names.join(",")));
     planned
 }
 

@@ -9,7 +9,7 @@ pub mod geometry;
 pub mod thermal;
 
 use wire::codec::List;
-use wire::sensor::{Camera, Candidates, Class, Modalities, Modality};
+use wire::sensor::{Camera, Candidates, Class, Modalities, Modality, PixelBox};
 
 use self::geometry::{Depth, Place, Spatial};
 use self::thermal::Warmth;
@@ -50,6 +50,8 @@ pub struct Sighting {
     pub vetoed: Modalities,
     /// True if everything that its class lets one expect was seen; false without a thermal product for a warm class.
     pub complete: bool,
+    /// Place in the image; none without one.
+    pub bounds: Option<PixelBox>,
 }
 
 impl Sighting {
@@ -116,6 +118,7 @@ fn judge(
         supported,
         vetoed,
         complete: warmth != Warmth::Unknown,
+        bounds: Some(detection.bounds),
     });
     Judgement { detection: index as u8, supported, vetoed, sighting }
 }

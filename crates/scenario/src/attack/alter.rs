@@ -27,6 +27,9 @@ pub struct Alter {
     pub holder: Option<Holder>,
     /// Claimed place of the vehicle; metres east and north.
     pub place_m: Point,
+    /// True if the vehicles that perception sees are moved there, under their own identities.
+    #[serde(default)]
+    pub moves: bool,
 }
 
 impl Windowed for Alter {
@@ -45,7 +48,8 @@ impl Windowed for Alter {
 
 impl Attack for Alter {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let says = Says::Altered(spot(Some(&self.place_m)));
+        let place = spot(Some(&self.place_m));
+        let says = if self.moves { Says::Moved(place) } else { Says::Altered(place) };
         let plan = Channel::Tracks.overwritten(self, phase_ms, EVERY_MS, says);
         Some(Act::Rogue { channel: Channel::Tracks, holder: self.holder, plan })
     }

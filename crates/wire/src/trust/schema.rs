@@ -123,6 +123,7 @@ impl Record<Decoded, SessionMessage<'_>> {
             | SessionBody::Grant(_)
             | SessionBody::Teammate(_)
             | SessionBody::Watch(_)
+            | SessionBody::Crop(_)
             | SessionBody::Revoked(_) => None,
         };
         Exchange { challenge: outer.challenge, echo: outer.echo, hello }

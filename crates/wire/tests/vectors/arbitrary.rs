@@ -8,6 +8,7 @@ use wire::bus::{ChannelKey, HEADER_LEN, Sender};
 use wire::codec;
 use wire::command::{Confirmation, Intent};
 use wire::core::Topic;
+use wire::crop::{CAMERAS, Pictured};
 use wire::event::Inconsistency;
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::measured::Measured;
@@ -92,7 +93,7 @@ proptest! {
         numbers in any::<[u64; 5]>(),
         boot in any::<u32>(),
         echo in option::of(any::<(u64, u64)>()),
-        kind in 0..5u8,
+        kind in 0..6u8,
         content in vec(any::<u8>(), 0..MAX_REPORT),
         peer in identity(),
     ) {
@@ -104,6 +105,7 @@ proptest! {
             1 => SessionBody::Report(report),
             2 => SessionBody::Grant(Span(extra)),
             3 => SessionBody::Revoked(report),
+            4 => SessionBody::Crop(report),
             _ => SessionBody::Teammate(Teammate { via, age: Span(extra), report }),
         };
         let echo = echo.map(|(nonce, seen)| Echo { nonce: Nonce(nonce), seen: PeerStamp(seen) });
@@ -154,9 +156,9 @@ fn pose() -> impl Strategy<Value = Pose> {
 fn track() -> impl Strategy<Value = ReportedTrack> {
     let class = prop::sample::select(Class::ALL.to_vec());
     let place = any::<(u32, i32, i32)>();
-    let evidence = any::<(u16, u8, u64, u8, u16)>();
+    let evidence = any::<(u16, u8, u64, u8, u16, u16)>();
     (place, class, evidence).prop_map(|((id, x_mm, y_mm), class, of)| {
-        let (confidence, supported, age, contradicted, bearings_mrad) = of;
+        let (confidence, supported, age, contradicted, bearings_mrad, across_px) = of;
         ReportedTrack {
             id: TrackId(id),
             class,
@@ -167,6 +169,7 @@ fn track() -> impl Strategy<Value = ReportedTrack> {
             age: Span(age),
             contradicted: Modalities(contradicted),
             bearings_mrad,
+            across_px,
         }
     })
 }
@@ -231,6 +234,11 @@ fn report() -> impl Strategy<Value = Report> {
                 contact: sequence.is_multiple_of(3).then_some(ReportedContact {
                     left: Span(age),
                     next: sequence.is_multiple_of(2).then_some(Span(nonce)),
+                }),
+                pictured: sequence.is_multiple_of(2).then(|| Pictured {
+                    track: TrackId(boot),
+                    age: Span(age),
+                    crops: [[progress as u8; 32].into(); CAMERAS].into_iter().collect(),
                 }),
             }
         },

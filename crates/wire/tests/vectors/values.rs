@@ -9,6 +9,7 @@ use wire::bearing::{Bearings, Direction};
 use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request, TimeTag};
 use wire::core::{Input, Output, Side, Subject, Topic};
+use wire::crop::{Crop, PIXELS, Pictured, Pixels};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
@@ -73,6 +74,7 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("candidates", candidates()),
         ("bearings", bearings()),
         ("navigation", navigation()),
+        ("crop", crop_vectors()),
         ("tracks", tracks()),
         (
             "drive",
@@ -132,6 +134,7 @@ pub(crate) fn report() -> Report {
             age: Span::ms(80),
             contradicted: Modalities::default().with(Modality::Thermal),
             bearings_mrad: 524,
+            across_px: 17,
         }]
         .into_iter()
         .collect(),
@@ -144,6 +147,7 @@ pub(crate) fn report() -> Report {
         settings: Some(VALUES),
         motion: None,
         contact: None,
+        pictured: None,
     }
 }
 
@@ -168,12 +172,16 @@ fn reports() -> Vec<Named> {
     let (attitude, sunlit) = (Some(Attitude::new([0.6, 0.0, 0.8, 0.0])), Some(true));
     let motion = ReportedMotion { up_mm: 2480, left_up_mm_s, charge: 871, attitude: None, sunlit: None };
     let aloft = Report { motion: Some(motion), ..bare.clone() };
+    let crops = [[0xab; 32].into(), [0xcd; 32].into()].into_iter().collect();
+    let pictured = Some(Pictured { track: TrackId(3), age: Span::ms(80), crops });
+    let pictured = Report { pictured, ..bare.clone() };
     let contact = Some(ReportedContact { left: Span::ZERO, next: Some(Span::s(30)) });
     let passing = Report { motion: Some(ReportedMotion { attitude, sunlit, ..motion }), contact, ..bare.clone() };
     vec![
         named!("with-authority-and-a-track", Report, report()),
         named!("aloft", Report, aloft),
         named!("between-contacts", Report, passing),
+        named!("with-crops", Report, pictured),
         named!("degraded-without-either", Report, bare),
         named!("last-command-refused", Report, refused),
     ]
@@ -206,6 +214,7 @@ fn session_messages() -> Vec<Named> {
         named!("grant", SessionMessage<'_>, session_message(SessionBody::Grant(Span::ms(500)))),
         named!("teammate", SessionMessage<'_>, session_message(SessionBody::Teammate(teammate))),
         named!("watch", SessionMessage<'_>, session_message(SessionBody::Watch(Nonce(11)))),
+        named!("crop", SessionMessage<'_>, session_message(SessionBody::Crop(opaque(b"crop")))),
         named!("revoked", SessionMessage<'_>, session_message(SessionBody::Revoked(opaque(b"signed")))),
     ]
 }
@@ -214,7 +223,8 @@ fn session_messages() -> Vec<Named> {
 const TAG: TimeTag = TimeTag { after: Span::s(40), within: Span::s(1) };
 
 pub(crate) fn intent(kind: CommandKind, reason: &str) -> Intent {
-    Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason), tag: None }
+    let shown = kind.rests_on_display().map(|_| [0xef; 32]);
+    Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason), tag: None, shown }
 }
 
 /// The unit with this name, numbered by rule.
@@ -294,6 +304,7 @@ fn feeds() -> Vec<Named> {
         named!("command-refused", Feed<'_>, Feed::Command([7; 32], CommandStage::Refused, Some(Reason::Late))),
         named!("acknowledged", Feed<'_>, Feed::Acknowledged(opaque(b"ack"))),
         named!("sessions-lost", Feed<'_>, Feed::SessionsLost(2)),
+        named!("crop", Feed<'_>, Feed::Crop(UnitId::A, opaque(b"crop"))),
     ]
 }
 
@@ -401,6 +412,21 @@ fn spatial() -> Spatial {
     }
 }
 
+/// One of each camera.
+fn crops() -> [Crop; 3] {
+    let crop = |pixels| Crop { track: TrackId(3), frame: FrameId(12), scale: 2, pixels };
+    [
+        crop(Pixels::Colour([0x5a; 2 * PIXELS].into())),
+        crop(Pixels::Warmth(28_700, 31_000, [0x40; PIXELS].into())),
+        crop(Pixels::Depth(9_100, 12_400, [0; PIXELS].into())),
+    ]
+}
+
+fn crop_vectors() -> Vec<Named> {
+    let [colour, warmth, depth] = crops();
+    vec![named!("colour", Crop, colour), named!("warmth", Crop, warmth), named!("depth", Crop, depth)]
+}
+
 fn tracks() -> Vec<Named> {
     let product = Some(StageProduct { frame: FrameId(12), stamp: Instant(1_200_000) });
     let track = Track {
@@ -416,6 +442,7 @@ fn tracks() -> Vec<Named> {
         vetoed: Modalities(0b0100),
         updated: Instant(1_200_000),
         frame: FrameId(12),
+        across_px: 17,
     };
     let full = Tracks {
         frame: FrameId(12),
@@ -423,8 +450,14 @@ fn tracks() -> Vec<Named> {
         mode: ProductMode::Live,
         products: [product; 4],
         tracks: [track].into_iter().collect(),
+        crops: crops().into_iter().collect(),
     };
-    let bare = Tracks { products: [product, None, None, None], tracks: List::default(), ..full.clone() };
+    let bare = Tracks {
+        products: [product, None, None, None],
+        tracks: List::default(),
+        crops: List::default(),
+        ..full.clone()
+    };
     vec![named!("one-track", Tracks, full), named!("before-any-but-rgb", Tracks, bare)]
 }
 

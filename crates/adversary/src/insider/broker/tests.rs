@@ -166,7 +166,15 @@ fn units() -> Keyring {
 fn order(sequence: u64, kind: CommandKind) -> Vec<u8> {
     use sha2::{Digest, Sha256};
     let nonce = Nonce(20 * sequence);
-    let intent = Intent { id: id(sequence), unit: UnitId::A, nonce, kind, reason: codec::Text::new("why"), tag: None };
+    let intent = Intent {
+        id: id(sequence),
+        unit: UnitId::A,
+        nonce,
+        kind,
+        reason: codec::Text::new("why"),
+        tag: None,
+        shown: None,
+    };
     let intent = operator().sign(Purpose::Intent, &codec::encode(&intent));
     let confirmation = Confirmation { id: id(sequence), intent: Sha256::digest(&intent).into() };
     let confirmation = operator().sign(Purpose::Confirmation, &codec::encode(&confirmation));

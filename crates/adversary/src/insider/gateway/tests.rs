@@ -79,7 +79,8 @@ fn planned_requests_are_swallowed_others_pass() {
     let mut said = Vec::new();
     for (kind, passed) in [(CommandKind::Hold, false), (CommandKind::Enable, true)] {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
-        let intent = Intent { id, unit: UnitId::A, nonce: Nonce(1), kind, reason: Text::new("why"), tag: None };
+        let intent =
+            Intent { id, unit: UnitId::A, nonce: Nonce(1), kind, reason: Text::new("why"), tag: None, shown: None };
         let intent = Key::from_bytes(&[9; 32]).sign(Purpose::Intent, &codec::encode(&intent));
         let request = codec::encode(&Request::Stage(intent.as_slice().into()));
         let mut console = Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), ChannelKey([5; 32]));
@@ -165,6 +166,7 @@ fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
         settings: None,
         motion: None,
         contact: None,
+        pictured: None,
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }

@@ -41,7 +41,7 @@ pub(super) fn sights(bytes: &[u8], stages: &Stages) -> Option<Vec<Sight>> {
 }
 
 fn sight(name: &'static str, legend: &'static str, image: Option<Image>, marks: Vec<Mark>) -> Sight {
-    Sight { name, legend, image, marks }
+    Sight { name, legend: legend.into(), image, marks }
 }
 
 fn mark(bounds: PixelBox, class: Class, score: u16) -> Mark {

@@ -188,7 +188,7 @@ mod tests {
 
     fn intent(boot: u32, sequence: u64, kind: CommandKind) -> Intent {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(boot), sequence: Sequence(sequence) };
-        Intent { id, unit: UnitId::A, nonce: Nonce(1), kind, reason: Text::default(), tag: None }
+        Intent { id, unit: UnitId::A, nonce: Nonce(1), kind, reason: Text::default(), tag: None, shown: None }
     }
 
     /// With the hash of the signed bytes, which here is made up of kind and sequence.

@@ -1,0 +1,90 @@
+//! Images of tracks: crops that a unit's signed report vouches for, by their hashes.
+//!
+//! Crops may come before the report that names them, so the newest wait for it; those that no report names are never shown.
+//! Drawing is left to `gui`.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+use wire::codec;
+use wire::crop::{CAMERAS, Crop, CropHash, HEIGHT, MAX_CROP, Pixels, WIDTH};
+use wire::id::TrackId;
+use wire::refusal::Refusal;
+use wire::report::Report;
+use wire::time::{Age, Instant};
+
+use crate::age::Aged;
+use crate::sidecar::{Image, Sight};
+
+/// Crops of one unit that wait for a report: those of two tracks.
+const WAITING: usize = 2 * CAMERAS;
+
+/// One track in the images of its unit's cameras.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Images {
+    /// The track.
+    pub track: TrackId,
+    /// Pixels of the camera, each way, in one of the images.
+    pub scale: u8,
+    /// The images.
+    pub sights: Arc<[Sight]>,
+}
+
+impl Eq for Images {}
+
+/// Images of one unit's tracks.
+#[derive(Clone, Debug, Default)]
+pub struct Gallery {
+    waiting: VecDeque<(CropHash, Crop)>,
+    /// One of each track that is reported, at most eight.
+    shown: Vec<(TrackId, Aged<Images>)>,
+}
+
+impl Gallery {
+    /// Takes a crop as it came.
+    ///
+    /// # Errors
+    /// It is none.
+    pub fn take(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
+        let crop = codec::decode::<Crop>(bytes, MAX_CROP)?;
+        if self.waiting.len() >= WAITING {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back((<[u8; 32]>::from(Sha256::digest(bytes)).into(), crop));
+        Ok(())
+    }
+
+    /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer reports.
+    pub fn vouched(&mut self, report: &Report, arrived: Instant, age: Option<Age>) {
+        let reported = |of: TrackId| report.tracks.iter().any(|track| track.id == of);
+        self.shown.retain(|(of, _)| reported(*of));
+        let Some(pictured) = report.pictured.as_ref().filter(|pictured| reported(pictured.track)) else { return };
+        let found = |hash: &CropHash| self.waiting.iter().find(|(known, _)| known == hash).map(|(_, crop)| crop);
+        let Some(crops) = pictured.crops.iter().map(found).collect::<Option<Vec<_>>>() else { return };
+        let (track, one) = (pictured.track, crops.iter().all(|crop| crop.track == pictured.track));
+        let Some(scale) = crops.first().map(|crop| crop.scale).filter(|_| one) else { return };
+        let images = Images { track, scale, sights: crops.into_iter().map(sight).collect() };
+        // So one that is vouched for again is found no more, and its image stays with the age that it has.
+        self.waiting.retain(|(hash, _)| !pictured.crops.contains(hash));
+        self.shown.retain(|(of, _)| *of != track);
+        self.shown.push((track, Aged::new(images, arrived, age.map(|age| age.after(pictured.age)))));
+    }
+
+    /// The images shown.
+    pub fn shown(&self) -> impl Iterator<Item = &Aged<Images>> {
+        self.shown.iter().map(|(_, images)| images)
+    }
+}
+
+/// A crop as a picture.
+fn sight(crop: &Crop) -> Sight {
+    let metres = |millimetres: u16| f64::from(millimetres) / 1000.0;
+    let (name, legend) = match crop.pixels {
+        Pixels::Colour(_) => ("colour", String::new()),
+        Pixels::Warmth(least, most, _) => ("warmth", format!("{} to {} K", least / 100, most / 100)),
+        Pixels::Depth(least, most, _) => ("depth", format!("{:.1} to {:.1} m", metres(least), metres(most))),
+    };
+    let image = Some(Image { width: WIDTH, height: HEIGHT, rgb: crop.pixels.rgb() });
+    Sight { name, legend: legend.into(), image, marks: Vec::new() }
+}
