@@ -80,11 +80,8 @@ impl CommandKind {
 
     /// The track whose displayed evidence the kind rests on: that of an arming and of its confirmation.
     pub fn rests_on_display(self) -> Option<TrackId> {
-        use CommandKind::{Arm, Configure, Confirm, Disarm, Enable, Hold, Resume};
-        match self {
-            Arm(track) | Confirm(track) => Some(track),
-            Hold | Disarm | Enable | Resume | Configure(_) => None,
-        }
+        let (CommandKind::Arm(track) | CommandKind::Confirm(track)) = self else { return None };
+        Some(track)
     }
 
     /// Name in scripts and logs.

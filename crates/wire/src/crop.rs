@@ -42,6 +42,7 @@ pub struct Crop {
 
 /// Pixels of a crop, by camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+#[expect(clippy::large_enum_variant, reason = "a box would be one allocation a crop")]
 pub enum Pixels {
     /// Colour: five bits of red, six of green, five of blue, little-endian.
     #[n(0)]
