@@ -81,7 +81,7 @@ impl Gallery {
 fn sight(crop: &Crop) -> Sight {
     let metres = |millimetres: u16| f64::from(millimetres) / 1000.0;
     let (name, legend) = match crop.pixels {
-        Pixels::Colour(_) => ("colour", String::new()),
+        Pixels::Colour(_) => ("colour", "as seen".to_owned()),
         Pixels::Warmth(least, most, _) => ("warmth", format!("{} to {} K", least / 100, most / 100)),
         Pixels::Depth(least, most, _) => ("depth", format!("{:.1} to {:.1} m", metres(least), metres(most))),
     };

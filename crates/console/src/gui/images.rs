@@ -1,11 +1,10 @@
 //! Images of the track that an order rests on, beside its interlocks and above its button. They came over the link and the unit
 //! vouches for them, unlike the pictures of `sidecar`.
 
-use eframe::egui::{Label, RichText, Ui, vec2};
+use eframe::egui::{RichText, Ui, vec2};
 use wire::person::Order;
 
 use super::sidecar::{Textures, labelled};
-use super::theme::Palette;
 use super::words::seconds;
 use crate::shown::Shown;
 
@@ -25,14 +24,17 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, shown: &Shown, order: &
     };
     let of = images.get().0;
     textures.take(ui, &of.sights);
-    let says = format!("TRACK {} as the cameras saw it, {} before", track.0, seconds(images.age()));
-    ui.add(Label::new(RichText::new(says).small().color(Palette::of(ui).text)).truncate());
+    ui.small(format!("TRACK {} as the cameras saw it, {} before", track.0, seconds(images.age())));
     ui.horizontal_top(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
         let wide = (ui.available_width() / of.sights.len().max(1) as f32 - GAP).max(40.0);
         for (sight, texture) in of.sights.iter().zip(&textures.pictures) {
-            let says = format!("TRACK {} {} {}", track.0, sight.name, sight.legend).trim_end().to_owned();
-            ui.vertical(|ui| labelled(ui, vec2(wide, HIGH), sight, texture.as_ref(), says));
+            let says = format!("TRACK {} {} {}", track.0, sight.name, sight.legend);
+            ui.vertical(|ui| {
+                ui.set_width(wide);
+                labelled(ui, vec2(wide, HIGH), sight, texture.as_ref(), says);
+                ui.small(format!("{} {}", sight.name, sight.legend));
+            });
         }
     });
 }

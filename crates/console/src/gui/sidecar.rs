@@ -107,9 +107,11 @@ fn sensors(ui: &mut Ui, textures: &mut Textures, sights: &Arc<[Sight]>, before: 
 pub(super) fn one(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>) {
     let found = if texture.is_some() { format!("{} found", sight.marks.len()) } else { "gave nothing".to_owned() };
     labelled(ui, size, sight, texture, format!("SENSOR {} {found}", sight.name));
+    let words = format!("{} · {}", sight.name, sight.legend);
+    ui.add(Label::new(RichText::new(words).small().color(Palette::of(ui).text)).truncate());
 }
 
-/// The same under a name of its own for those who hear the screen.
+/// The picture alone, under its name for those who hear the screen.
 pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>, says: String) {
     let palette = Palette::of(ui);
     let (place, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -131,9 +133,6 @@ pub(super) fn labelled(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&
             ui.painter().text(at, eframe::egui::Align2::CENTER_CENTER, "gave nothing", font, palette.alarm);
         }
     }
-    let parted = if sight.legend.is_empty() { "" } else { " · " };
-    let words = format!("{}{parted}{}", sight.name, sight.legend);
-    ui.add(Label::new(RichText::new(words).small().color(palette.text)).truncate());
 }
 
 /// Each thing found, with its words where there is room on a ground of their own.

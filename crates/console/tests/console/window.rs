@@ -827,7 +827,8 @@ fn arming_stands_below_the_images_of_its_track() {
     let seated = seat(scenes::arming());
     assert!(says(&seated, "TRACK 1 as the cameras saw it, 1.05 s before"));
     for image in ["TRACK 1 colour", "TRACK 1 warmth 287 to 310 K", "TRACK 1 depth 9.0 to 12.5 m"] {
-        assert!(says(&seated, image), "{image}");
+        let drawn = seated.query_by_label_contains(image).expect("an image of each camera");
+        assert!(drawn.rect().max.x <= LAPTOP.x, "{image} is cut off");
     }
     let mut bare = scenes::nominal();
     bare.bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Arm(wire::id::TrackId(1))))).unwrap();
