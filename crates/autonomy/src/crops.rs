@@ -3,7 +3,7 @@
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::crop::Pictured;
-use wire::time::Instant;
+use wire::time::{Instant, Span};
 use wire::track::Tracks;
 
 /// See the module.
@@ -14,13 +14,13 @@ pub struct Crops {
 }
 
 impl Crops {
-    /// Takes the crops in an accepted message, if there are any, in place of those before.
+    /// Takes the crops in an accepted message, if there are any, in place of those before. Of a track that is gone none stays.
     pub fn take(&mut self, tracks: &Tracks) {
+        self.newest.take_if(|(newest, _)| tracks.tracks.iter().all(|track| track.id != newest.track));
         let Some(first) = tracks.crops.first() else { return };
         self.unsent = tracks.crops.iter().map(codec::encode).collect();
         let crops = self.unsent.iter().map(|bytes| <[u8; 32]>::from(Sha256::digest(bytes)).into()).collect();
-        let age = wire::time::Span::ZERO;
-        self.newest = Some((Pictured { track: first.track, age, crops }, tracks.stamp));
+        self.newest = Some((Pictured { track: first.track, age: Span::ZERO, crops }, tracks.stamp));
     }
 
     /// Their hashes, for a report made at `now`.

@@ -9,12 +9,13 @@ use std::sync::Arc;
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::crop::{CAMERAS, Crop, CropHash, HEIGHT, MAX_CROP, Pixels, WIDTH};
-use wire::id::TrackId;
+use wire::event::Freshness;
+use wire::id::{Boot, TrackId};
 use wire::refusal::Refusal;
 use wire::report::Report;
 use wire::time::{Age, Instant};
 
-use crate::age::Aged;
+use crate::age::{Aged, Labelled, Limits};
 use crate::sidecar::{Image, Sight};
 
 /// Crops of one unit that wait for a report: those of two tracks.
@@ -37,8 +38,8 @@ impl Eq for Images {}
 #[derive(Clone, Debug, Default)]
 pub struct Gallery {
     waiting: VecDeque<(CropHash, Crop)>,
-    /// One of each track that is reported, at most eight.
-    shown: Vec<(TrackId, Aged<Images>)>,
+    /// One of each track that is reported, at most eight, with the boot in which it has its number.
+    shown: Vec<((Boot, TrackId), Aged<Images>)>,
 }
 
 impl Gallery {
@@ -48,17 +49,15 @@ impl Gallery {
     /// It is none.
     pub fn take(&mut self, bytes: &[u8]) -> Result<(), Refusal> {
         let crop = codec::decode::<Crop>(bytes, MAX_CROP)?;
-        if self.waiting.len() >= WAITING {
-            self.waiting.pop_front();
-        }
-        self.waiting.push_back((<[u8; 32]>::from(Sha256::digest(bytes)).into(), crop));
+        self.waiting.push_front((<[u8; 32]>::from(Sha256::digest(bytes)).into(), crop));
+        self.waiting.truncate(WAITING);
         Ok(())
     }
 
     /// Shows the waiting crops that an accepted report vouches for, and drops images of tracks that it no longer reports.
     pub fn vouched(&mut self, report: &Report, arrived: Instant, age: Option<Age>) {
         let reported = |of: TrackId| report.tracks.iter().any(|track| track.id == of);
-        self.shown.retain(|(of, _)| reported(*of));
+        self.shown.retain(|((boot, of), _)| *boot == report.boot && reported(*of));
         let Some(pictured) = report.pictured.as_ref().filter(|pictured| reported(pictured.track)) else { return };
         let found = |hash: &CropHash| self.waiting.iter().find(|(known, _)| known == hash).map(|(_, crop)| crop);
         let Some(crops) = pictured.crops.iter().map(found).collect::<Option<Vec<_>>>() else { return };
@@ -67,13 +66,14 @@ impl Gallery {
         let images = Images { track, scale, sights: crops.into_iter().map(sight).collect() };
         // So one that is vouched for again is found no more, and its image stays with the age that it has.
         self.waiting.retain(|(hash, _)| !pictured.crops.contains(hash));
-        self.shown.retain(|(of, _)| *of != track);
-        self.shown.push((track, Aged::new(images, arrived, age.map(|age| age.after(pictured.age)))));
+        self.shown.retain(|((_, of), _)| *of != track);
+        self.shown.push(((report.boot, track), Aged::new(images, arrived, age.map(|age| age.after(pictured.age)))));
     }
 
-    /// The images shown.
-    pub fn shown(&self) -> impl Iterator<Item = &Aged<Images>> {
-        self.shown.iter().map(|(_, images)| images)
+    /// The images shown at `now`; none as old as a unit that is lost.
+    pub fn shown(&self, now: Instant, limits: &Limits) -> Vec<Labelled<Images>> {
+        let images = self.shown.iter().map(|(_, images)| images.at(now, limits));
+        images.filter(|images| images.freshness() != Freshness::Lost).collect()
     }
 }
 

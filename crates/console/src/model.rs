@@ -385,7 +385,7 @@ impl Model {
             state: heard.state.at(now, &self.limits),
             pose: heard.pose.at(now, &self.limits),
             tracks: heard.tracks.iter().map(|track| track.at(now, &self.limits)).collect(),
-            images: gallery.shown().map(|images| images.at(now, &self.limits)).collect(),
+            images: gallery.shown(now, &self.limits),
             lost: heard
                 .lost
                 .kept

@@ -186,7 +186,7 @@ impl Operator {
     fn step(&mut self, at: usize, shown: &Shown) -> Option<Wish> {
         let now = shown.at;
         let due = self.due(at).filter(|due| now >= *due)?;
-        let sight = Sight { confidence: self.confidence, eye: self.eye.as_ref() };
+        let judgement = Judgement { confidence: self.confidence, eye: self.eye.as_ref() };
         let (step, progress) = &mut self.steps[at];
         match *progress {
             Progress::Done(_) => None,
@@ -200,7 +200,7 @@ impl Operator {
                     }
                     return holds.then_some(Wish::Revoke(who, Giver::Script));
                 }
-                let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, sight) };
+                let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, judgement) };
                 if impatient && wish.is_none() {
                     *progress = Progress::Done(now);
                 }
@@ -237,12 +237,12 @@ fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
 
 impl Step {
     /// The intent, if all that it rests on is displayed as fresh.
-    fn wish(&self, step: usize, shown: &Shown, sight: Sight<'_>) -> Option<Wish> {
+    fn wish(&self, step: usize, shown: &Shown, judgement: Judgement<'_>) -> Option<Wish> {
         let unit = shown.unit(self.unit);
         if !self.when.holds(unit) {
             return None;
         }
-        let kind = self.kind(unit, sight)?;
+        let kind = self.kind(unit, judgement)?;
         let basis = basis_for(kind, unit)?;
         Some(Wish::Intend {
             step: Some(step),
@@ -254,22 +254,22 @@ impl Step {
         })
     }
 
-    fn kind(&self, unit: Option<&ShownUnit>, sight: Sight<'_>) -> Option<CommandKind> {
+    fn kind(&self, unit: Option<&ShownUnit>, judgement: Judgement<'_>) -> Option<CommandKind> {
         match self.action {
             Action::Hold => Some(CommandKind::Hold),
             Action::Disarm => Some(CommandKind::Disarm),
             Action::Enable => Some(CommandKind::Enable),
             Action::Resume => Some(CommandKind::Resume),
             Action::Arm(class) => {
-                let confidence = self.when.track.map_or(sight.confidence, |track| track.confidence);
+                let confidence = self.when.track.map_or(judgement.confidence, |track| track.confidence);
                 let unit = unit?;
-                let believed = |track: &ReportedTrack| !sight.sees_through(unit, track);
+                let believed = |track: &ReportedTrack| !judgement.sees_through(unit, track);
                 best(unit, TrackCondition { class, confidence }, believed).map(CommandKind::Arm)
             }
             Action::Confirm => {
                 let unit = unit?;
                 let held = unit.state.fresh()?.authority?.track;
-                let seen_through = |track: &ReportedTrack| track.id == held && sight.sees_through(unit, track);
+                let seen_through = |track: &ReportedTrack| track.id == held && judgement.sees_through(unit, track);
                 let doubted = unit.tracks.iter().any(|track| seen_through(track.get().0));
                 (!doubted).then_some(CommandKind::Confirm(held))
             }
@@ -292,12 +292,12 @@ impl When {
 
 /// Confidence asked for, and the eye.
 #[derive(Clone, Copy)]
-struct Sight<'a> {
+struct Judgement<'a> {
     confidence: u16,
     eye: Option<&'a Eye>,
 }
 
-impl Sight<'_> {
+impl Judgement<'_> {
     /// By the newest image of the track; where sensors are not rendered, as if by the camera's own.
     fn sees_through(&self, unit: &ShownUnit, track: &ReportedTrack) -> bool {
         let image = unit.images.iter().map(|images| images.get().0).find(|images| images.track == track.id);

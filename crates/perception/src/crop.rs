@@ -133,6 +133,14 @@ mod tests {
         assert_eq!((depth[11], depth[12]), (255, 0), "a return left of the middle, none right of it");
     }
 
+    /// So it fits into a datagram.
+    #[test]
+    fn longest_crop_has_887_bytes() {
+        let pixels = Pixels::Colour([0; 2 * PIXELS].into());
+        let longest = Crop { track: TrackId(u32::MAX), frame: FrameId(u64::MAX), scale: u8::MAX, pixels };
+        assert_eq!(wire::codec::encode(&longest).len(), 887);
+    }
+
     #[test]
     fn large_boxes_are_scaled_down() {
         let crops = cut(PixelBox { x0: 0, y0: 0, x1: 160, y1: 120 });

@@ -19,6 +19,11 @@ use crate::time::{Echo, PeerStamp, Span};
 /// Longest encoded and signed report in bytes; leaves room for the session message in one 1,200-byte datagram.
 pub const MAX_REPORT: usize = 1024;
 
+/// Tracks in a report.
+pub const MAX_TRACKS: usize = 8;
+/// Newest reports that a unit remembers, for the orders that name one: longer than an order may take.
+pub const REPORTS_KEPT: usize = 32;
+
 /// A track as reported to the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct ReportedTrack {
@@ -126,7 +131,7 @@ pub struct Report {
     pub progress: u16,
     /// Tracks, at most 8, oldest first.
     #[n(15)]
-    pub tracks: List<ReportedTrack, 8>,
+    pub tracks: List<ReportedTrack, MAX_TRACKS>,
     /// The display's newest challenge and when it was first seen, so that the display can bound this report's age by
     /// itself.
     #[n(16)]

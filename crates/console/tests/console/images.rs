@@ -5,7 +5,7 @@ use console::operator::{Action, TrackCondition};
 use wire::command::CommandKind;
 use wire::crop::{HEIGHT, Pictured, WIDTH};
 use wire::feed::Feed;
-use wire::id::{TrackId, UnitId};
+use wire::id::{Boot, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::policy::Policy;
 use wire::refusal::Reason;
@@ -61,6 +61,28 @@ fn crops_are_shown_once_a_report_vouches_for_them() {
     let gone = Report { tracks: Default::default(), ..bench.next(Mode::Ready) };
     bench.heard(&gone, Span::ms(20));
     assert_eq!(bench.image(), None, "its track is gone");
+}
+
+/// A unit that has started again may give the number to another object.
+#[test]
+fn images_end_with_the_boot_and_with_their_age() {
+    let mut bench = Bench::new(Policy::default(), Vec::new());
+    let (bytes, vouched) = crops(40);
+    let show = |bench: &mut Bench| {
+        bytes.iter().for_each(|bytes| bench.crop(bytes));
+        bench.vouch(Some(vouched.clone()));
+        assert!(bench.image().is_some());
+    };
+    show(&mut bench);
+    bench.reports(Mode::Ready, Span::ms(1_500));
+    assert!(bench.image().is_some());
+    bench.reports(Mode::Ready, Span::ms(600));
+    assert_eq!(bench.image(), None, "as old as a unit that is lost");
+    show(&mut bench);
+    bench.pass(Span::ms(100));
+    let again = Report { boot: Boot(2), ..bench.next(Mode::Idle) };
+    bench.heard(&again, Span::ms(20));
+    assert_eq!(bench.image(), None, "of an earlier boot");
 }
 
 #[test]

@@ -4,8 +4,9 @@
 //! Times are milliseconds, ways millimetres, unless a name says otherwise.
 
 use spacecraft::attitude::are_moments;
+use wire::report::REPORTS_KEPT;
 
-use super::{BoundsTable, Platform, body};
+use super::{Bound, BoundsTable, Platform, body};
 use crate::finding::{Finding, finding};
 use crate::value::Located;
 
@@ -84,40 +85,39 @@ fn told(value: f64) -> String {
 }
 
 fn periods(b: &BoundsTable) -> Vec<Finding> {
-    let found = [
-        unless(
-            &b.grant_period_ms,
-            b.grant_period_ms.get() < b.lease_ms.get(),
-            || "not shorter than the lease it renews".to_owned(),
-            "grant several times in a lease",
-        ),
-        unless(
-            &b.telemetry_period_ms,
-            b.telemetry_period_ms.get() < b.freshness_ms.get(),
-            || "not shorter than the freshness window".to_owned(),
-            "send several times in it",
-        ),
-        unless(
+    let renewed = [
+        (&b.grant_period_ms, &b.lease_ms, "the lease it renews", "grant several times in a lease"),
+        (&b.telemetry_period_ms, &b.freshness_ms, "the freshness window", "send several times in it"),
+        (
             &b.control_period_ms,
-            b.control_period_ms.get() < b.set_point_lease_ms.get(),
-            || "not shorter than the lease of the set-points it renews".to_owned(),
-            "renew a set-point several times in its lease",
+            &b.set_point_lease_ms,
+            "the lease of the set-points it renews",
+            "renew it several times",
         ),
-        unless(
+        (
             &b.challenge_period_ms,
-            b.challenge_period_ms.get() < b.echo_limit_ms.get(),
-            || "not shorter than the time for which an echo serves".to_owned(),
+            &b.echo_limit_ms,
+            "the time for which an echo serves",
             "challenge several times in it",
         ),
-        at_most(
-            &b.set_point_lease_ms,
-            (b.set_point_lease_ms.get() as f64, sim::plant::MAX_LEASE.0 as f64 / 1000.0),
-            "ms",
-            "the plant honours no longer lease",
-            "shorten the lease",
-        ),
     ];
-    found.into_iter().flatten().collect()
+    let shorter = |(period, of, name, remedy): (&Bound, &Bound, &str, &str)| {
+        unless(period, period.get() < of.get(), || format!("not shorter than {name}"), remedy)
+    };
+    let reports = unless(
+        &b.telemetry_period_ms,
+        b.telemetry_period_ms.get() * REPORTS_KEPT as i64 >= b.command_limit_ms.get(),
+        || format!("{REPORTS_KEPT} reports are over before an order that names one"),
+        "report less often, or shorten the command limit",
+    );
+    let honoured = at_most(
+        &b.set_point_lease_ms,
+        (b.set_point_lease_ms.get() as f64, sim::plant::MAX_LEASE.0 as f64 / 1000.0),
+        "ms",
+        "the plant honours no longer lease",
+        "shorten the lease",
+    );
+    renewed.into_iter().map(shorter).chain([reports, honoured]).flatten().collect()
 }
 
 fn chains(b: &BoundsTable) -> Vec<Finding> {

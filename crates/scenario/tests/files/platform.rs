@@ -29,10 +29,11 @@ fn with(line: &str, changed: &str) -> Result<scenario::Platform, Problems> {
 }
 
 /// Each line of the ground platform with a value just beyond the limit that another value sets, and the reason.
-const APART: [(&str, &str, &str); 46] = [
+const APART: [(&str, &str, &str); 47] = [
     ("name = \"ground\"", "name = \"grund\"", "the file is named `ground`"),
     ("grant_period_ms = 100", "grant_period_ms = 500", "not shorter than the lease it renews"),
     ("telemetry_period_ms = 100", "telemetry_period_ms = 300", "not shorter than the freshness window"),
+    ("telemetry_period_ms = 100", "telemetry_period_ms = 78", "32 reports are over before an order that names one"),
     ("control_period_ms = 50", "control_period_ms = 300", "not shorter than the lease of the set-points it renews"),
     ("challenge_period_ms = 1000", "challenge_period_ms = 3000", "not shorter than the time for which an echo serves"),
     (
