@@ -255,7 +255,7 @@ impl Shown {
     }
 }
 
-/// The values that an intent of this kind repeats. Away from safe only one that is displayed as fresh. Towards safe
+/// The values that an intent of this kind repeats. Away from safe only those of a state that is displayed as fresh. Towards safe
 /// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
 /// the unit finds the nonce too old.
 pub fn basis_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Basis> {

@@ -17,7 +17,7 @@ use wire::report::{MAX_TRACKS, REPORTS_KEPT};
 
 use crate::designation::Designated;
 
-/// Furthest that a track may be from where it was shown, millimetres: less than half the space that two vehicles take up.
+/// Furthest that a track may be from where it was shown, millimetres: less than `designation_mm`, and than two vehicles are apart side by side.
 const SHIFT_MM: u32 = 1_500;
 
 /// A place, millimetres east and north.

@@ -19,7 +19,7 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, shown: &Shown, order: &
     let Some(track) = kind.rests_on_display() else { return };
     let images = shown.unit(unit).and_then(|unit| unit.images.iter().find(|images| images.get().0.track == track));
     let Some(images) = images else {
-        ui.label(RichText::new(format!("No image of track {} has come.", track.0)).weak().small());
+        ui.label(RichText::new(format!("No recent image of track {}.", track.0)).weak().small());
         return;
     };
     let of = images.get().0;

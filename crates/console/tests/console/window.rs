@@ -833,5 +833,5 @@ fn arming_stands_below_the_images_of_its_track() {
     let mut bare = scenes::nominal();
     bare.bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Arm(wire::id::TrackId(1))))).unwrap();
     bare.run(Span::ms(300));
-    assert!(says(&seat(bare), "No image of track 1 has come."));
+    assert!(says(&seat(bare), "No recent image of track 1."));
 }
