@@ -80,6 +80,7 @@ impl Draw<'_> {
             class,
             size,
             kelvin: self.within(kelvin),
+            heated: None,
             colour: self.paint(class),
             disguise: Disguise::default(),
             print: None,

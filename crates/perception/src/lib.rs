@@ -13,6 +13,7 @@
 pub mod attitude;
 pub mod bands;
 mod boxes;
+pub mod cold;
 pub mod content;
 pub mod corroborate;
 pub mod crop;
@@ -58,6 +59,7 @@ use wire::track::{StageProduct, Tracks};
 use wire::trust::BusGate;
 
 use crate::attitude::{SkyConfig, Watch};
+use crate::cold::Cold;
 use crate::content::{Contents, Prints};
 use crate::corroborate::{Limits, Sighting};
 use crate::detector::{Brought, Detector, DetectorError};
@@ -118,6 +120,8 @@ pub struct Perception {
     camera: Camera,
     /// Modalities with objections that the policy passes over.
     unheard: Modalities,
+    /// Present where the policy requires that memory.
+    cold: Option<Cold>,
     /// Present when frames come rendered.
     stages: Option<Stages>,
     /// Present where attitude sensors take the place of images.
@@ -178,6 +182,7 @@ impl Perception {
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             camera: config.sensors.camera,
             unheard: unheard(&setup.policy),
+            cold: (setup.policy.check(Check::Steady) == Requirement::Required).then(Cold::default),
             stages,
             watch: config.sky.as_ref().map(Watch::new).transpose()?,
             ego: Ego::default(),
@@ -204,6 +209,7 @@ impl Perception {
             config: self.config.clone(),
             camera: self.camera,
             unheard: self.unheard,
+            cold: self.cold.clone(),
             stages: self.stages.clone(),
             watch: self.watch.clone(),
             observations: self.observations.clone(),
@@ -328,7 +334,12 @@ impl Perception {
     fn process(&mut self, now: Instant, candidates: &Candidates, disputed: Disputed, frames: Option<&Frames<'_>>) {
         let (frame, stamp) = (candidates.frame, candidates.stamp);
         self.present(now, (frame, stamp), provenance::present(candidates));
-        let judged = corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates, disputed);
+        let mut judged =
+            corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates, disputed);
+        if let Some(cold) = &mut self.cold {
+            let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
+            cold.judge(stamp, ego.as_ref(), &mut judged);
+        }
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         self.track((frame, stamp), &sightings);
         let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());

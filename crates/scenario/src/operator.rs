@@ -123,13 +123,7 @@ pub enum DisplayedState {
 impl DisplayedState {
     /// As the console shows it.
     pub fn name(self) -> &'static str {
-        match self {
-            DisplayedState::Idle => "IDLE",
-            DisplayedState::Ready => "READY",
-            DisplayedState::PrepareToAct => "PREPARE_TO_ACT",
-            DisplayedState::Degraded => "DEGRADED",
-            DisplayedState::HoldSafe => "HOLD_SAFE",
-        }
+        self.mode().name()
     }
 
     /// The mode of a unit that it shows.

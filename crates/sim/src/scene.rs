@@ -60,6 +60,9 @@ pub struct Object {
     pub size: [f32; 3],
     /// Temperature of its warm parts, kelvin.
     pub kelvin: f32,
+    /// Seconds after the start of the run at which its heating begins and ends; without them it has been on for long.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heated: Option<[f32; 2]>,
     /// Paint.
     pub colour: [u8; 3],
     /// Its disguise.
@@ -126,6 +129,7 @@ impl Default for Scene {
             class,
             size,
             kelvin,
+            heated: None,
             colour,
             disguise: Disguise::default(),
             print: None,
@@ -216,6 +220,9 @@ impl Object {
         let heat = self.print.iter().map(|print| print.heat().len()).filter(|heat| *heat > 0);
         heat.into_iter().try_for_each(|heat| count("object.print.heat", heat, fields, fields))?;
         within("object.kelvin", self.kelvin, 200.0, 650.0)?;
+        let [begins, ends] = self.heated.unwrap_or_default();
+        within("object.heated", begins, 0.0, 86_400.0)?;
+        within("object.heated", ends, begins, 86_400.0)?;
         count("object.path", self.path.len(), 1, MAX_POINTS)?;
         self.path.iter().try_for_each(|p| point("object.path", *p))?;
         within("object.heading", self.heading, -7.0, 7.0)?;
@@ -231,6 +238,15 @@ impl Object {
     /// The class that its warm parts are of.
     pub fn warm_as(&self) -> Class {
         self.disguise.warmth.unwrap_or(self.class)
+    }
+
+    /// Share of its warmth above or below the ground that it has `seconds` after the start.
+    pub fn heated(&self, seconds: f64) -> f32 {
+        let share = |[begins, ends]: [f32; 2]| {
+            let (gone, takes) = (seconds - f64::from(begins), f64::from(ends - begins));
+            if gone < takes { (gone / takes).max(0.0) as f32 } else { 1.0 }
+        };
+        self.heated.map_or(1.0, share)
     }
 
     /// True if it ever moves.

@@ -99,6 +99,12 @@ impl<T, const N: usize> core::ops::Deref for List<T, N> {
     }
 }
 
+impl<T, const N: usize> core::ops::DerefMut for List<T, N> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.0
+    }
+}
+
 impl<T, const N: usize> FromIterator<T> for List<T, N> {
     /// Takes the first `N` items.
     fn from_iter<I: IntoIterator<Item = T>>(items: I) -> Self {

@@ -8,6 +8,7 @@
 //! `deadline`, whichever is first. Time never goes backwards.
 
 use minicbor::{Decode, Encode};
+use strum::{EnumCount, VariantArray};
 
 use crate::codec::Text;
 use crate::id::{PeerId, SessionId, UnitId};
@@ -15,8 +16,23 @@ use crate::time::Instant;
 
 /// A channel between processes of one host, carried over shared memory.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
 )]
+#[strum(serialize_all = "snake_case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
@@ -51,31 +67,11 @@ pub enum Topic {
 
 impl Topic {
     /// Every topic, in wire order.
-    pub const ALL: [Topic; 9] = [
-        Topic::Frames,
-        Topic::Candidates,
-        Topic::Navigation,
-        Topic::Tracks,
-        Topic::Drive,
-        Topic::Act,
-        Topic::Feed,
-        Topic::Intents,
-        Topic::Seals,
-    ];
+    pub const ALL: [Topic; Topic::COUNT] = *Topic::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// The name used in service names, policies and logs.
     pub fn name(self) -> &'static str {
-        match self {
-            Topic::Frames => "frames",
-            Topic::Candidates => "candidates",
-            Topic::Navigation => "navigation",
-            Topic::Tracks => "tracks",
-            Topic::Drive => "drive",
-            Topic::Act => "act",
-            Topic::Feed => "feed",
-            Topic::Intents => "intents",
-            Topic::Seals => "seals",
-        }
+        self.into()
     }
 
     /// Number of readers of one unit for which its producer tags each message, every one under a key that no other reader has: a

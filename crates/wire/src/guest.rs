@@ -5,6 +5,7 @@
 //! messages is left to the crate `guest`; what follows from an answer to `autonomy`.
 
 use minicbor::{Decode, Encode};
+use strum::{EnumCount, VariantArray};
 
 use crate::codec::{List, Text};
 use crate::mode::Mode;
@@ -157,7 +158,22 @@ pub struct Reply {
 }
 
 /// The kind of a guest's failure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Encode,
+    Decode,
+    serde::Serialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Fault {
@@ -192,31 +208,11 @@ pub enum Fault {
 
 impl Fault {
     /// Every kind, in wire order.
-    pub const ALL: [Fault; 9] = [
-        Fault::NotStarted,
-        Fault::Ended,
-        Fault::Silent,
-        Fault::Flood,
-        Fault::Malformed,
-        Fault::OutOfStep,
-        Fault::Value,
-        Fault::Undeclared,
-        Fault::Unavailable,
-    ];
+    pub const ALL: [Fault; Fault::COUNT] = *Fault::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// The name in files and reports.
     pub fn name(self) -> &'static str {
-        match self {
-            Fault::NotStarted => "not_started",
-            Fault::Ended => "ended",
-            Fault::Silent => "silent",
-            Fault::Flood => "flood",
-            Fault::Malformed => "malformed",
-            Fault::OutOfStep => "out_of_step",
-            Fault::Value => "value",
-            Fault::Undeclared => "undeclared",
-            Fault::Unavailable => "unavailable",
-        }
+        self.into()
     }
 }
 

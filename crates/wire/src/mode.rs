@@ -1,6 +1,7 @@
 //! Modes of the platform, the guards that hold them up, and the causes that change them.
 
 use minicbor::{Decode, Encode};
+use strum::{EnumCount, VariantArray};
 
 use crate::id::{CommandId, FrameId, RecordId, UnitId};
 use crate::sensor::Modality;
@@ -21,7 +22,11 @@ use crate::time::Instant;
     Decode,
     serde::Serialize,
     serde::Deserialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
 )]
+#[strum(serialize_all = "SCREAMING_SNAKE_CASE")]
 #[cbor(index_only)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub enum Mode {
@@ -45,24 +50,33 @@ pub enum Mode {
 
 impl Mode {
     /// Every mode.
-    pub const ALL: [Mode; 5] = [Mode::Idle, Mode::Ready, Mode::PrepareToAct, Mode::Degraded, Mode::HoldSafe];
+    pub const ALL: [Mode; Mode::COUNT] = *Mode::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// Name as displayed.
     pub fn name(self) -> &'static str {
-        match self {
-            Mode::Idle => "IDLE",
-            Mode::Ready => "READY",
-            Mode::PrepareToAct => "PREPARE_TO_ACT",
-            Mode::Degraded => "DEGRADED",
-            Mode::HoldSafe => "HOLD_SAFE",
-        }
+        self.into()
     }
 }
 
 /// A condition that nominal control stands on.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
 )]
+#[strum(serialize_all = "snake_case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 pub enum Guard {
@@ -109,21 +123,7 @@ pub enum Guard {
 
 impl Guard {
     /// Every guard, in the order of a set's bits.
-    pub const ALL: [Guard; 13] = [
-        Guard::Rgb,
-        Guard::Depth,
-        Guard::Thermal,
-        Guard::Lidar,
-        Guard::Tracks,
-        Guard::Localisation,
-        Guard::Geofence,
-        Guard::Lease,
-        Guard::Teammates,
-        Guard::SealedLog,
-        Guard::Designation,
-        Guard::Drift,
-        Guard::TimeBase,
-    ];
+    pub const ALL: [Guard; Guard::COUNT] = *Guard::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// The guard over a perception stage.
     pub fn of(modality: Modality) -> Guard {
@@ -137,21 +137,7 @@ impl Guard {
 
     /// Name in policies and logs.
     pub fn name(self) -> &'static str {
-        match self {
-            Guard::Rgb => "rgb",
-            Guard::Depth => "depth",
-            Guard::Thermal => "thermal",
-            Guard::Lidar => "lidar",
-            Guard::Tracks => "tracks",
-            Guard::Localisation => "localisation",
-            Guard::Geofence => "geofence",
-            Guard::Lease => "lease",
-            Guard::Teammates => "teammates",
-            Guard::SealedLog => "sealed_log",
-            Guard::Designation => "designation",
-            Guard::Drift => "drift",
-            Guard::TimeBase => "time_base",
-        }
+        self.into()
     }
 }
 

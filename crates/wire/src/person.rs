@@ -5,6 +5,7 @@
 //! time, and then confirmed with a reason. Judging acts is left to `console::act`.
 
 use minicbor::{Decode, Encode};
+use strum::{EnumCount, VariantArray};
 
 use crate::codec::Text;
 use crate::command::CommandKind;
@@ -144,7 +145,9 @@ impl Role {
 }
 
 /// Reason that an act was not carried out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize, EnumCount, VariantArray,
+)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Unable {
@@ -188,20 +191,7 @@ pub enum Unable {
 
 impl Unable {
     /// Every one, in wire order.
-    pub const ALL: [Unable; 12] = [
-        Unable::Malformed,
-        Unable::Repeated,
-        Unable::Role,
-        Unable::TwoSteps,
-        Unable::Interlock,
-        Unable::Pending,
-        Unable::NotPrepared,
-        Unable::Lapsed,
-        Unable::NoReason,
-        Unable::NoAlarm,
-        Unable::Over,
-        Unable::OneStep,
-    ];
+    pub const ALL: [Unable; Unable::COUNT] = *Unable::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// Message to the person.
     pub fn says(self) -> &'static str {

@@ -6,11 +6,27 @@
 use std::collections::BTreeMap;
 
 use minicbor::{Decode, Encode};
+use strum::{EnumCount, VariantArray};
 
 use crate::mode::{Guard, Guards};
 
 /// A check of the trust boundary that a policy can waive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    serde::Serialize,
+    serde::Deserialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 pub enum Check {
     /// Age below the limit.
@@ -39,6 +55,7 @@ pub enum Check {
     Rights,
     /// The peer or signer is neither revoked nor past its time.
     #[serde(rename = "standing")]
+    #[strum(serialize = "standing")]
     Revocation,
     /// A command no further ahead than an operator can have come.
     Jump,
@@ -58,66 +75,37 @@ pub enum Check {
     Fusion,
     /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where it said.
     Shown,
+    /// Where a claimed vehicle was cold, none is warm a minute later.
+    Steady,
 }
 
 impl Check {
     /// Every check, in order.
-    pub const ALL: [Check; 22] = [
-        Check::Freshness,
-        Check::Origin,
-        Check::Signature,
-        Check::Session,
-        Check::Sequence,
-        Check::Product,
-        Check::Tag,
-        Check::Role,
-        Check::Late,
-        Check::Duplicate,
-        Check::Confirmation,
-        Check::Rights,
-        Check::Revocation,
-        Check::Jump,
-        Check::Rate,
-        Check::Joint,
-        Check::Extent,
-        Check::Cluster,
-        Check::Warmth,
-        Check::Content,
-        Check::Fusion,
-        Check::Shown,
-    ];
+    pub const ALL: [Check; Check::COUNT] = *Check::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// Name in policy files and events.
     pub fn name(self) -> &'static str {
-        match self {
-            Check::Freshness => "freshness",
-            Check::Origin => "origin",
-            Check::Signature => "signature",
-            Check::Session => "session",
-            Check::Sequence => "sequence",
-            Check::Product => "product",
-            Check::Tag => "tag",
-            Check::Role => "role",
-            Check::Late => "late",
-            Check::Duplicate => "duplicate",
-            Check::Confirmation => "confirmation",
-            Check::Rights => "rights",
-            Check::Revocation => "standing",
-            Check::Jump => "jump",
-            Check::Rate => "rate",
-            Check::Joint => "joint",
-            Check::Extent => "extent",
-            Check::Cluster => "cluster",
-            Check::Warmth => "warmth",
-            Check::Content => "content",
-            Check::Fusion => "fusion",
-            Check::Shown => "shown",
-        }
+        self.into()
     }
 }
 
 /// A rule of the display.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    serde::Serialize,
+    serde::Deserialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
+)]
+#[strum(serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 pub enum DisplayRule {
     /// Values age with the console's own clock and are marked late, stale, lost.
@@ -130,15 +118,12 @@ pub enum DisplayRule {
 
 impl DisplayRule {
     /// Every rule, in order.
-    pub const ALL: [DisplayRule; 3] = [DisplayRule::AgeOut, DisplayRule::Signature, DisplayRule::Watch];
+    pub const ALL: [DisplayRule; DisplayRule::COUNT] =
+        *DisplayRule::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// Name in policy files.
     pub fn name(self) -> &'static str {
-        match self {
-            DisplayRule::AgeOut => "age_out",
-            DisplayRule::Signature => "signature",
-            DisplayRule::Watch => "watch",
-        }
+        self.into()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Every reason to refuse, each with the expected and the received value.
 
 use minicbor::{Decode, Encode};
+use strum::{EnumCount, VariantArray};
 
 use crate::codec::Malformed;
 use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
@@ -299,8 +300,23 @@ pub enum Refusal {
 
 /// [`Refusal`] without its particulars: the form that is counted, acknowledged and documented.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+    EnumCount,
+    VariantArray,
+    strum::IntoStaticStr,
 )]
+#[strum(serialize_all = "snake_case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "each variant is documented at the Refusal of the same name")]
@@ -373,75 +389,11 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason, in wire order.
-    pub const ALL: [Reason; 31] = [
-        Reason::Length,
-        Reason::Schema,
-        Reason::Canonical,
-        Reason::Version,
-        Reason::Stale,
-        Reason::NoEcho,
-        Reason::Origin,
-        Reason::Signature,
-        Reason::Signer,
-        Reason::Session,
-        Reason::Epoch,
-        Reason::Replayed,
-        Reason::Jump,
-        Reason::Tag,
-        Reason::Product,
-        Reason::Unit,
-        Reason::Role,
-        Reason::Late,
-        Reason::Duplicate,
-        Reason::Confirmation,
-        Reason::NoReason,
-        Reason::Interlock,
-        Reason::Full,
-        Reason::Rate,
-        Reason::Revoked,
-        Reason::Expired,
-        Reason::Joint,
-        Reason::TimeTag,
-        Reason::Shown,
-        Reason::Certificate,
-        Reason::Handshake,
-    ];
+    pub const ALL: [Reason; Reason::COUNT] = *Reason::VARIANTS.first_chunk().expect("as many variants as it counts");
 
     /// Name in logs, tables and documents.
     pub fn name(self) -> &'static str {
-        match self {
-            Reason::Length => "length",
-            Reason::Schema => "schema",
-            Reason::Canonical => "canonical",
-            Reason::Version => "version",
-            Reason::Stale => "stale",
-            Reason::NoEcho => "no_echo",
-            Reason::Origin => "origin",
-            Reason::Signature => "signature",
-            Reason::Signer => "signer",
-            Reason::Session => "session",
-            Reason::Epoch => "epoch",
-            Reason::Replayed => "replayed",
-            Reason::Jump => "jump",
-            Reason::Tag => "tag",
-            Reason::Product => "product",
-            Reason::Unit => "unit",
-            Reason::Role => "role",
-            Reason::Late => "late",
-            Reason::Duplicate => "duplicate",
-            Reason::Confirmation => "confirmation",
-            Reason::NoReason => "no_reason",
-            Reason::Interlock => "interlock",
-            Reason::Full => "full",
-            Reason::Rate => "rate",
-            Reason::Revoked => "revoked",
-            Reason::Expired => "expired",
-            Reason::Joint => "joint",
-            Reason::TimeTag => "time_tag",
-            Reason::Shown => "shown",
-            Reason::Certificate => "certificate",
-            Reason::Handshake => "handshake",
-        }
+        self.into()
     }
 }
 
