@@ -75,6 +75,14 @@ fn full_decoy_is_acted_on_with_consent() {
     }
 }
 
+/// It stands cold in view for longer than a second; no vehicle warms so fast.
+#[test]
+fn heater_switched_on_in_view_earns_nothing() {
+    refused_by("decoy_heating", &[Modality::Thermal]);
+    let run = without("decoy_heating", &[Check::Steady]);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
+}
+
 /// The same mission; the unit drives to where it has seen the vehicle from far enough around, unless that is further than it gets.
 #[test]
 fn authority_waits_for_bearings_far_enough_apart() {
