@@ -1,7 +1,7 @@
 //! An object in the scene is disguised as a vehicle, to one modality after another.
 
 use evidence::trial::Outcome;
-use evidence::{Plan, Planned};
+use evidence::{Plan, Planned, Witnessed};
 use holdsafe_tests::{shipped, variations};
 use instrument::Any;
 use oracle::judge;
@@ -78,9 +78,22 @@ fn full_decoy_is_acted_on_with_consent() {
 /// It stands cold in view for longer than a second; no vehicle warms so fast.
 #[test]
 fn heater_switched_on_in_view_earns_nothing() {
-    refused_by("decoy_heating", &[Modality::Thermal]);
-    let run = without("decoy_heating", &[Check::Steady]);
-    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
+    for run in shipped("decoy_heating").expect(SEEDS) {
+        let warm_and_doubted = |w: &Witnessed| match w.entry.event {
+            Any::Service(Event::Doubted { class: Class::Vehicle, supported, vetoed, .. }) => {
+                supported.has(Modality::Thermal) && vetoed.has(Modality::Thermal)
+            }
+            _ => false,
+        };
+        assert!(run.evidence.entries.iter().any(warm_and_doubted), "the heater came on");
+        assert!(!authority(&run), "{:?}", run.verdict.transitions);
+    }
+    let mut ready = shipped("decoy_heating");
+    ready.setup.policy.boundary.insert(Check::Steady, Requirement::Waived);
+    for seed in SEEDS {
+        let run = ready.run(seed);
+        assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
+    }
 }
 
 /// The same mission; the unit drives to where it has seen the vehicle from far enough around, unless that is further than it gets.

@@ -1,25 +1,27 @@
 //! Places where a claimed vehicle was cold: the thermal stage's contradictions, kept for longer than a track keeps them.
 //!
-//! Heat takes time to reach the skin of a vehicle's mass, and little to reach that of a heated cloth. So a place at which the thermal stage
-//! contradicted a vehicle for a second holds no warm vehicle within the next minute, and a heater that is switched on in view
-//! earns a fake nothing. A heater that is on before the platform comes is beyond this memory, as is a fake that moves away. Judges
-//! nothing in a single frame: that is corroboration's.
+//! Heat reaches the skin of a vehicle's mass slowly, that of a heated cloth at once. So a place at which the thermal stage contradicted
+//! a vehicle for a second holds no warm vehicle for the next minute, and a heater that is switched on in view is of no use to a
+//! fake. Out of reach are a heater that runs for a minute before the unit looks, a fake that moves away, and one that pulses: a frame of
+//! support ends a count. Judges no single frame: that is corroboration's.
 
-use wire::sensor::{Class, Modality};
+use wire::sensor::{Class, Modalities, Modality};
 use wire::time::{Instant, Span};
 
 use crate::corroborate::{Judgement, Sighting};
 use crate::pose::Placement;
 
-/// Most places remembered; of more, the one contradicted longest ago is forgotten.
-const PLACES: usize = 16;
-/// Contradictions without support between them that make a place cold: a second of frames at 10 Hz.
+/// Most places remembered. Of more, one that is not cold is forgotten first, then the one contradicted longest ago.
+const PLACES: usize = 64;
+/// Contradictions in a row that make a place cold: a second of frames at 10 Hz.
 const ENOUGH: u8 = 10;
-/// Time after the last contradiction for which a place stays cold. An engine of 150 kg iron takes up 70 kJ for each kelvin; of the
-/// 5 kW of an idling one's heat that is at most 4 K in a minute, before any of it has reached the skin, and a vehicle shows 12 K or
-/// more above the ground of the shipped scenes. Figures of a textbook's order, not of a measurement.
+/// Longest time between two contradictions in a row: as long as a track shows an opinion.
+const ROW: Span = Span::ms(500);
+/// Time for which a place is cold after such a row. An engine of 150 kg of iron takes up 68 kJ for each kelvin; an idling one's
+/// 5 kW warm it by less than 5 K in a minute, before any of it reaches the skin, and the bound of a vehicle's warmest part is
+/// 12 K above the ground of the shipped scenes. Figures of a textbook's order, not of a measurement.
 const MEMORY: Span = Span::ms(60_000);
-/// Sightings nearer to each other than this are of one place, metres.
+/// Sightings nearer to each other than this are of one place, metres: about the half length of a vehicle.
 const SAME_M: f64 = 2.0;
 
 /// A place, and the thermal stage's word on vehicles there.
@@ -27,10 +29,12 @@ const SAME_M: f64 = 2.0;
 struct Place {
     /// East and north, metres.
     at: [f64; 2],
-    /// Contradictions since the last support, at most [`ENOUGH`], and at that for good.
-    contradictions: u8,
+    /// Contradictions in a row, at most [`ENOUGH`].
+    row: u8,
     /// Stamp of the last one.
     last: Instant,
+    /// Stamp of the last one that made or kept the place cold.
+    cold: Option<Instant>,
 }
 
 /// The memory.
@@ -41,56 +45,85 @@ pub struct Cold {
 
 impl Cold {
     /// Notes the thermal stage's word on each claimed vehicle, placed by `ego`, and has it contradict those that are warm at a
-    /// cold place.
+    /// cold place. Their support by this frame's warmth stays told beside the contradiction.
     pub fn judge(&mut self, stamp: Instant, ego: Option<&Placement>, judged: &mut [Judgement]) {
         self.places.retain(|place| stamp.since(place.last) < MEMORY);
         let Some(ego) = ego else { return };
         for judgement in judged.iter_mut() {
             let Some(sighting) = judgement.sighting.as_mut().filter(|s| s.class == Class::Vehicle) else { continue };
             if self.is_cold(stamp, ego.to_world(sighting.place), sighting) {
-                sighting.supported = sighting.supported.without(Modality::Thermal);
                 sighting.vetoed = sighting.vetoed.with(Modality::Thermal);
-                (judgement.supported, judgement.vetoed) = (sighting.supported, sighting.vetoed);
+                judgement.vetoed = sighting.vetoed;
             }
         }
     }
 
     /// Takes the word on one; true if it is warm where it was cold.
     fn is_cold(&mut self, stamp: Instant, at: [f64; 2], sighting: &Sighting) -> bool {
-        let known = self.places.iter_mut().find(|place| (place.at[0] - at[0]).hypot(place.at[1] - at[1]) < SAME_M);
         if sighting.vetoed.has(Modality::Thermal) {
-            match known {
-                Some(place) => {
-                    (place.contradictions, place.last) = ((place.contradictions + 1).min(ENOUGH), stamp);
-                }
-                None => self.remember(Place { at, contradictions: 1, last: stamp }),
-            }
+            self.contradict(stamp, at);
             return false;
         }
-        let Some(place) = known.filter(|_| sighting.supported.has(Modality::Thermal)) else { return false };
-        let cold = place.contradictions >= ENOUGH;
-        if !cold {
-            place.contradictions = 0;
+        if !sighting.supported.has(Modality::Thermal) {
+            return false;
+        }
+        let mut cold = false;
+        for place in self.places.iter_mut().filter(|place| place.distance(at) < SAME_M) {
+            place.row = 0;
+            cold |= place.is_cold(stamp);
         }
         cold
     }
 
-    fn remember(&mut self, place: Place) {
+    /// Counts a contradiction, once a frame, at the nearest known place.
+    fn contradict(&mut self, stamp: Instant, at: [f64; 2]) {
+        let near = self.places.iter_mut().filter(|place| place.distance(at) < SAME_M);
+        match near.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at))) {
+            Some(place) if place.last == stamp => {}
+            Some(place) => place.contradict(stamp),
+            None => self.remember(stamp, Place { at, row: 1, last: stamp, cold: None }),
+        }
+    }
+
+    fn remember(&mut self, stamp: Instant, place: Place) {
         if self.places.len() >= PLACES {
-            let oldest = self.places.iter().enumerate().min_by_key(|(_, place)| place.last).map(|(index, _)| index);
-            oldest.map(|index| self.places.swap_remove(index));
+            let least = self.places.iter().enumerate().min_by_key(|(_, place)| (place.is_cold(stamp), place.last));
+            if let Some(index) = least.map(|(index, _)| index) {
+                self.places.swap_remove(index);
+            }
         }
         self.places.push(place);
     }
 }
 
+impl Place {
+    fn distance(&self, at: [f64; 2]) -> f64 {
+        (self.at[0] - at[0]).hypot(self.at[1] - at[1])
+    }
+
+    fn is_cold(&self, stamp: Instant) -> bool {
+        self.cold.is_some_and(|cold| stamp.since(cold) < MEMORY)
+    }
+
+    fn contradict(&mut self, stamp: Instant) {
+        self.row = if stamp.since(self.last) <= ROW { (self.row + 1).min(ENOUGH) } else { 1 };
+        self.last = stamp;
+        if self.row == ENOUGH {
+            self.cold = Some(stamp);
+        }
+    }
+}
+
+/// True if this frame's warmth supports what the memory of an earlier one contradicts.
+pub(crate) fn remembered(supported: Modalities, vetoed: Modalities) -> bool {
+    supported.has(Modality::Thermal) && vetoed.has(Modality::Thermal)
+}
+
 #[cfg(test)]
 mod tests {
-    use wire::sensor::Modalities;
-
     use super::*;
 
-    /// Word of the thermal stage on a vehicle so many metres ahead in frame `k`; true if it is contradicted afterwards.
+    /// Word of the thermal stage on a vehicle so many metres ahead in frame `k`; true if the memory contradicts it.
     fn seen(cold: &mut Cold, k: u64, ahead: f64, warm: bool) -> bool {
         let (thermal, none) = (Modalities::default().with(Modality::Thermal), Modalities::default());
         let (supported, vetoed) = if warm { (thermal, none) } else { (none, thermal) };
@@ -100,35 +133,49 @@ mod tests {
         cold.judge(Instant(k * 100_000), Some(&Placement::ORIGIN), &mut judged);
         let after = judged[0].sighting.expect("the sighting");
         assert_eq!((after.supported, after.vetoed), (judged[0].supported, judged[0].vetoed));
-        after.vetoed.has(Modality::Thermal)
+        assert!(warm || after.vetoed == thermal, "the frame's own contradiction stays");
+        remembered(after.supported, after.vetoed)
     }
 
     #[test]
     fn warmth_after_a_second_of_cold_is_contradicted_there() {
         let mut cold = Cold::default();
-        (0..10).for_each(|k| assert!(seen(&mut cold, k, 20.0, false)));
-        assert!(seen(&mut cold, 11, 20.0, true), "at once");
-        assert!(seen(&mut cold, 12, 21.5, true), "and as long as the place is the same one");
-        assert!(!seen(&mut cold, 12, 23.0, true), "another place");
-        assert!(seen(&mut cold, 600, 20.0, true), "59 s later");
+        (0..10).for_each(|k| assert!(!seen(&mut cold, k, 20.0, false)));
+        assert!(seen(&mut cold, 10, 20.0, true), "at once");
+        assert!(seen(&mut cold, 11, 21.5, true), "and as long as the place is the same one");
+        assert!(!seen(&mut cold, 11, 23.0, true), "another place");
+        assert!(seen(&mut cold, 608, 20.0, true), "a minute, nearly");
         assert!(!seen(&mut cold, 609, 20.0, true), "a minute after the last contradiction");
     }
 
+    /// A stage misses a true vehicle now and then: that neither makes a place cold nor keeps it so.
     #[test]
-    fn single_misses_of_the_stage_make_no_place_cold() {
+    fn single_misses_neither_begin_nor_prolong_a_cold() {
         let mut cold = Cold::default();
-        for k in 0..100 {
-            assert_eq!(seen(&mut cold, k, 20.0, k % 10 == 9), k % 10 != 9, "nine of ten are missed: frame {k}");
-        }
+        let missed = |cold: &mut Cold, from: u64, often: u64| {
+            (from..from + 700).filter(|k| seen(cold, *k, 20.0, k % often == 0)).count()
+        };
+        assert_eq!(missed(&mut cold, 0, 10), 0, "nine frames of ten are missed");
+        (1_000..1_010).for_each(|k| assert!(!seen(&mut cold, k, 20.0, false)));
+        let contradicted: Vec<u64> = (1_010..1_700).filter(|k| seen(&mut cold, *k, 20.0, k % 20 != 0)).collect();
+        assert_eq!((contradicted.first(), contradicted.last()), (Some(&1_010), Some(&1_608)));
     }
 
     #[test]
-    fn memory_is_bounded_and_forgets_the_oldest() {
+    fn two_sightings_of_a_frame_and_far_frames_make_no_row() {
         let mut cold = Cold::default();
-        (0..1_000).for_each(|k| {
-            seen(&mut cold, k, 20.0 + 3.0 * (k / 10) as f64, false);
-        });
+        (0..9).for_each(|k| (0..2).for_each(|_| assert!(!seen(&mut cold, k, 20.0, false))));
+        assert!(!seen(&mut cold, 9, 20.0, true), "nine frames");
+        (10..30).for_each(|k| assert!(!seen(&mut cold, 6 * k, 20.0, false)));
+        assert!(!seen(&mut cold, 175, 20.0, true), "none within half a second of the one before");
+    }
+
+    #[test]
+    fn newer_places_do_not_crowd_a_cold_one_out() {
+        let mut cold = Cold::default();
+        (0..10).for_each(|k| assert!(!seen(&mut cold, k, 20.0, false)));
+        (10..500).for_each(|k| assert!(!seen(&mut cold, k, 20.0 + 3.0 * (k as f64 - 8.0), false)));
         assert_eq!(cold.places.len(), PLACES);
-        assert!(seen(&mut cold, 1_000, 20.0 + 3.0 * 99.0, true) && !seen(&mut cold, 1_000, 20.0, true));
+        assert!(seen(&mut cold, 501, 20.0, true));
     }
 }

@@ -9,6 +9,7 @@ use wire::id::TrackId;
 use wire::sensor::{Camera, Candidates, Class, Detection, Modalities};
 use wire::track::Track;
 
+use crate::cold::remembered;
 use crate::corroborate::Judgement;
 use crate::tracker::MAX_TRACKS;
 
@@ -25,6 +26,8 @@ const SAME_MRAD: i16 = 120;
 struct Doubt {
     class: Class,
     vetoed: Modalities,
+    /// True if the contradiction is of earlier frames ([`crate::cold`]).
+    remembered: bool,
     bearing_mrad: i16,
     /// One bit a frame, newest lowest: whether it was held.
     history: u8,
@@ -52,7 +55,7 @@ impl Reasons {
         let detections = candidates.rgb.as_deref().unwrap_or_default();
         for judgement in judged.iter().filter(|j| j.vetoed != Modalities::default()) {
             let Some(detection) = detections.get(usize::from(judgement.detection)) else { continue };
-            let Some(doubt) = self.doubt(camera, detection, judgement.vetoed) else { continue };
+            let Some(doubt) = self.doubt(camera, detection, judgement) else { continue };
             if !doubt.told && (doubt.history & FRAMES).count_ones() >= ENOUGH {
                 doubt.told = true;
                 let Doubt { class, vetoed, bearing_mrad, .. } = *doubt;
@@ -68,16 +71,18 @@ impl Reasons {
     }
 
     /// The doubt that this detection goes on with, or a new one while there is room.
-    fn doubt(&mut self, camera: &Camera, detection: &Detection, vetoed: Modalities) -> Option<&mut Doubt> {
+    fn doubt(&mut self, camera: &Camera, detection: &Detection, judgement: &Judgement) -> Option<&mut Doubt> {
         let (class, bearing_mrad) = (detection.class, bearing(camera, detection));
+        let vetoed = judgement.vetoed;
+        let remembered = remembered(judgement.supported, vetoed);
         let same = |d: &Doubt| {
             let apart = (i32::from(d.bearing_mrad) - i32::from(bearing_mrad)).abs();
-            d.class == class && d.vetoed == vetoed && apart <= i32::from(SAME_MRAD)
+            (d.class, d.vetoed, d.remembered) == (class, vetoed, remembered) && apart <= i32::from(SAME_MRAD)
         };
         let at = match self.doubts.iter().position(same) {
             Some(at) => at,
             None if self.doubts.len() < MOST => {
-                self.doubts.push(Doubt { class, vetoed, bearing_mrad, history: 0, told: false });
+                self.doubts.push(Doubt { class, vetoed, remembered, bearing_mrad, history: 0, told: false });
                 self.doubts.len() - 1
             }
             None => return None,

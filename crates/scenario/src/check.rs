@@ -413,6 +413,9 @@ pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
         if object.path_m.is_empty() {
             found.push(finding(&object.path_m, "the object is nowhere", "give at least one point"));
         }
+        if let Some(times) = object.heated_s.as_ref().filter(|times| times[0].get() > times[1].get()) {
+            found.push(finding(times, "its heating ends before it begins", "give the beginning, then the end"));
+        }
     }
     let fence: Vec<(f64, f64)> = scene.geofence.iter().map(|[x, y]| (x.get(), y.get())).collect();
     if fence.len() < 3 {

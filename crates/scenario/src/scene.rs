@@ -135,7 +135,7 @@ pub struct Object {
     pub temperature_k: Real<200_000, 650_000>,
     /// Times at which its heating begins and ends, from the ground's temperature to its own; without them it is warm all along.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub heated_s: Option<[Seconds; 2]>,
+    pub heated_s: Option<Located<[Seconds; 2]>>,
     /// Paint: red, green, blue.
     #[serde(default = "grey")]
     pub colour: [u8; 3],

@@ -317,6 +317,19 @@ mod tests {
     }
 
     #[test]
+    fn heating_rises_evenly_between_its_times() {
+        let mut object = Scene::default().objects[0].clone();
+        assert_eq!(object.heated(0.0), 1.0, "without times it is warm all along");
+        object.heated = Some([2.0, 4.0]);
+        assert_eq!([0.0, 2.0, 3.0, 4.0, 9.0].map(|at| object.heated(at)), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        object.heated = Some([2.0, 2.0]);
+        assert_eq!([1.9, 2.0].map(|at| object.heated(at)), [0.0, 1.0]);
+        let mut scene = Scene::default();
+        scene.objects[0].heated = Some([4.0, 2.0]);
+        assert!(matches!(scene.check(), Err(SceneError::OutOfRange { field: "object.heated", .. })));
+    }
+
+    #[test]
     fn closed_path_repeats_and_open_path_ends() {
         let mut object = Scene::default().objects[1].clone();
         object.path = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]];

@@ -66,7 +66,7 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         class: class(object.class),
         size: object.size_m.map(|e| e.get() as f32),
         kelvin: object.temperature_k.get() as f32,
-        heated: object.heated_s.map(|times| times.map(|at| at.get() as f32)),
+        heated: object.heated_s.as_ref().map(|times| times.map(|at| at.get() as f32)),
         colour: object.colour,
         disguise: Disguise { paint: object.painted_as.map(class), warmth: object.warm_as.map(class) },
         print: object.print.as_ref().and_then(scenario::Print::cut),

@@ -75,7 +75,7 @@ pub enum Check {
     Fusion,
     /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where it said.
     Shown,
-    /// Where a claimed vehicle was cold, none is warm a minute later.
+    /// Where a claimed vehicle was cold for a second, none is warm within a minute.
     Steady,
 }
 

@@ -59,12 +59,6 @@ impl Modalities {
         Modalities(self.0 | 1 << m as u8)
     }
 
-    /// Without one.
-    #[must_use]
-    pub fn without(self, m: Modality) -> Modalities {
-        Modalities(self.0 & !(1 << m as u8))
-    }
-
     /// True if `m` is in the set.
     pub fn has(self, m: Modality) -> bool {
         self.0 & (1 << m as u8) != 0
