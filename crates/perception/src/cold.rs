@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sightings_of_a_frame_and_far_frames_make_no_row() {
+    fn repeated_and_distant_frames_make_no_row() {
         let mut cold = Cold::default();
         (0..9).for_each(|k| (0..2).for_each(|_| assert!(!seen(&mut cold, k, 20.0, false))));
         assert!(!seen(&mut cold, 9, 20.0, true), "nine frames");

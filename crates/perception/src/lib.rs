@@ -295,7 +295,7 @@ impl Perception {
         let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
         let judged = self.watch.as_ref().map(|watch| watch.judge(&bearings, ego.as_ref(), self.unheard));
         let sightings = judged.unwrap_or_default();
-        self.track((frame, stamp), &sightings);
+        self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
         self.tell(now, (frame, stamp), bearings.mode, List::default());
         Ok(())
     }
@@ -336,12 +336,12 @@ impl Perception {
         self.present(now, (frame, stamp), provenance::present(candidates));
         let mut judged =
             corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates, disputed);
+        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
         if let Some(cold) = &mut self.cold {
-            let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
             cold.judge(stamp, ego.as_ref(), &mut judged);
         }
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
-        self.track((frame, stamp), &sightings);
+        self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
         let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());
         told.for_each(|event| self.journal.write(now, event, &mut self.out));
         let crops = frames.map_or(List::default(), |frames| self.crops(frames));
@@ -364,11 +364,6 @@ impl Perception {
         if let Some(present) = self.provenance.note(frame, stamp, present) {
             self.journal.write(now, Event::FrameSeen { frame, present }, &mut self.out);
         }
-    }
-
-    fn track(&mut self, (frame, stamp): (FrameId, Instant), sightings: &[Sighting]) {
-        let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
-        self.tracker.update(frame, stamp, ego.as_ref(), sightings);
     }
 
     /// Sends the tracks of a frame.

@@ -283,7 +283,7 @@ impl Stages {
         for s in seen {
             let missed = self.model.misses(&mut self.thermal, s.depth / self.model.image_range, effect);
             let jitter = 0.3 * self.thermal.normal();
-            let above = (s.object.kelvin - ambient) * s.object.heated(world.seconds());
+            let above = (s.object.kelvin - ambient) * s.object.heat_share(world.seconds());
             let warmer = above * thermal::contrast(s.depth);
             if warmer > 4.0 && !missed && !hidden(&self.camera, effect, &s.bounds) {
                 let mean_ck = thermal::centikelvin(ambient + 0.75 * warmer + jitter);

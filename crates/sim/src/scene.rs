@@ -241,7 +241,7 @@ impl Object {
     }
 
     /// Share of its warmth above or below the ground that it has `seconds` after the start.
-    pub fn heated(&self, seconds: f64) -> f32 {
+    pub fn heat_share(&self, seconds: f64) -> f32 {
         let share = |[begins, ends]: [f32; 2]| {
             let (gone, takes) = (seconds - f64::from(begins), f64::from(ends - begins));
             if gone < takes { (gone / takes).max(0.0) as f32 } else { 1.0 }
@@ -319,11 +319,11 @@ mod tests {
     #[test]
     fn heating_rises_evenly_between_its_times() {
         let mut object = Scene::default().objects[0].clone();
-        assert_eq!(object.heated(0.0), 1.0, "without times it is warm all along");
+        assert_eq!(object.heat_share(0.0), 1.0, "without times it is warm all along");
         object.heated = Some([2.0, 4.0]);
-        assert_eq!([0.0, 2.0, 3.0, 4.0, 9.0].map(|at| object.heated(at)), [0.0, 0.0, 0.5, 1.0, 1.0]);
+        assert_eq!([0.0, 2.0, 3.0, 4.0, 9.0].map(|at| object.heat_share(at)), [0.0, 0.0, 0.5, 1.0, 1.0]);
         object.heated = Some([2.0, 2.0]);
-        assert_eq!([1.9, 2.0].map(|at| object.heated(at)), [0.0, 1.0]);
+        assert_eq!([1.9, 2.0].map(|at| object.heat_share(at)), [0.0, 1.0]);
         let mut scene = Scene::default();
         scene.objects[0].heated = Some([4.0, 2.0]);
         assert!(matches!(scene.check(), Err(SceneError::OutOfRange { field: "object.heated", .. })));

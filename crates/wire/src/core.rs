@@ -8,7 +8,7 @@
 //! `deadline`, whichever is first. Time never goes backwards.
 
 use minicbor::{Decode, Encode};
-use strum::{EnumCount, VariantArray};
+use strum::{EnumCount, IntoStaticStr, VariantArray};
 
 use crate::codec::Text;
 use crate::id::{PeerId, SessionId, UnitId};
@@ -16,25 +16,12 @@ use crate::time::Instant;
 
 /// A channel between processes of one host, carried over shared memory.
 #[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Encode,
-    Decode,
-    serde::Serialize,
-    serde::Deserialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
-#[strum(serialize_all = "snake_case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Topic {
     /// Rendered sensor frames, sim to perception.
     #[n(0)]

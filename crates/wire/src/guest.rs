@@ -5,7 +5,7 @@
 //! messages is left to the crate `guest`; what follows from an answer to `autonomy`.
 
 use minicbor::{Decode, Encode};
-use strum::{EnumCount, VariantArray};
+use strum::{EnumCount, IntoStaticStr, VariantArray};
 
 use crate::codec::{List, Text};
 use crate::mode::Mode;
@@ -158,24 +158,11 @@ pub struct Reply {
 }
 
 /// The kind of a guest's failure.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Encode,
-    Decode,
-    serde::Serialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
-)]
-#[strum(serialize_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Fault {
     /// The program could not be started.
     #[n(0)]

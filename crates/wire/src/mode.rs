@@ -1,7 +1,7 @@
 //! Modes of the platform, the guards that hold them up, and the causes that change them.
 
 use minicbor::{Decode, Encode};
-use strum::{EnumCount, VariantArray};
+use strum::{EnumCount, IntoStaticStr, VariantArray};
 
 use crate::id::{CommandId, FrameId, RecordId, UnitId};
 use crate::sensor::Modality;
@@ -22,13 +22,11 @@ use crate::time::Instant;
     Decode,
     serde::Serialize,
     serde::Deserialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
 )]
-#[strum(serialize_all = "SCREAMING_SNAKE_CASE")]
 #[cbor(index_only)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "SCREAMING_SNAKE_CASE")]
 pub enum Mode {
     /// Standing, not yet enabled.
     #[default]
@@ -60,25 +58,12 @@ impl Mode {
 
 /// A condition that nominal control stands on.
 #[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Encode,
-    Decode,
-    serde::Serialize,
-    serde::Deserialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
-#[strum(serialize_all = "snake_case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Guard {
     /// Fresh product of the colour detector.
     #[n(0)]

@@ -145,11 +145,10 @@ impl Role {
 }
 
 /// Reason that an act was not carried out.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize, EnumCount, VariantArray,
-)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
+#[derive(EnumCount, VariantArray)]
 pub enum Unable {
     /// Not an act, or too long.
     #[n(0)]

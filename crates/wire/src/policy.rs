@@ -6,28 +6,15 @@
 use std::collections::BTreeMap;
 
 use minicbor::{Decode, Encode};
-use strum::{EnumCount, VariantArray};
+use strum::{EnumCount, IntoStaticStr, VariantArray};
 
 use crate::mode::{Guard, Guards};
 
 /// A check of the trust boundary that a policy can waive.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    serde::Serialize,
-    serde::Deserialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
-)]
-#[strum(serialize_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Check {
     /// Age below the limit.
     Freshness,
@@ -75,7 +62,7 @@ pub enum Check {
     Fusion,
     /// An arming and its confirmation name the unit's report that the operator was shown, and the track is still where it said.
     Shown,
-    /// Where a claimed vehicle was cold for a second, none is warm within a minute.
+    /// No vehicle is warm within a minute where a claimed one was cold for a second.
     Steady,
 }
 
@@ -90,23 +77,10 @@ impl Check {
 }
 
 /// A rule of the display.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    serde::Serialize,
-    serde::Deserialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
-)]
-#[strum(serialize_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum DisplayRule {
     /// Values age with the console's own clock and are marked late, stale, lost.
     AgeOut,

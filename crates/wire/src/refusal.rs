@@ -1,7 +1,7 @@
 //! Every reason to refuse, each with the expected and the received value.
 
 use minicbor::{Decode, Encode};
-use strum::{EnumCount, VariantArray};
+use strum::{EnumCount, IntoStaticStr, VariantArray};
 
 use crate::codec::Malformed;
 use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
@@ -300,26 +300,13 @@ pub enum Refusal {
 
 /// [`Refusal`] without its particulars: the form that is counted, acknowledged and documented.
 #[derive(
-    Clone,
-    Copy,
-    Debug,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Encode,
-    Decode,
-    serde::Serialize,
-    serde::Deserialize,
-    EnumCount,
-    VariantArray,
-    strum::IntoStaticStr,
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
 )]
-#[strum(serialize_all = "snake_case")]
 #[cbor(index_only)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "each variant is documented at the Refusal of the same name")]
+#[derive(EnumCount, VariantArray, IntoStaticStr)]
+#[strum(serialize_all = "snake_case")]
 pub enum Reason {
     #[n(0)]
     Length,

@@ -56,7 +56,7 @@ fn temperature(pixel: &Pixel, world: &World) -> f32 {
             let at = on_object(object, place, pixel.point);
             let heated = object.print.as_ref().and_then(|print| print.warmth(print::field(at)));
             let above = heated.unwrap_or_else(|| (object.kelvin - ambient) * warmth(object, at));
-            ambient + above * object.heated(world.seconds()) * through(hit.distance, &world.scene().weather)
+            ambient + above * object.heat_share(world.seconds()) * through(hit.distance, &world.scene().weather)
         }
     }
 }
