@@ -42,12 +42,27 @@ mod verification;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::{PoisonError, RwLock, RwLockWriteGuard};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+/// The machine: shared by the programs that tests start, and of a live trial alone, which is INVALID where the host stalls a service.
+static MACHINE: RwLock<()> = RwLock::new(());
+
+/// The machine without the programs of other tests. [`holdsafe`] waits for its end.
+fn alone() -> RwLockWriteGuard<'static, ()> {
+    MACHINE.write().unwrap_or_else(PoisonError::into_inner)
+}
+
 fn holdsafe(arguments: &[&str]) -> Output {
+    let _shared = MACHINE.read().unwrap_or_else(PoisonError::into_inner);
+    started(arguments)
+}
+
+/// The program's output; who calls it says if the machine is shared.
+fn started(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     let output = command.args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap();
     golden::hold(&output.stdout);

@@ -11,7 +11,7 @@ use serde_json::Value;
 use super::evidence::object;
 use super::exports::told;
 use super::readers::flip_a_bit;
-use super::{holdsafe, root};
+use super::{alone, holdsafe, root};
 
 /// The program in an environment without a display.
 fn blind(arguments: &[&str]) -> (Option<i32>, String) {
@@ -63,6 +63,7 @@ fn live_run_is_watched_and_shown_again() {
     let (folder, scenario) = short();
     let out = folder.path().join("run");
     let run = out.to_str().unwrap();
+    let alone = alone();
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     live.args(["--root", root().to_str().unwrap(), "live", &scenario, "--out", run]).stdout(Stdio::null());
     let mut live = live.spawn().unwrap();
@@ -77,6 +78,7 @@ fn live_run_is_watched_and_shown_again() {
     let lines = BufReader::new(watch.stdout.take().unwrap()).lines();
     let pictures: Vec<Value> = lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
     assert!(watch.wait().unwrap().success() && live.wait().unwrap().success());
+    drop(alone);
     let packets = packets.join().unwrap();
     let of = |apid: u16| packets.iter().filter(|packet| packet.0 == apid).collect::<Vec<_>>();
     assert!(of(64).len() >= 2 && of(65).iter().all(|packet| packet.1 == 79) && of(65).len() >= 2, "{packets:?}");

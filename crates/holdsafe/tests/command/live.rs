@@ -18,7 +18,7 @@ use wire::id::NodeId;
 use wire::person::Role;
 
 use super::displays::short;
-use super::root;
+use super::{alone, root};
 
 /// Trials that a busy host may spoil before one is taken as it is.
 const TRIES: u64 = 5;
@@ -89,6 +89,7 @@ fn shift_an_input(folder: &Path, node: NodeId) -> usize {
 fn short_live_trial_is_nominal_and_replays() {
     let (_folder, scenario) = short();
     let scenario = Path::new(&scenario);
+    let _alone = alone();
     let mut tries = (1..=TRIES).map(|seed| trial(scenario, seed));
     let replayed = |judged: &Judged| {
         let wrong: Vec<_> = judged.replays.iter().filter(|core| core.difference.is_some()).collect();

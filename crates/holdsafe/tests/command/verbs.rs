@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::displays::short;
-use super::{holdsafe, root};
+use super::{alone, holdsafe, root, started};
 
 /// The new and the old spelling of the same command end alike and print the same, the old one without a word on stderr about it.
 fn same(new: &[&str], old: &[&str]) -> String {
@@ -118,7 +118,10 @@ fn watch_opens_windows() {
 #[test]
 fn run_shows_a_live_trial() {
     let (_folder, scenario) = short();
-    let output = holdsafe(&["run", "--live", "--watch", &scenario, "--json"]);
+    let output = {
+        let _alone = alone();
+        started(&["run", "--live", "--watch", &scenario, "--json"])
+    };
     let object: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&object["kind"], output.status.code()), (&"trial".into(), Some(0)), "{output:?}");
     let shown = String::from_utf8(output.stderr).unwrap();
