@@ -23,8 +23,8 @@ pub struct Asked<'a> {
     pub wanted: Wanted,
     /// Additional waivers.
     pub waive: &'a [Switch],
-    /// The bound that the services are made with a wrong value of.
-    pub misset: Option<&'a Misset>,
+    /// Bounds that the services are made with wrong values of.
+    pub misset: &'a [Misset],
 }
 
 impl Asked<'_> {
@@ -52,7 +52,9 @@ impl Asked<'_> {
             "searched".clone_into(&mut setup.policy_name);
             "searched".clone_into(&mut setup.policy.name);
         }
-        setup.misset = self.misset.map(|misset| misset.of(&setup.bounds));
+        if !self.misset.is_empty() {
+            setup.misset = Some(self.misset.iter().fold(setup.bounds, |bounds, misset| misset.of(bounds)));
+        }
         let config = SearchConfig::new(variation.scenario, setup, context.seed, space).map_err(unfit)?;
         config.fits().map_err(unfit)?;
         Ok(config)
@@ -75,7 +77,7 @@ pub fn space(context: &Context, name: &str) -> Result<AttackSpace, Failure> {
 /// The search configuration of a weakness.
 pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<SearchConfig, Failure> {
     let (scenario, space) = (weakness.scenario.as_str(), weakness.space.as_str());
-    let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
+    let (waive, misset) = (&weakness.waive, &weakness.misset);
     Asked { scenario, space, wanted, waive, misset }.config(context)
 }
 

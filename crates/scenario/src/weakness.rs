@@ -1,4 +1,4 @@
-//! A list of weaknesses: each a check that is waived or a bound that is set wrong, with the scenario and the attack space in
+//! A list of weaknesses: each of checks that are waived and bounds that are set wrong, with the scenario and the attack space in
 //! which a search is to find it.
 //!
 //! Measuring the time to find it, by strategy, is the part of `lab::bench`.
@@ -33,10 +33,12 @@ pub struct Weakness {
     /// The attack space.
     #[serde(rename = "alphabet")]
     pub space: Name,
-    /// The one check that is waived, instead of a `misset`.
-    pub waive: Option<Switch>,
-    /// The one bound that the services are made with a wrong value of, instead of a `waive`. The oracle judges by the right one.
-    pub misset: Option<Misset>,
+    /// Checks that are waived.
+    #[serde(default)]
+    pub waive: List<Switch, 4>,
+    /// Bounds that the services are made with wrong values of. The oracle judges by the right ones.
+    #[serde(default)]
+    pub misset: List<Misset, 4>,
     /// Classes that count as found.
     pub find: Located<List<Outcome, 9>>,
 }
@@ -52,8 +54,9 @@ pub struct Misset {
 }
 
 /// Bounds on time, by their name in a platform's file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
 #[serde(rename_all = "snake_case")]
+#[strum(serialize_all = "snake_case")]
 #[expect(clippy::enum_variant_names, reason = "they are spelt as in a platform's file")]
 pub enum BoundName {
     /// *Tf*.
@@ -80,15 +83,15 @@ pub enum BoundName {
 
 impl Misset {
     /// `bounds` with the wrong value.
-    pub fn of(&self, bounds: &Bounds) -> Bounds {
-        let mut wrong = *bounds;
-        *self.bound.value(&mut wrong) = u64::from(self.to_ms);
-        wrong
+    #[must_use]
+    pub fn of(&self, mut bounds: Bounds) -> Bounds {
+        *self.bound.value(&mut bounds) = u64::from(self.to_ms);
+        bounds
     }
 
     /// As a report tells it.
     pub fn name(&self) -> String {
-        format!("{} = {}", self.bound.name(), self.to_ms)
+        format!("{} = {}", <&str>::from(self.bound), self.to_ms)
     }
 }
 
@@ -107,28 +110,25 @@ impl BoundName {
             BoundName::SealLimitMs => &mut bounds.seal_limit_ms,
         }
     }
-
-    fn name(self) -> &'static str {
-        match self {
-            BoundName::FreshnessMs => "freshness_ms",
-            BoundName::LeaseMs => "lease_ms",
-            BoundName::ProductLimitMs => "product_limit_ms",
-            BoundName::UnrecoveredMs => "unrecovered_ms",
-            BoundName::TrackLimitMs => "track_limit_ms",
-            BoundName::CommandLimitMs => "command_limit_ms",
-            BoundName::AuthorityMs => "authority_ms",
-            BoundName::HysteresisMs => "hysteresis_ms",
-            BoundName::SetPointLeaseMs => "set_point_lease_ms",
-            BoundName::SealLimitMs => "seal_limit_ms",
-        }
-    }
 }
 
 impl Weakness {
-    /// The waived check, or the bound with its wrong value, as a report gives it.
+    /// The waived checks, and the bounds with their wrong values, as a report gives them.
     pub fn wrong(&self) -> String {
-        let waived = self.waive.map(Switch::name);
-        waived.or_else(|| self.misset.as_ref().map(Misset::name)).unwrap_or_default()
+        let waived = self.waive.iter().map(|check| check.name());
+        waived.chain(self.misset.iter().map(Misset::name)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// The controls: for each part, the same with this part alone put right. A finding in any of them rests on less than the
+    /// whole weakness.
+    pub fn controls(&self) -> impl Iterator<Item = Weakness> + '_ {
+        let parts = self.waive.len() + self.misset.len();
+        (0..parts).map(|right| {
+            let waive = self.waive.iter().enumerate().filter(|(i, _)| *i != right).map(|(_, check)| *check);
+            let misset = self.misset.iter().enumerate().filter(|(i, _)| i + self.waive.len() != right);
+            let misset = misset.map(|(_, misset)| misset.clone());
+            Weakness { waive: List::of(waive), misset: List::of(misset), ..self.clone() }
+        })
     }
 }
 
@@ -164,9 +164,9 @@ impl Weaknesses {
             if self.weakness.iter().take(i).any(|before| before.name.as_str() == name) {
                 wrong.push((of.name.bytes(), format!("weakness {name} is there twice"), "give each its own name"));
             }
-            if of.waive.is_some() == of.misset.is_some() {
-                let remedy = "name a check under `waive`, or a bound and its wrong value under `misset`";
-                wrong.push((of.name.bytes(), format!("weakness {name} is not one thing that is wrong"), remedy));
+            if of.waive.is_empty() && of.misset.is_empty() {
+                let remedy = "name checks under `waive`, or bounds and their wrong values under `misset`";
+                wrong.push((of.name.bytes(), format!("weakness {name} has nothing wrong"), remedy));
             }
             if of.find.is_empty() || of.find.contains(&Outcome::Invalid) {
                 let remedy = "name classes such as \"UNSAFE\"; what is INVALID shows nothing";
@@ -183,14 +183,14 @@ mod tests {
     use crate::find_root;
 
     const TEXT: &str = "[[weakness]]\nname = \"a\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
-                        waive = \"boundary.freshness\"\nfind = [\"UNSAFE\"]\n\
+                        waive = [\"boundary.freshness\"]\nfind = [\"UNSAFE\"]\n\
                         [[weakness]]\nname = \"b\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
-                        waive = \"guards.lease\"\nfind = [\"LATE\"]\n";
+                        waive = [\"guards.lease\"]\nfind = [\"LATE\"]\n";
 
     #[test]
     fn the_shipped_list_is_read() {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        for list in ["checks", "bounds"] {
+        for list in ["checks", "bounds", "deep"] {
             let file = root.join(format!("scenarios/weaknesses/{list}.toml"));
             assert!(!Weaknesses::load(&file).unwrap().weakness.is_empty());
         }
@@ -198,22 +198,27 @@ mod tests {
 
     #[test]
     fn misset_changes_one_bound_alone() {
-        let text = TEXT.replace("waive = \"guards.lease\"", "misset = { bound = \"lease_ms\", to_ms = 670 }");
+        let text = TEXT.replace("waive = [\"guards.lease\"]", "misset = [{ bound = \"lease_ms\", to_ms = 670 }]");
         let list = Weaknesses::parse("w.toml", &text).unwrap();
-        let wrong = list.weakness[1].misset.as_ref().unwrap().of(&Bounds::GROUND);
+        let wrong = list.weakness[1].misset[0].of(Bounds::GROUND);
         assert_eq!(wrong, Bounds { lease_ms: 670, ..Bounds::GROUND });
         assert_eq!(list.weakness[1].wrong(), "lease_ms = 670");
     }
 
     #[test]
-    fn a_weakness_is_one_thing_that_is_wrong() {
-        let neither = TEXT.replace("waive = \"guards.lease\"\n", "");
-        let both =
-            TEXT.replace("find = [\"LATE\"]", "find = [\"LATE\"]\nmisset = { bound = \"lease_ms\", to_ms = 670 }");
-        for text in [neither, both] {
-            let problems = Weaknesses::parse("w.toml", &text).unwrap_err();
-            assert_eq!(problems.all()[0].message(), "weakness b is not one thing that is wrong");
-        }
+    fn each_control_puts_one_part_right() {
+        let more = "\"guards.lease\", \"record_guard\"]\nmisset = [{ bound = \"lease_ms\", to_ms = 670 }]";
+        let list = Weaknesses::parse("w.toml", &TEXT.replace("\"guards.lease\"]", more)).unwrap();
+        let controls: Vec<String> = list.weakness[1].controls().map(|control| control.wrong()).collect();
+        let expected = ["record_guard, lease_ms = 670", "guards.lease, lease_ms = 670", "guards.lease, record_guard"];
+        assert_eq!(controls, expected);
+        assert_eq!(list.weakness[0].controls().map(|control| control.wrong()).collect::<Vec<_>>(), [""]);
+    }
+
+    #[test]
+    fn weakness_without_a_wrong_part_is_refused() {
+        let problems = Weaknesses::parse("w.toml", &TEXT.replace("waive = [\"guards.lease\"]\n", "")).unwrap_err();
+        assert_eq!(problems.all()[0].message(), "weakness b has nothing wrong");
     }
 
     #[test]

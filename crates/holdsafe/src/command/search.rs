@@ -73,7 +73,7 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let wanted =
         Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
-    let asked = Asked { scenario: &args.scenario, space: &args.space, wanted, waive: &args.waive, misset: None };
+    let asked = Asked { scenario: &args.scenario, space: &args.space, wanted, waive: &args.waive, misset: &[] };
     let config = asked.config(context)?;
     let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
     let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);

@@ -114,7 +114,7 @@ impl Sources {
     fn of(context: &Context) -> Result<Self, Failure> {
         let mut weaknesses = search_config::weaknesses(context)?;
         // A policy can name a waived check, and `run` takes a policy; a wrong bound is in no file that it takes.
-        weaknesses.retain(|weakness| weakness.waive.is_some());
+        weaknesses.retain(|weakness| weakness.misset.is_empty());
         Ok(Self { weaknesses, spaces: search_config::shipped(context, "alphabets")? })
     }
 
@@ -142,7 +142,7 @@ impl Sources {
     fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, SearchConfig), Failure> {
         let space = one_of(&self.spaces, rng)?;
         let wanted = Wanted { rendered: true, ..Wanted::default() };
-        let config = Asked { scenario: "nominal", space, wanted, waive: &[], misset: None }.config(context)?;
+        let config = Asked { scenario: "nominal", space, wanted, waive: &[], misset: &[] }.config(context)?;
         Ok((space.clone(), BROKEN.to_vec(), config))
     }
 

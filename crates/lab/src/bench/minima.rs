@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::worth::Bench;
+use super::worth::{Bench, Sought};
 use crate::report::{MinimaObject, MinimaRow, minima_table};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
@@ -14,13 +14,13 @@ use runner::failure::{Exit, Failure};
 use runner::out;
 use runner::search_config::{MOST_SEQUENCES, stopped_or_unfit, unfit};
 use scenario::Weakness;
-use search::{AttackSequence, Cause, Found, Moments, SearchConfig, Shrunk, Strategy, ends_in};
+use search::{AttackSequence, Cause, Found, Moments, Shrunk, Strategy};
 
-pub(super) fn run(bench: &Bench<'_>, configs: &[(Weakness, SearchConfig)], seeds: u64) -> Result<Exit, Failure> {
-    let progress = Progress::new("findings shrunk", configs.len() * seeds as usize, bench.context.talk);
+pub(super) fn run(bench: &Bench<'_>, weaknesses: &[Weakness], seeds: u64) -> Result<Exit, Failure> {
+    let progress = Progress::new("findings shrunk", weaknesses.len() * seeds as usize, bench.context.talk);
     let mut rows = Vec::new();
-    for config in configs {
-        rows.extend(minima(bench, config, seeds, &progress)?);
+    for weakness in weaknesses {
+        rows.extend(minima(bench, &Sought::of(bench.context, weakness.clone())?, seeds, &progress)?);
     }
     progress.finish();
     let (seed, budget) = (bench.context.seed, bench.budget);
@@ -34,19 +34,15 @@ pub(super) fn run(bench: &Bench<'_>, configs: &[(Weakness, SearchConfig)], seeds
 }
 
 /// One row for each cause.
-fn minima(
-    bench: &Bench<'_>,
-    (weakness, config): &(Weakness, SearchConfig),
-    seeds: u64,
-    progress: &Progress,
-) -> Result<Vec<MinimaRow>, Failure> {
+fn minima(bench: &Bench<'_>, sought: &Sought, seeds: u64, progress: &Progress) -> Result<Vec<MinimaRow>, Failure> {
+    let config = &sought.config;
     let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
     let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     let all: Vec<u64> = (1..=seeds).collect();
     let shrunk = parallel::map(bench.threads, &all, |seed| {
-        let result = bench.search((weakness, config), Strategy::Guided, *seed)?;
+        let result = bench.search(sought, Strategy::Guided, *seed)?;
         let shrink = |(cause, found): (Cause, Found)| {
-            let shrunk = config.shrink(&found.tried.sequence, &ends_in(&weakness.find), &cause, &moments);
+            let shrunk = config.shrink(&found.tried.sequence, &sought.test(), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)
         };
         let shrunk = result.found.into_iter().next().map(shrink).transpose()?;
@@ -59,8 +55,8 @@ fn minima(
     }
     let row = |(cause, shrunk): (Cause, Vec<Shrunk>)| {
         let longest = shrunk.iter().map(|shrunk| shrunk.sequence.actions().len()).max().unwrap_or_default();
-        let fewest = fewest(bench, weakness, config, &moments, &cause, longest)?;
-        Ok(MinimaRow::new(weakness, config, &cause, &shrunk, fewest))
+        let fewest = fewest(bench, sought, &moments, &cause, longest)?;
+        Ok(MinimaRow::new(&sought.weakness, config, &cause, &shrunk, fewest))
     };
     by_cause.into_iter().map(row).collect()
 }
@@ -68,8 +64,7 @@ fn minima(
 /// The fewest actions, below `below`, of a sequence with this cause.
 fn fewest(
     bench: &Bench<'_>,
-    weakness: &Weakness,
-    config: &SearchConfig,
+    sought: &Sought,
     moments: &Moments,
     cause: &Cause,
     below: usize,
@@ -77,9 +72,9 @@ fn fewest(
     let untold = Progress::new("", 0, Talk::Quiet);
     for k in 0..below {
         let too_many = || Failure::new(Exit::Usage, format!("more than {MOST_SEQUENCES} sequences of {k} actions"));
-        let sequences = config.sequences(k, moments, MOST_SEQUENCES).ok_or_else(too_many)?;
+        let sequences = sought.config.sequences(k, moments, MOST_SEQUENCES).ok_or_else(too_many)?;
         let stop = &bench.context.stop;
-        let tried = config.try_all(&sequences, &ends_in(&weakness.find), bench.threads, &untold, stop);
+        let tried = sought.config.try_all(&sequences, &sought.test(), bench.threads, &untold, stop);
         if tried.map_err(|why| stopped_or_unfit(bench.context, why))?.found.contains_key(cause) {
             return Ok(Some(k));
         }

@@ -16,7 +16,7 @@ use runner::plan::Wanted;
 use runner::search_config::stopped_or_unfit;
 use runner::{Context, batch, out, search_config};
 use scenario::{Weakness, Weaknesses};
-use search::{RunConfig, RunResult, SearchConfig, Strategy, ends_in};
+use search::{Cause, RunConfig, RunResult, SearchConfig, Strategy, Tried, ends_in};
 use stats::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
@@ -27,6 +27,9 @@ pub struct Args {
     /// Only these of them.
     #[arg(long, value_delimiter = ',', value_name = "NAME")]
     only: Vec<String>,
+    /// Only these strategies. CPU and trials are compared with those of `uniform`, where it is one of them.
+    #[arg(long, value_delimiter = ',', value_name = "NAME", conflicts_with = "shrink")]
+    strategy: Vec<Strategy>,
     /// Seeds of drawing for each strategy, from 1.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000))]
     draws: u64,
@@ -43,16 +46,17 @@ pub struct Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let bench = Bench { context, budget: args.budget, threads: args.jobs.unwrap_or_else(parallel::cores) };
-    let configs = configs(context, args)?;
+    let chosen = chosen(context, args)?;
     if let Some(seeds) = args.shrink {
-        return minima::run(&bench, &configs, seeds);
+        return minima::run(&bench, &chosen, seeds);
     }
-    let hunts = configs.len() * Strategy::ALL.len() * args.draws as usize;
+    let strategies = if args.strategy.is_empty() { Strategy::ALL.to_vec() } else { args.strategy.clone() };
+    let hunts = chosen.len() * strategies.len() * args.draws as usize;
     let progress = Progress::new("hunts", hunts, context.talk);
     let mut weaknesses = Vec::new();
     let before = load_average();
-    for (weakness, config) in &configs {
-        weaknesses.push(compared(&bench, weakness, config, args.draws, &progress)?);
+    for weakness in chosen {
+        weaknesses.push(compared(&bench, &Sought::of(context, weakness)?, &strategies, args.draws, &progress)?);
     }
     progress.finish();
     let object = WorthObject {
@@ -81,21 +85,46 @@ pub(super) struct Bench<'a> {
 
 impl Bench<'_> {
     /// One search run for a first finding, on one thread.
-    pub(super) fn search(
-        &self,
-        (weakness, config): (&Weakness, &SearchConfig),
-        strategy: Strategy,
-        seed: u64,
-    ) -> Result<RunResult, Failure> {
+    pub(super) fn search(&self, sought: &Sought, strategy: Strategy, seed: u64) -> Result<RunResult, Failure> {
         let run = RunConfig { strategy, seed, budget: self.budget, first: true };
         let untold = Progress::new("", 0, Talk::Quiet);
-        let result = config.search(run, &ends_in(&weakness.find), 1, &untold, &self.context.stop);
+        let result = sought.config.search(run, &sought.test(), 1, &untold, &self.context.stop);
         result.map_err(|why| stopped_or_unfit(self.context, why))
     }
 }
 
-fn configs(context: &Context, args: &Args) -> Result<Vec<(Weakness, SearchConfig)>, Failure> {
-    let list = match &args.list {
+/// A weakness, the search for it, and its controls: the same search with one part of the weakness put right.
+pub(super) struct Sought {
+    pub(super) weakness: Weakness,
+    pub(super) config: SearchConfig,
+    controls: Vec<SearchConfig>,
+}
+
+impl Sought {
+    /// The search for `weakness`, and one control for each of its parts.
+    pub(super) fn of(context: &Context, weakness: Weakness) -> Result<Self, Failure> {
+        let config = |weakness: &Weakness| search_config::of_weakness(context, weakness, Wanted::default());
+        let controls = weakness.controls().map(|control| config(&control)).collect::<Result<_, Failure>>()?;
+        Ok(Self { config: config(&weakness)?, controls, weakness })
+    }
+
+    /// Test for a finding of this weakness: the trial ends in one of its classes, and ends in none of them with any one part put
+    /// right. A trial that would be a finding without the weakness shows nothing of it. The trials of the controls are not
+    /// counted: they are part of the measurement, and no strategy learns from them.
+    pub(super) fn test(&self) -> impl Fn(&Tried) -> Option<Cause> + Sync + '_ {
+        let ends = ends_in(&self.weakness.find);
+        move |tried| {
+            let fine = |control: &SearchConfig| {
+                control.try_sequence(&tried.sequence).is_ok_and(|tried| ends(&tried).is_none())
+            };
+            ends(tried).filter(|_| self.controls.iter().all(fine))
+        }
+    }
+}
+
+/// The weaknesses asked for.
+fn chosen(context: &Context, args: &Args) -> Result<Vec<Weakness>, Failure> {
+    let mut list = match &args.list {
         Some(file) => Weaknesses::load(file)?.weakness.to_vec(),
         None => search_config::weaknesses(context)?,
     };
@@ -104,31 +133,30 @@ fn configs(context: &Context, args: &Args) -> Result<Vec<(Weakness, SearchConfig
         let known: Vec<&str> = known().collect();
         return Err(Failure::new(Exit::Usage, format!("no weakness `{unknown}`; there are: {}", known.join(", "))));
     }
-    let chosen = |weakness: &&Weakness| args.only.is_empty() || args.only.iter().any(|n| n == weakness.name.as_str());
-    let config =
-        |weakness: &Weakness| Ok((weakness.clone(), search_config::of_weakness(context, weakness, Wanted::default())?));
-    list.iter().filter(chosen).map(config).collect()
+    list.retain(|weakness| args.only.is_empty() || args.only.iter().any(|name| name == weakness.name.as_str()));
+    Ok(list)
 }
 
 fn compared(
     bench: &Bench<'_>,
-    weakness: &Weakness,
-    config: &SearchConfig,
+    sought: &Sought,
+    strategies: &[Strategy],
     draws: u64,
     progress: &Progress,
 ) -> Result<WeaknessRow, Failure> {
-    let turns: Vec<(u64, Strategy)> = (1..=draws).flat_map(|seed| Strategy::ALL.map(|of| (seed, of))).collect();
+    let turns: Vec<(u64, Strategy)> =
+        (1..=draws).flat_map(|seed| strategies.iter().map(move |of| (seed, *of))).collect();
     let result = parallel::map(bench.threads, &turns, |(seed, strategy)| {
-        let result = bench.search((weakness, config), *strategy, *seed)?;
+        let result = bench.search(sought, *strategy, *seed)?;
         progress.step();
         Ok::<_, Failure>((*strategy, result))
     })?;
-    let of = |strategy: Strategy| {
-        let hunts = result.iter().filter(|(by, _)| *by == strategy).map(|(_, result)| result);
+    let of = |strategy: &Strategy| {
+        let hunts = result.iter().filter(|(by, _)| by == strategy).map(|(_, result)| result);
         let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts.map(waits).unzip();
-        StrategyRow::new(strategy, trials, cpu_seconds)
+        StrategyRow::new(*strategy, trials, cpu_seconds)
     };
-    Ok(WeaknessRow::new(weakness, Strategy::ALL.map(of)))
+    Ok(WeaknessRow::new(&sought.weakness, strategies.iter().map(of).collect()))
 }
 
 /// Trials and CPU seconds until the first finding.

@@ -1,5 +1,8 @@
 //! Detection benchmark of the search: time until each strategy found each weakness, as an object and as a table.
 
+use std::fmt::Write;
+
+use clap::ValueEnum;
 use evidence::trial::Outcome;
 use results::report::new_table;
 use scenario::Weakness;
@@ -39,17 +42,13 @@ pub struct WeaknessRow {
     pub scenario: String,
     /// Attack space.
     pub alphabet: String,
-    /// The check that was waived, or the bound with its wrong value.
+    /// The checks that were waived, and the bounds with their wrong values.
     pub wrong: String,
     /// Classes that counted as findings.
     pub find: Vec<Outcome>,
     /// Each strategy's search runs.
     #[serde(rename = "hunts")]
-    pub strategies: [StrategyRow; Strategy::ALL.len()],
-    /// Trials of guided over uniform drawing.
-    pub ratio_trials: Ratio,
-    /// The same of CPU time.
-    pub ratio_cpu: Ratio,
+    pub strategies: Vec<StrategyRow>,
 }
 
 /// The search runs of one strategy.
@@ -69,6 +68,10 @@ pub struct StrategyRow {
     pub each_cpu_seconds: Vec<Wait>,
     /// Trials of each seed.
     pub each_trials: Vec<Wait>,
+    /// Its trials over those of uniform drawing.
+    pub ratio_trials: Ratio,
+    /// The same of CPU time.
+    pub ratio_cpu: Ratio,
 }
 
 impl StrategyRow {
@@ -82,46 +85,69 @@ impl StrategyRow {
             cpu_seconds: Median::of(&each_cpu_seconds, LEVEL),
             each_trials,
             each_cpu_seconds,
+            ratio_trials: Ratio::of(&[], &[]),
+            ratio_cpu: Ratio::of(&[], &[]),
+        }
+    }
+
+    /// With the ratios to the search runs `uniform`.
+    fn over(self, uniform: &StrategyRow) -> Self {
+        Self {
+            ratio_trials: Ratio::of(&self.each_trials, &uniform.each_trials),
+            ratio_cpu: Ratio::of(&self.each_cpu_seconds, &uniform.each_cpu_seconds),
+            ..self
         }
     }
 }
 
 impl WeaknessRow {
-    /// Of these search runs, by strategy in the order of [`Strategy::ALL`].
-    pub fn new(weakness: &Weakness, strategies: [StrategyRow; Strategy::ALL.len()]) -> Self {
-        let [uniform, _, guided] = &strategies;
+    /// Of these search runs; their ratios are filled in where one of them is of uniform drawing.
+    pub fn new(weakness: &Weakness, strategies: Vec<StrategyRow>) -> Self {
+        let uniform = strategies.iter().find(|row| row.strategy == Strategy::Uniform).cloned();
+        let over = |row: StrategyRow| uniform.as_ref().map_or_else(|| row.clone(), |uniform| row.clone().over(uniform));
         Self {
             name: weakness.name.as_str().to_owned(),
             scenario: weakness.scenario.as_str().to_owned(),
             alphabet: weakness.space.as_str().to_owned(),
             wrong: weakness.wrong(),
             find: weakness.find.to_vec(),
-            ratio_trials: Ratio::of(&guided.each_trials, &uniform.each_trials),
-            ratio_cpu: Ratio::of(&guided.each_cpu_seconds, &uniform.each_cpu_seconds),
-            strategies,
+            strategies: strategies.into_iter().map(over).collect(),
         }
     }
 
+    fn of(&self, strategy: Strategy) -> Option<&StrategyRow> {
+        self.strategies.iter().find(|row| row.strategy == strategy)
+    }
+
     fn is_hard(&self) -> bool {
-        let [uniform, _, _] = &self.strategies;
-        uniform.trials.is_some_and(|median| median.median.waited >= HARD)
+        let median = self.of(Strategy::Uniform).and_then(|uniform| uniform.trials);
+        median.is_some_and(|median| median.median.waited >= HARD)
     }
 }
 
 /// The table for a terminal.
 pub fn worth_table(object: &WorthObject) -> String {
-    let mut table = new_table(&["weakness", "uniform", "transitions", "guided", "trials", "CPU", "CPU, 95 %"]);
+    let mut table = new_table(&["weakness", "strategy", "found", "trials", "CPU s", "trials", "CPU", "CPU, 95 %"]);
     for row in &object.weaknesses {
-        let [uniform, transitions, guided] = row.strategies.each_ref().map(told);
-        let [from, to] = row.ratio_cpu.interval_95.map(|end| end.map_or_else(|| "?".to_owned(), number));
-        let (trials, cpu) = (known(row.ratio_trials.ratio), known(row.ratio_cpu.ratio));
-        table.add_row([row.name.clone(), uniform, transitions, guided, trials, cpu, format!("{from} to {to}")]);
+        for of in &row.strategies {
+            let [from, to] = of.ratio_cpu.interval_95.map(|end| end.map_or_else(|| "?".to_owned(), number));
+            table.add_row([
+                row.name.clone(),
+                name(of.strategy),
+                format!("{} of {}", of.found, of.n),
+                told(of.trials),
+                told(of.cpu_seconds),
+                known(of.ratio_trials.ratio),
+                known(of.ratio_cpu.ratio),
+                format!("{from} to {to}"),
+            ]);
+        }
     }
     let load = object.load_average.map(|load| load.map_or_else(|| "?".to_owned(), |load| format!("{load:.1}")));
     format!(
         "{table}\nfound by k of {} seeds; median of trials and of CPU seconds until the first finding, `>` where most seeds \
-         ended without; budget {} trials.\ntrials, CPU: guided over uniform, ratio of the medians; its interval from exact \
-         ones of both (order statistics at 97.5 %).\n{}{} search runs at a time, load {} before and {} after.",
+         ended without; budget {} trials.\ntrials, CPU: over uniform, ratio of the medians; its interval from exact ones of \
+         both (order statistics at 97.5 %).\n{}{} search runs at a time, load {} before and {} after.",
         object.draws,
         object.budget,
         summary(object),
@@ -131,26 +157,40 @@ pub fn worth_table(object: &WorthObject) -> String {
     )
 }
 
-fn told(row: &StrategyRow) -> String {
-    let median = |median: Option<Median>| {
-        let wait = median.map(|of| of.median);
-        wait.map_or_else(
-            || "-".to_owned(),
-            |wait| format!("{}{}", if wait.came { "" } else { "> " }, number(wait.waited)),
-        )
-    };
-    format!("{} of {}: {}, {} s", row.found, row.n, median(row.trials), median(row.cpu_seconds))
+/// As in a command line.
+fn name(strategy: Strategy) -> String {
+    strategy.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// Number of hard and of easy weaknesses, and of those at which a search met its aim.
+fn told(median: Option<Median>) -> String {
+    median.map_or_else(
+        || "-".to_owned(),
+        |of| format!("{}{}", if of.median.came { "" } else { "> " }, number(of.median.waited)),
+    )
+}
+
+/// Number of hard and of easy weaknesses; and, by strategy, the seeds with a finding of a hard one and those at which the aim was
+/// met.
 fn summary(object: &WorthObject) -> String {
-    let line = |hard: bool, what: &str, aim: f64, told: &str| {
-        let rows = || object.weaknesses.iter().filter(move |row| row.is_hard() == hard);
-        let reached = rows().filter(|row| no_more(row.ratio_cpu.ratio, aim)).count();
-        format!("{what}: {}; CPU at most {told} of uniform in {reached}.\n", rows().count())
-    };
-    let hard = line(true, "uniform needs 1,000 trials or more", 1.0 / 50.0, "1/50");
-    hard + &line(false, "uniform needs fewer", 1.5, "1.5 times that")
+    let rows = |hard: bool| object.weaknesses.iter().filter(move |row| row.is_hard() == hard);
+    let mut text =
+        format!("uniform needs 1,000 trials or more: {}; fewer: {}.\n", rows(true).count(), rows(false).count());
+    for strategy in Strategy::ALL.into_iter().filter(|strategy| *strategy != Strategy::Uniform) {
+        let of = |hard: bool| rows(hard).filter_map(move |row| row.of(strategy));
+        let reached = |hard: bool, aim: f64| of(hard).filter(|row| no_more(row.ratio_cpu.ratio, aim)).count();
+        let (found, n) = of(true).fold((0, 0), |(found, n), row| (found + row.found, n + row.n));
+        // Writing to a string does not fail.
+        let _ = writeln!(
+            text,
+            "{}: of the first, {found} of {n} seeds with a finding, CPU at most 1/20 of uniform in {}, 1/100 in {}; of the \
+             others, at most 1.5 times that in {}.",
+            name(strategy),
+            reached(true, 1.0 / 20.0),
+            reached(true, 1.0 / 100.0),
+            reached(false, 1.5),
+        );
+    }
+    text
 }
 
 fn no_more(ratio: Known, than: f64) -> bool {

@@ -5,7 +5,7 @@ use std::fs;
 use super::lab;
 
 const WEAK: &str = "[[weakness]]\nname = \"weak\"\nscenario = \"nominal\"\nalphabet = \"display\"\n\
-                    waive = \"display.signature\"\nfind = [\"UNSAFE\"]\n";
+                    waive = [\"display.signature\"]\nfind = [\"UNSAFE\"]\n";
 
 fn bench(list: &str, more: &[&str]) -> serde_json::Value {
     let dir = tempfile::tempdir().unwrap();
