@@ -1,7 +1,7 @@
 //! Approach of a trial to each limit that a property states: the guide of a search, and the result of one without a
 //! finding.
 //!
-//! In thousandths of the way, 1000 being at the limit as the platform's bounds state it, without the slack that the
+//! In millionths of the way, a million being at the limit as the platform's bounds state it, without the slack that the
 //! properties allow for clocks and periods. It is no verdict: an event without a way to it (an order executed twice) has no limit
 //! here, and a broken property is `properties`' to find.
 
@@ -83,11 +83,11 @@ impl Limit {
     }
 }
 
-/// Of each limit the furthest that anything came, in thousandths of the way.
+/// Of each limit the furthest that anything came, in millionths of the way.
 pub type Approaches = BTreeMap<Limit, u32>;
 
 /// At a limit.
-pub const AT_LIMIT: u32 = 1000;
+pub const AT_LIMIT: u32 = 1_000_000;
 
 /// That of a trial.
 pub fn approaches(evidence: &Evidence) -> Approaches {
@@ -198,6 +198,6 @@ fn limit_us(limit: Limit, bounds: &Bounds) -> u64 {
 }
 
 fn part(of: u64, whole: u64) -> u32 {
-    let thousandths = u128::from(of) * u128::from(AT_LIMIT) / u128::from(whole.max(1));
-    u32::try_from(thousandths).unwrap_or(u32::MAX)
+    let millionths = u128::from(of) * u128::from(AT_LIMIT) / u128::from(whole.max(1));
+    u32::try_from(millionths).unwrap_or(u32::MAX)
 }

@@ -1,11 +1,13 @@
-//! Sources of attack sequences : three strategies, each with one fixed way to draw.
+//! Sources of attack sequences: five strategies, each with one fixed way to draw.
 //!
 //! *Uniform* draws length, action types, moments and numbers evenly from the attack space: the baseline of a search. *Transitions*
 //! begins every action where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS: In-Situ Model
 //! Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the action types like cards, each once before
 //! any comes again, from the second deal on every other one in proportion to its gains (a bandit by probability matching); draws
 //! moments from changes, edges of bounds and evenly; and, as fresh sequences cease to show new situations, changes sequences that
-//! did, or that came nearest to a limit. Only the second gives any sequence probability zero. The learned state is `learned`'s.
+//! did, or that came nearest to a limit. *Novelty* is the same without gains and limits: sequences that showed new situations are
+//! changed, as a fuzzer by coverage does. *Distance* makes three of four sequences from those that came nearest to one limit of the
+//! oracle at a time (`climb`). Only the second gives any sequence probability zero. The learned state is `learned`'s.
 
 use std::collections::VecDeque;
 
@@ -16,6 +18,7 @@ use scenario::{AttackSpace, Range};
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 
+use super::climb::Climb;
 use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
 use super::sequence::{Action, AttackSequence, move_of};
@@ -24,6 +27,8 @@ use super::sequence::{Action, AttackSequence, move_of};
 const FROM_KNOWN: u32 = 7;
 /// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
 const FROM_NEAREST: u32 = 5;
+/// Out of four sequences by distance, how many are made from those that came nearest to a limit.
+const FROM_HILLS: u32 = 3;
 /// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
 /// rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
@@ -39,19 +44,24 @@ pub enum Strategy {
     Uniform,
     /// At changes of mode.
     Transitions,
-    /// By the novelty so far.
+    /// By the novelty so far, the approach to limits and the gains of action types.
     Guided,
+    /// By the novelty so far alone.
+    Novelty,
+    /// By the distance to one limit at a time.
+    Distance,
 }
 
 impl Strategy {
     /// Every strategy, that which others are measured against first.
-    pub const ALL: [Strategy; 3] = [Strategy::Uniform, Strategy::Transitions, Strategy::Guided];
+    pub const ALL: [Strategy; 5] =
+        [Strategy::Uniform, Strategy::Transitions, Strategy::Guided, Strategy::Novelty, Strategy::Distance];
 
     /// True if it draws from the moments of the run without a sequence.
     pub(super) fn reads_moments(self) -> bool {
         match self {
             Strategy::Uniform => false,
-            Strategy::Transitions | Strategy::Guided => true,
+            Strategy::Transitions | Strategy::Guided | Strategy::Novelty | Strategy::Distance => true,
         }
     }
 }
@@ -65,6 +75,7 @@ pub(super) struct Drawer<'a> {
     rng: ChaCha8Rng,
     nominal: Moments,
     learned: Learned,
+    climb: Climb,
     /// For each sequence that was drawn and not learned from yet, in order: whether it is a fresh one.
     drawn: VecDeque<bool>,
     /// Moves that are still to be dealt, never none.
@@ -90,6 +101,7 @@ impl<'a> Drawer<'a> {
             rng: ChaCha8Rng::seed_from_u64(seed),
             nominal,
             learned: Learned::new(space.moves.len(), approaches),
+            climb: Climb::new(approaches),
             drawn: VecDeque::new(),
             deck: (0..space.moves.len()).collect(),
             all_dealt: false,
@@ -109,27 +121,53 @@ impl<'a> Drawer<'a> {
     /// Records the lesson of the first sequence not learned from yet.
     pub(super) fn learn(&mut self, lesson: Lesson) {
         let fresh = self.drawn.pop_front() == Some(true);
+        if self.strategy == Strategy::Distance {
+            self.climb.take(&lesson);
+        }
         self.learned.take(lesson, fresh);
     }
 
     /// The next sequence.
     pub(super) fn sequence(&mut self) -> AttackSequence {
-        let fresh = self.strategy != Strategy::Guided || self.learned.known().is_empty() || !self.fresh_is_stale();
-        self.drawn.push_back(fresh);
-        if !fresh {
-            let nearest = if self.below(10) < FROM_NEAREST { self.nearest() } else { None };
-            return match nearest {
-                Some(near) => self.nearer(&near),
-                None => {
-                    let known = self.known();
-                    self.changed(&known)
+        let made = match self.strategy {
+            Strategy::Uniform | Strategy::Transitions => None,
+            Strategy::Guided | Strategy::Novelty => self.from_known(),
+            Strategy::Distance => {
+                if self.below(4) < FROM_HILLS {
+                    self.climbing()
+                } else {
+                    None
                 }
-            };
+            }
+        };
+        self.drawn.push_back(made.is_none());
+        made.unwrap_or_else(|| {
+            let longest = self.longest();
+            let length = 1 + self.below(longest);
+            let nominal = self.nominal.clone();
+            AttackSequence::new((0..length).map(|_| self.action(&nominal)).collect())
+        })
+    }
+
+    /// Made from one that showed something new, or came nearest to a limit; none while fresh ones still see more.
+    fn from_known(&mut self) -> Option<AttackSequence> {
+        if self.learned.known().is_empty() || !self.fresh_is_stale() {
+            return None;
         }
-        let longest = self.longest();
-        let length = 1 + self.below(longest);
-        let nominal = self.nominal.clone();
-        AttackSequence::new((0..length).map(|_| self.action(&nominal)).collect())
+        let by_limit = self.strategy == Strategy::Guided && self.below(10) < FROM_NEAREST;
+        let nearest = if by_limit { self.nearest() } else { None };
+        Some(match nearest {
+            Some(near) => self.nearer(&near),
+            None => {
+                let known = self.known();
+                self.changed(&known)
+            }
+        })
+    }
+
+    /// The climbs to each limit.
+    pub(super) fn climb(&mut self) -> &mut Climb {
+        &mut self.climb
     }
 
     /// More often so the fewer of the newest fresh sequences showed something new: while they do, they see more than changed ones.
@@ -155,7 +193,7 @@ impl<'a> Drawer<'a> {
     pub(super) fn action(&mut self, moments: &Moments) -> Action {
         let kind = match self.strategy {
             Strategy::Uniform | Strategy::Transitions => self.below(self.space.moves.len() as u32) as usize,
-            Strategy::Guided => self.dealt(),
+            Strategy::Guided | Strategy::Novelty | Strategy::Distance => self.dealt(),
         };
         let begins = self.moment(moments);
         Action { begins, kind, places: self.places(kind, moments) }
@@ -163,7 +201,7 @@ impl<'a> Drawer<'a> {
 
     /// A move: from the deck until each was dealt once, then every other time by its worth.
     fn dealt(&mut self) -> usize {
-        if !self.all_dealt || self.below(2) == 0 {
+        if !self.all_dealt || self.strategy != Strategy::Guided || self.below(2) == 0 {
             let i = self.below(self.deck.len() as u32) as usize;
             let dealt = self.deck.swap_remove(i);
             if self.deck.is_empty() {
@@ -177,7 +215,7 @@ impl<'a> Drawer<'a> {
     }
 
     /// An index into `weights`, drawn in proportion to them.
-    fn by_weight(&mut self, weights: &[u64]) -> usize {
+    pub(super) fn by_weight(&mut self, weights: &[u64]) -> usize {
         let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
         let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
             Some(rest) => {
@@ -195,7 +233,7 @@ impl<'a> Drawer<'a> {
         match self.strategy {
             Strategy::Uniform => even(self),
             Strategy::Transitions => self.one_of(&moments.changes).unwrap_or(first),
-            Strategy::Guided => {
+            Strategy::Guided | Strategy::Novelty | Strategy::Distance => {
                 let drawn = self.below(10);
                 let moment = if drawn < AT_CHANGES {
                     let after = self.below(AFTER_CHANGE);
@@ -220,7 +258,7 @@ impl<'a> Drawer<'a> {
         let even = |drawer: &mut Self| drawer.below(range.last() + 1);
         match self.strategy {
             Strategy::Uniform | Strategy::Transitions => even(self),
-            Strategy::Guided => match self.below(3) {
+            Strategy::Guided | Strategy::Novelty | Strategy::Distance => match self.below(3) {
                 0 => range.last(),
                 1 => self.one_of(&moments.lengths).map_or(0, |length| range.place(f64::from(length))),
                 _ => even(self),
@@ -248,7 +286,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use oracle::Limit;
+    use oracle::{AT_LIMIT, Limit};
     use scenario::find_root;
 
     fn space() -> AttackSpace {
@@ -327,7 +365,7 @@ mod tests {
         let wanted = first + (last - first) / 3;
         let near = |sequence: &AttackSequence| {
             let off = sequence.actions().iter().map(|action| action.begins.abs_diff(wanted)).min().unwrap_or(last);
-            1_000_u32.saturating_sub(off)
+            AT_LIMIT.saturating_sub(1_000 * off)
         };
         let found = |seed: u64, climbs: bool| {
             let mut drawer =
@@ -338,7 +376,7 @@ mod tests {
                 let way = near(&sequence);
                 let approaches = Approaches::from([(Limit::Uplink, if climbs { way } else { 0 })]);
                 drawer.learn(lesson(&sequence, std::mem::take(&mut new), approaches));
-                way == 1_000
+                way == AT_LIMIT
             });
             at.unwrap_or(2_000)
         };

@@ -29,7 +29,7 @@ pub(super) struct Known {
 #[derive(Clone, Debug)]
 pub(super) struct Near {
     pub(super) limit: Limit,
-    /// Its approach, in thousandths of the way.
+    /// Its approach, in millionths of the way.
     pub(super) way: u32,
     pub(super) known: Known,
     /// Sequences that were made from it.

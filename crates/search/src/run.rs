@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use evidence::trial::Outcomes;
-use oracle::Limit;
+use oracle::{AT_LIMIT, Limit};
 use parallel::progress::{Progress, Stop};
 use scenario::AttackSpace;
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ pub struct RunResult {
     pub outcomes: Outcomes,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
-    /// Of each limit with a way to it, how far sequences that arrived came, in thousandths, and the first that did.
+    /// Of each limit with a way to it, how far sequences that arrived came, in millionths, and the first that did.
     pub nearest: BTreeMap<Limit, (u32, AttackSequence)>,
     /// Of each cause the first finding.
     pub found: BTreeMap<Cause, Found>,
@@ -201,9 +201,9 @@ impl RunResult {
 
     /// As a row of a report.
     pub fn row(&self, space: &AttackSpace, strategy: Strategy) -> SearchRow {
-        let nearest = self.nearest.iter().map(|(limit, (thousandths, sequence))| NearestRow {
+        let nearest = self.nearest.iter().map(|(limit, (millionths, sequence))| NearestRow {
             limit: *limit,
-            thousandths: *thousandths,
+            thousandths: *millionths / (AT_LIMIT / 1_000),
             sequence: sequence.told(space),
         });
         SearchRow {

@@ -22,7 +22,7 @@ impl Drawer<'_> {
     }
 
     /// The same sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
-    fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
+    pub(super) fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
         let limit = near.limit.ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.space().tick_ms.unsigned();
@@ -49,7 +49,7 @@ impl Drawer<'_> {
     }
 
     /// The same sequence with one number or moment moved a little, at every scale alike.
-    fn nudged(&mut self, known: &Known) -> AttackSequence {
+    pub(super) fn nudged(&mut self, known: &Known) -> AttackSequence {
         let mut actions = known.sequence.actions().to_vec();
         let some = self.below(actions.len() as u32) as usize;
         let ranges: Vec<_> = move_of(self.space(), &actions[some]).ranges().copied().collect();
@@ -114,7 +114,7 @@ mod tests {
         let kind = space.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
         let action = Action { begins: 250, kind, places: vec![95, 49] };
         let sequence = AttackSequence::new(vec![action.clone()]);
-        let way = AT_LIMIT - 100 * AT_LIMIT / bounds.to_hold_safe_ms as u32;
+        let way = AT_LIMIT - 100 * (AT_LIMIT / bounds.to_hold_safe_ms as u32);
         let known = Known { sequence: sequence.clone(), moments: Moments::default() };
         let near = |limit| Near { limit, way, known: known.clone(), tried: 0 };
         let mut moved = std::collections::BTreeSet::new();

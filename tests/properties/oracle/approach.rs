@@ -1,7 +1,7 @@
-//! Approach of a log to each limit, in thousandths of the way: the gradient of a guided search.
+//! Approach of a log to each limit, in millionths of the way: the gradient of a guided search.
 
 use instrument::{FaultKind, Note, Sensor};
-use oracle::{Approaches, Limit};
+use oracle::{AT_LIMIT, Approaches, Limit};
 use wire::bounds::Bounds;
 use wire::id::{FrameId, NodeId};
 use wire::mode::{Cause, Mode};
@@ -9,9 +9,9 @@ use wire::sensor::Class;
 
 use super::log::{BOUNDS, Log};
 
-/// So much of a limit, in thousandths.
+/// So much of a limit, in millionths.
 fn of(value: u64, limit: u64) -> Option<u32> {
-    Some((value * 1000 / limit) as u32)
+    Some((value * u64::from(AT_LIMIT) / limit) as u32)
 }
 
 fn near(approaches: &Approaches, limit: Limit) -> Option<u32> {
@@ -28,7 +28,7 @@ fn quiet_run_approaches_by_its_latencies() {
         (Limit::Display, of(5, freshness_ms + telemetry_period_ms)),
         (Limit::Order, of(10, command_limit_ms)),
         (Limit::Fence, Some(0)),
-        (Limit::Authority, Some(1000)),
+        (Limit::Authority, Some(AT_LIMIT)),
         (Limit::Confirmation, None),
         (Limit::Object, None),
         (Limit::Loss, None),
@@ -65,7 +65,7 @@ fn used_fence_distance_counts() {
     log.truth(5000, 100, kept / 4).truth(5010, 100, kept / 2);
     assert_eq!(near(&log.approaches(), Limit::Fence), of((kept - kept / 4) as u64, kept as u64));
     log.truth(5020, 100, -1);
-    assert_eq!(near(&log.approaches(), Limit::Fence), Some(1000), "beyond it is no further");
+    assert_eq!(near(&log.approaches(), Limit::Fence), Some(AT_LIMIT), "beyond it is no further");
 }
 
 #[test]

@@ -152,9 +152,14 @@ fn compared(
         Ok::<_, Failure>((*strategy, result))
     })?;
     let of = |strategy: &Strategy| {
-        let hunts = result.iter().filter(|(by, _)| by == strategy).map(|(_, result)| result);
-        let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts.map(waits).unzip();
-        StrategyRow::new(*strategy, trials, cpu_seconds)
+        let hunts = || result.iter().filter(|(by, _)| by == strategy).map(|(_, result)| result);
+        let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts().map(waits).unzip();
+        let finding = |result: &RunResult| {
+            let (cause, found) = result.found.first_key_value()?;
+            let sequence = found.tried.sequence.told(&sought.config.space);
+            Some(format!("{} {}: {sequence}", cause.outcome.name(), cause.broken))
+        };
+        StrategyRow::new(*strategy, trials, cpu_seconds, hunts().map(finding).collect())
     };
     Ok(WeaknessRow::new(&sought.weakness, strategies.iter().map(of).collect()))
 }

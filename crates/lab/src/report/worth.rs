@@ -68,6 +68,8 @@ pub struct StrategyRow {
     pub each_cpu_seconds: Vec<Wait>,
     /// Trials of each seed.
     pub each_trials: Vec<Wait>,
+    /// The finding of each seed, where there is one: its cause and its sequence.
+    pub each_finding: Vec<Option<String>>,
     /// Its trials over those of uniform drawing.
     pub ratio_trials: Ratio,
     /// The same of CPU time.
@@ -76,7 +78,12 @@ pub struct StrategyRow {
 
 impl StrategyRow {
     /// Of search runs that took so many trials and CPU seconds.
-    pub fn new(strategy: Strategy, each_trials: Vec<Wait>, each_cpu_seconds: Vec<Wait>) -> Self {
+    pub fn new(
+        strategy: Strategy,
+        each_trials: Vec<Wait>,
+        each_cpu_seconds: Vec<Wait>,
+        each_finding: Vec<Option<String>>,
+    ) -> Self {
         Self {
             strategy,
             n: each_trials.len(),
@@ -85,6 +92,7 @@ impl StrategyRow {
             cpu_seconds: Median::of(&each_cpu_seconds, LEVEL),
             each_trials,
             each_cpu_seconds,
+            each_finding,
             ratio_trials: Ratio::of(&[], &[]),
             ratio_cpu: Ratio::of(&[], &[]),
         }
