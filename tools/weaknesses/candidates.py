@@ -11,7 +11,7 @@ check-pairs  40 pairs of checks are waived together: the first by SHA-256 of the
 A finding counts only if the same sequence is none with any one part put right (`lab search` tries that), so a pair needs both parts. A
 candidate is listed as deep (scenarios/weaknesses/deep.toml) if uniform drawing with seed 1 finds nothing within 300 trials, and it,
 `transitions` or `guided` finds something within 1,000. The figure of 300 was chosen after the candidates were searched: with 1,000 three
-of 194 would have been left.
+of 198 would have been left.
 
     tools/weaknesses/candidates.py bounds path > candidates.toml
     lab search --list candidates.toml --strategy uniform,transitions,guided --draws 1 --budget 1000

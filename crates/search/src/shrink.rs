@@ -40,6 +40,8 @@ pub struct Margin {
 
 /// Most choices of moments for several moves that are tried together.
 const MOST_TOGETHER: usize = 36;
+/// Most rounds of simpler action types: each may make another one possible.
+const ROUNDS: usize = 3;
 
 struct Shrinker<'a> {
     config: &'a SearchConfig,
@@ -82,6 +84,11 @@ fn with(actions: &[Action], i: usize, action: Action) -> Vec<Action> {
     actions
 }
 
+/// The action types.
+fn kinds(actions: &[Action]) -> Vec<usize> {
+    actions.iter().map(|action| action.kind).collect()
+}
+
 impl Shrinker<'_> {
     fn holds(&mut self, sequence: &AttackSequence) -> Result<bool, String> {
         if let Some(known) = self.tried.get(sequence) {
@@ -114,22 +121,25 @@ impl Shrinker<'_> {
 
     /// The fewest actions of a sequence, each the simplest that does it, at its canonical moment.
     fn canonical(&mut self, sequence: &AttackSequence, moments: &Moments) -> Result<Vec<Action>, String> {
-        let mut actions = self.fewest(sequence.clone())?.actions().to_vec();
-        // By move and not by time: which of them was found to begin first decides nothing.
-        actions.sort_by_key(|action| (action.kind, action.begins));
-        if let Some(together) = self.together(&actions, moments)? {
-            actions = together;
+        let mut actions = self.fewest(sequence)?;
+        for _ in 0..ROUNDS {
+            let before = kinds(&actions);
+            let together = self.together(&actions, moments)?;
+            let apart = together.is_none();
+            actions = together.unwrap_or(actions);
             for i in 0..actions.len() {
                 actions = self.simplest(actions, i)?;
+                if apart {
+                    actions = self.canonical_moment(actions, i, moments)?;
+                }
             }
-            actions.sort_by_key(|action| (action.kind, action.begins));
-            return Ok(self.together(&actions, moments)?.unwrap_or(actions));
+            // An action that was needed at its found strength may not be at the strongest.
+            actions = self.fewest(&AttackSequence::new(actions))?;
+            if kinds(&actions) == before {
+                break;
+            }
         }
-        for i in 0..actions.len() {
-            actions = self.simplest(actions, i)?;
-            actions = self.canonical_moment(actions, i, moments)?;
-        }
-        Ok(actions)
+        Ok(self.together(&actions, moments)?.unwrap_or(actions))
     }
 
     /// The same action types, all at their strongest, at the first canonical moments that suffice. The requirement on one of
@@ -149,15 +159,13 @@ impl Shrinker<'_> {
         self.first(sequences)
     }
 
-    /// Fewer of its actions.
-    fn fewest(&mut self, sequence: AttackSequence) -> Result<AttackSequence, String> {
-        for n in 1..sequence.actions().len() {
-            let fewer = sequence.subsequences(n).into_iter().map(|sequence| sequence.actions().to_vec());
-            if let Some(actions) = self.first(fewer)? {
-                return Ok(AttackSequence::new(actions));
-            }
-        }
-        Ok(sequence)
+    /// The fewest of its actions that suffice, by move and not by time: which of them was found to begin first decides nothing.
+    fn fewest(&mut self, sequence: &AttackSequence) -> Result<Vec<Action>, String> {
+        let fewer = (1..sequence.actions().len()).flat_map(|n| sequence.subsequences(n));
+        let fewer = self.first(fewer.map(|fewer| fewer.actions().to_vec()))?;
+        let mut actions = fewer.unwrap_or_else(|| sequence.actions().to_vec());
+        actions.sort_by_key(|action| (action.kind, action.begins));
+        Ok(actions)
     }
 
     /// The earliest move of the attack space that does it in place of action `i`, at its strongest; else the action itself.

@@ -26,12 +26,23 @@ fn strategies_find_weaknesses_independently_of_threads() {
     };
     let first = trials("1");
     let strategies: Vec<&str> = first.iter().map(|(strategy, _)| strategy.as_str().unwrap()).collect();
-    assert_eq!(strategies, ["uniform", "transitions", "guided"]);
+    assert_eq!(strategies, ["uniform", "transitions", "guided", "novelty", "distance"]);
     let ended = |wait: &serde_json::Value| wait["came"] == true || wait["waited"] == 48.0;
     assert!(
         first.iter().all(|(_, each)| each.as_array().is_some_and(|each| each.len() == 2 && each.iter().all(ended)))
     );
     assert_eq!(first, trials("2"));
+}
+
+/// A sequence that is a finding with a part of the weakness put right shows nothing of the whole.
+#[test]
+fn finding_needs_every_part_of_a_weakness() {
+    let more = WEAK.replace("\"weak\"", "\"weaker\"").replace("signature\"]", "signature\", \"boundary.jump\"]");
+    let object = bench(&format!("{WEAK}{more}"), &["--draws", "3", "--budget", "48", "--strategy", "uniform"]);
+    let found = |n: usize| object["weaknesses"][n]["hunts"][0]["found"].clone();
+    assert_eq!((found(0), found(1)), (3.into(), 0.into()), "{object}");
+    let told = object["weaknesses"][0]["hunts"][0]["each_finding"][0].as_str().unwrap();
+    assert!(told.starts_with("UNSAFE P"), "{told}");
 }
 
 /// To the same attack sequence, and no shorter one has the effect.
