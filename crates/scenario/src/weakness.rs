@@ -168,6 +168,12 @@ impl Weaknesses {
                 let remedy = "name checks under `waive`, or bounds and their wrong values under `misset`";
                 wrong.push((of.name.bytes(), format!("weakness {name} has nothing wrong"), remedy));
             }
+            let waived = (0..of.waive.len()).any(|n| of.waive[..n].contains(&of.waive[n]));
+            let misset = (0..of.misset.len()).any(|n| of.misset[..n].iter().any(|one| one.bound == of.misset[n].bound));
+            if waived || misset {
+                let remedy = "name each check and each bound once";
+                wrong.push((of.name.bytes(), format!("weakness {name} names a part twice"), remedy));
+            }
             if of.find.is_empty() || of.find.contains(&Outcome::Invalid) {
                 let remedy = "name classes such as \"UNSAFE\"; what is INVALID shows nothing";
                 wrong.push((of.find.bytes(), "no class that can be found".to_owned(), remedy));
@@ -219,6 +225,17 @@ mod tests {
     fn weakness_without_a_wrong_part_is_refused() {
         let problems = Weaknesses::parse("w.toml", &TEXT.replace("waive = [\"guards.lease\"]\n", "")).unwrap_err();
         assert_eq!(problems.all()[0].message(), "weakness b has nothing wrong");
+    }
+
+    #[test]
+    fn weakness_with_the_same_part_twice_is_refused() {
+        for twice in [
+            "waive = [\"guards.lease\", \"guards.lease\"]",
+            "misset = [{ bound = \"lease_ms\", to_ms = 1 }, { bound = \"lease_ms\", to_ms = 2 }]",
+        ] {
+            let problems = Weaknesses::parse("w.toml", &TEXT.replace("waive = [\"guards.lease\"]", twice)).unwrap_err();
+            assert_eq!(problems.all()[0].message(), "weakness b names a part twice");
+        }
     }
 
     #[test]

@@ -5,9 +5,10 @@
 //! Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the action types like cards, each once before
 //! any comes again, from the second deal on every other one in proportion to its gains (a bandit by probability matching); draws
 //! moments from changes, edges of bounds and evenly; and, as fresh sequences cease to show new situations, changes sequences that
-//! did, or that came nearest to a limit. *Novelty* is the same without gains and limits: sequences that showed new situations are
-//! changed, as a fuzzer by coverage does. *Distance* makes three of four sequences from those that came nearest to one limit of the
-//! oracle at a time (`climb`). Only the second gives any sequence probability zero. The learned state is `learned`'s.
+//! did, or that came nearest to a limit. *Novelty* is the same without gains of action types and nearest sequences: those that showed
+//! new situations are changed, as a fuzzer by coverage does. *Distance* makes three of four sequences from those that came nearest to
+//! one limit of the oracle at a time (`climb`), the others as guided draws its fresh ones, without gains. Only the second gives any
+//! sequence probability zero. The learned state is `learned`'s.
 
 use std::collections::VecDeque;
 
@@ -23,13 +24,13 @@ use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
 use super::sequence::{Action, AttackSequence, move_of};
 
-/// Out of ten guided sequences, how many are made from one that showed something new, when none of the newest fresh ones did.
+/// Out of ten sequences by novelty, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
 /// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
 const FROM_NEAREST: u32 = 5;
 /// Out of four sequences by distance, how many are made from those that came nearest to a limit.
 const FROM_HILLS: u32 = 3;
-/// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
+/// Of ten moments of the strategies that learn, how many are a change of mode and a little after; how many of the others the edge of a bound. The
 /// rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
 const AT_EDGES: u32 = 3;
@@ -85,7 +86,7 @@ pub(super) struct Drawer<'a> {
 }
 
 impl<'a> Drawer<'a> {
-    /// Of the sequences over `space`; `nominal` are the moments of the run without any, and `learned` knows how near it came.
+    /// Of the sequences over `space`; `nominal` are the moments of the run without any, and `approaches` is how near that run came to each limit.
     pub(super) fn new(
         space: &'a AttackSpace,
         bounds: &'a Bounds,
@@ -122,7 +123,7 @@ impl<'a> Drawer<'a> {
     pub(super) fn learn(&mut self, lesson: Lesson) {
         let fresh = self.drawn.pop_front() == Some(true);
         if self.strategy == Strategy::Distance {
-            self.climb.take(&lesson);
+            self.climb.take(&lesson, fresh);
         }
         self.learned.take(lesson, fresh);
     }
@@ -199,7 +200,7 @@ impl<'a> Drawer<'a> {
         Action { begins, kind, places: self.places(kind, moments) }
     }
 
-    /// A move: from the deck until each was dealt once, then every other time by its worth.
+    /// A move: from the deck; guided, once each was dealt, every other time by its worth.
     fn dealt(&mut self) -> usize {
         if !self.all_dealt || self.strategy != Strategy::Guided || self.below(2) == 0 {
             let i = self.below(self.deck.len() as u32) as usize;

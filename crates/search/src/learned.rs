@@ -15,7 +15,9 @@ const MOST_KNOWN: usize = 4_096;
 /// Most sequences that are kept because they came nearest; no others are kept beside them then.
 const MOST_NEAREST: usize = 1_024;
 /// Bound beyond a limit at which approach no longer counts: the oracle has seen the value and accepted it.
-const FARTHEST: u32 = 2 * AT_LIMIT;
+pub(super) const FARTHEST: u32 = 2 * AT_LIMIT;
+/// Least approach that counts as nearer, a thousandth of the way: less is the jitter of a run.
+pub(super) const GAIN: u32 = AT_LIMIT / 1_000;
 
 /// A sequence worth changing.
 #[derive(Clone, Debug)]
@@ -115,11 +117,13 @@ impl Learned {
                 continue;
             }
             let furthest = self.furthest.entry(limit).or_default();
-            any |= way > *furthest;
-            *furthest = way.max(*furthest);
+            if way >= furthest.saturating_add(GAIN) {
+                any = true;
+                *furthest = way;
+            }
             let of = (limit, moves.clone());
             let kept = self.nearest.get(&of).map(|near| near.way);
-            if kept.map_or(self.nearest.len() < MOST_NEAREST, |kept| way > kept) {
+            if kept.map_or(self.nearest.len() < MOST_NEAREST, |kept| way >= kept.saturating_add(GAIN)) {
                 self.nearest.insert(of, Near { limit, way, known: lesson.known.clone(), tried: 0 });
             }
         }

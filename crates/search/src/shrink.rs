@@ -40,8 +40,6 @@ pub struct Margin {
 
 /// Most choices of moments for several moves that are tried together.
 const MOST_TOGETHER: usize = 36;
-/// Most rounds of simpler action types: each may make another one possible.
-const ROUNDS: usize = 3;
 
 struct Shrinker<'a> {
     config: &'a SearchConfig,
@@ -122,7 +120,8 @@ impl Shrinker<'_> {
     /// The fewest actions of a sequence, each the simplest that does it, at its canonical moment.
     fn canonical(&mut self, sequence: &AttackSequence, moments: &Moments) -> Result<Vec<Action>, String> {
         let mut actions = self.fewest(sequence)?;
-        for _ in 0..ROUNDS {
+        // Action types only become fewer, or earlier ones of the attack space, from round to round.
+        loop {
             let before = kinds(&actions);
             let together = self.together(&actions, moments)?;
             let apart = together.is_none();

@@ -78,7 +78,7 @@ fn loss_counts_while_nominal_recovery_by_speed() {
     log.to(4150, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Thermal));
     log.to(4150 + 2 * BOUNDS.hysteresis_ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
     assert_eq!(near(&log.approaches(), Limit::Loss), of(150, BOUNDS.to_degraded_ms));
-    assert_eq!(near(&log.approaches(), Limit::Recovery), Some(500));
+    assert_eq!(near(&log.approaches(), Limit::Recovery), Some(AT_LIMIT / 2));
 }
 
 #[test]

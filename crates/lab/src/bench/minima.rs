@@ -2,7 +2,7 @@
 //! shrink.
 //!
 //! Shrinking keeps the cause, so that minimal cases are counted cause by cause. The fewest actions are those of the
-//! shortest sequences that `search --exhaust` tries and that have the cause.
+//! shortest sequences that `search --exhaust` tries and that are findings of the weakness with the cause.
 
 use std::collections::BTreeMap;
 

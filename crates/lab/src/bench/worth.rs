@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use super::minima;
 use crate::report::{StrategyRow, WeaknessRow, WorthObject, worth_table};
 use evidence::SCHEMA_VERSION;
+use evidence::trial::Outcome;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
@@ -50,7 +51,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(seeds) = args.shrink {
         return minima::run(&bench, &chosen, seeds);
     }
-    let strategies = if args.strategy.is_empty() { Strategy::ALL.to_vec() } else { args.strategy.clone() };
+    let chosen_by = |of: &Strategy| args.strategy.is_empty() || args.strategy.contains(of);
+    let strategies: Vec<Strategy> = Strategy::ALL.into_iter().filter(chosen_by).collect();
+    // A list of which the last does not fit is refused before hours are spent on the others.
+    for weakness in &chosen {
+        Sought::of(context, weakness.clone())?;
+    }
     let hunts = chosen.len() * strategies.len() * args.draws as usize;
     let progress = Progress::new("hunts", hunts, context.talk);
     let mut weaknesses = Vec::new();
@@ -110,12 +116,14 @@ impl Sought {
 
     /// Test for a finding of this weakness: the trial ends in one of its classes, and ends in none of them with any one part put
     /// right. A trial that would be a finding without the weakness shows nothing of it. The trials of the controls are not
-    /// counted: they are part of the measurement, and no strategy learns from them.
+    /// counted: they are part of the measurement, and no strategy learns from them. One that cannot be run or is INVALID shows
+    /// nothing either, so the trial is no finding then.
     pub(super) fn test(&self) -> impl Fn(&Tried) -> Option<Cause> + Sync + '_ {
         let ends = ends_in(&self.weakness.find);
         move |tried| {
             let fine = |control: &SearchConfig| {
-                control.try_sequence(&tried.sequence).is_ok_and(|tried| ends(&tried).is_none())
+                let tried = control.try_sequence(&tried.sequence);
+                tried.is_ok_and(|tried| tried.trial.outcome != Outcome::Invalid && ends(&tried).is_none())
             };
             ends(tried).filter(|_| self.controls.iter().all(fine))
         }

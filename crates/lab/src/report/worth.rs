@@ -127,35 +127,38 @@ impl WeaknessRow {
         self.strategies.iter().find(|row| row.strategy == strategy)
     }
 
-    fn is_hard(&self) -> bool {
-        let median = self.of(Strategy::Uniform).and_then(|uniform| uniform.trials);
-        median.is_some_and(|median| median.median.waited >= HARD)
+    /// True if uniform drawing needs [`HARD`] trials or more; none where it was not run, or not for so long.
+    fn is_hard(&self) -> Option<bool> {
+        let median = self.of(Strategy::Uniform)?.trials?.median;
+        (median.came || median.waited >= HARD).then_some(median.waited >= HARD)
     }
 }
 
 /// The table for a terminal.
 pub fn worth_table(object: &WorthObject) -> String {
-    let mut table = new_table(&["weakness", "strategy", "found", "trials", "CPU s", "trials", "CPU", "CPU, 95 %"]);
+    let mut table =
+        new_table(&["weakness", "strategy", "found", "trials", "CPU s", "trials/uniform", "CPU/uniform", "95 %"]);
     for row in &object.weaknesses {
         for of in &row.strategies {
             let [from, to] = of.ratio_cpu.interval_95.map(|end| end.map_or_else(|| "?".to_owned(), number));
+            let over = |text: String| if of.strategy == Strategy::Uniform { "-".to_owned() } else { text };
             table.add_row([
                 row.name.clone(),
                 name(of.strategy),
                 format!("{} of {}", of.found, of.n),
                 told(of.trials),
                 told(of.cpu_seconds),
-                known(of.ratio_trials.ratio),
-                known(of.ratio_cpu.ratio),
-                format!("{from} to {to}"),
+                over(known(of.ratio_trials.ratio)),
+                over(known(of.ratio_cpu.ratio)),
+                over(format!("{from} to {to}")),
             ]);
         }
     }
     let load = object.load_average.map(|load| load.map_or_else(|| "?".to_owned(), |load| format!("{load:.1}")));
     format!(
         "{table}\nfound by k of {} seeds; median of trials and of CPU seconds until the first finding, `>` where most seeds \
-         ended without; budget {} trials.\ntrials, CPU: over uniform, ratio of the medians; its interval from exact ones of \
-         both (order statistics at 97.5 %).\n{}{} search runs at a time, load {} before and {} after.",
+         ended without; budget {} trials.\n95 %: of the ratio of CPU, from exact intervals of both medians (order \
+         statistics at 97.5 %).\n{}{} search runs at a time, load {} before and {} after.",
         object.draws,
         object.budget,
         summary(object),
@@ -180,18 +183,24 @@ fn told(median: Option<Median>) -> String {
 /// Number of hard and of easy weaknesses; and, by strategy, the seeds with a finding of a hard one and those at which the aim was
 /// met.
 fn summary(object: &WorthObject) -> String {
-    let rows = |hard: bool| object.weaknesses.iter().filter(move |row| row.is_hard() == hard);
-    let mut text =
-        format!("uniform needs 1,000 trials or more: {}; fewer: {}.\n", rows(true).count(), rows(false).count());
+    let rows = |hard: bool| object.weaknesses.iter().filter(move |row| row.is_hard() == Some(hard));
+    let (hard, easy) = (rows(true).count(), rows(false).count());
+    let mut text = format!(
+        "uniform needs 1,000 trials or more: {hard} (hard); fewer: {easy} (easy); not known: {}.\n",
+        object.weaknesses.len() - hard - easy
+    );
     for strategy in Strategy::ALL.into_iter().filter(|strategy| *strategy != Strategy::Uniform) {
         let of = |hard: bool| rows(hard).filter_map(move |row| row.of(strategy));
+        if of(true).chain(of(false)).next().is_none() {
+            continue;
+        }
         let reached = |hard: bool, aim: f64| of(hard).filter(|row| no_more(row.ratio_cpu.ratio, aim)).count();
         let (found, n) = of(true).fold((0, 0), |(found, n), row| (found + row.found, n + row.n));
         // Writing to a string does not fail.
         let _ = writeln!(
             text,
-            "{}: of the first, {found} of {n} seeds with a finding, CPU at most 1/20 of uniform in {}, 1/100 in {}; of the \
-             others, at most 1.5 times that in {}.",
+            "{}: of the hard ones, {found} of {n} seeds with a finding, CPU at most 1/20 of uniform's in {}, 1/100 in {}; of the \
+             easy ones, CPU at most 1.5 times uniform's in {}.",
             name(strategy),
             reached(true, 1.0 / 20.0),
             reached(true, 1.0 / 100.0),
