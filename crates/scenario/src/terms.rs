@@ -84,8 +84,11 @@ impl Interface {
 }
 
 /// Source of the evidence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Evidence {
     /// The twin's link model.
     Model,
@@ -98,11 +101,7 @@ pub enum Evidence {
 impl Evidence {
     /// Its name.
     pub fn name(self) -> &'static str {
-        match self {
-            Evidence::Model => "model",
-            Evidence::Stack => "stack",
-            Evidence::Live => "live",
-        }
+        self.into()
     }
 }
 

@@ -1,28 +1,24 @@
 //! Climbing to one limit at a time: for each limit the sequences that came nearest to it, of which the next ones are made.
 //!
 //! A hill is a limit of the oracle. Each keeps its few nearest sequences (a steady state of parents, as in an evolutionary search),
-//! is chosen the more rarely the longer none came nearer, and begins again from others when none does any more. Variations of one
-//! sequence are `vary`'s.
+//! is chosen the more rarely the longer none came nearer, and begins again from others when none does any more. Making sequences of
+//! those is left to `vary`.
 
 use std::collections::BTreeMap;
 
 use oracle::{Approaches, Limit};
 
-use super::draw::Drawer;
-use super::learned::{FARTHEST, GAIN, Known, Lesson, Near};
-use super::sequence::AttackSequence;
+use super::learned::{FARTHEST, GAIN, Lesson, Near};
 
 /// Sequences kept for each limit.
 const KEPT: usize = 8;
 /// Sequences made for a limit in a row, none of which came nearer by [`GAIN`], after which its climb begins again.
 const PATIENCE: u32 = 48;
-/// Most variations from one sequence to the next.
-const VARIATIONS: u32 = 3;
 
 /// The climbs to every limit.
 #[derive(Debug, Default)]
 pub(super) struct Climb {
-    /// Approach of the run without an attack: what comes no nearer is on no hill.
+    /// Approach of the run without an attack: a sequence that comes no nearer is on no hill.
     nominal: Approaches,
     hills: BTreeMap<Limit, Hill>,
 }
@@ -36,7 +32,7 @@ struct Hill {
     reached: u32,
     /// Sequences made for it since.
     stuck: u32,
-    /// True if it begins again: the next to be kept is a fresh sequence, not one made of those that led nowhere.
+    /// True if it begins again: the next to be kept is a fresh sequence, no child of those before.
     begins_again: bool,
 }
 
@@ -55,7 +51,7 @@ impl Hill {
         self.kept.truncate(KEPT);
     }
 
-    /// Its sequences, for one more to be made of them; none where enough of them led nowhere.
+    /// Its sequences, for one more to be made of them; or none, and the climb begins again.
     fn parents(&mut self) -> Vec<Near> {
         if self.stuck < PATIENCE {
             self.stuck += 1;
@@ -87,75 +83,29 @@ impl Climb {
             }
         }
     }
-}
 
-impl Drawer<'_> {
-    /// A sequence made to come nearer to one limit: a variation of one of the nearest, or of two of them together. None where
-    /// none came nearer than the run without an attack, or the climb begins again.
-    pub(super) fn climbing(&mut self) -> Option<AttackSequence> {
-        let weights: Vec<u64> = self.climb().hills.values().map(Hill::weight).collect();
-        if weights.iter().all(|weight| *weight == 0) {
-            return None;
-        }
-        let n = self.by_weight(&weights);
-        let kept = self.climb().hills.values_mut().nth(n)?.parents();
-        let mut near = self.parent(&kept)?;
-        // The distance is that of the parent alone: nothing else is moved by it.
-        let mut aim = true;
-        if self.below(3) == 0
-            && let Some(other) = self.on_any_hill()
-        {
-            near.known.sequence = self.joined(&near.known, &other.known);
-            aim = false;
-        }
-        // One variation, and every other time one more: a step on a plateau may need two at once.
-        for _ in 0..VARIATIONS {
-            let aimed = if aim && self.below(3) == 0 { self.aimed(&near) } else { None };
-            near.known.sequence = match aimed {
-                Some(aimed) => aimed,
-                None if self.below(2) == 0 => self.changed(&near.known),
-                None => self.nudged(&near.known),
-            };
-            aim = false;
-            if self.below(2) == 0 {
-                break;
-            }
-        }
-        Some(near.known.sequence)
+    /// Weight of each climb, in the order of the limits.
+    pub(super) fn weights(&self) -> Vec<u64> {
+        self.hills.values().map(Hill::weight).collect()
     }
 
-    /// The nearer of two.
-    fn parent(&mut self, kept: &[Near]) -> Option<Near> {
-        let n = kept.len() as u32;
-        let nearer = self.below(n).min(self.below(n));
-        kept.get(nearer as usize).cloned()
+    /// The nearest to the `n`th limit, for one more sequence to be made of them; none where the climb begins again.
+    pub(super) fn parents(&mut self, n: usize) -> Vec<Near> {
+        self.hills.values_mut().nth(n).map(Hill::parents).unwrap_or_default()
     }
 
-    /// One of the nearest to any limit.
-    fn on_any_hill(&mut self) -> Option<Near> {
-        let kept: Vec<Vec<Near>> = self.climb().hills.values().map(|hill| hill.kept.clone()).collect();
-        let n = self.below(kept.len() as u32);
-        kept.get(n as usize).and_then(|kept| self.parent(kept))
-    }
-
-    /// The actions of both, each once, without any that are too many: steps towards several limits may be needed together.
-    fn joined(&mut self, one: &Known, other: &Known) -> AttackSequence {
-        let mut actions = [one.sequence.actions(), other.sequence.actions()].concat();
-        actions.sort();
-        actions.dedup();
-        while actions.len() > self.longest() as usize {
-            let gone = self.below(actions.len() as u32) as usize;
-            actions.swap_remove(gone);
-        }
-        AttackSequence::new(actions)
+    /// The nearest to the `n`th limit.
+    pub(super) fn kept(&self, n: usize) -> &[Near] {
+        self.hills.values().nth(n).map_or(&[], |hill| &hill.kept)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::learned::Known;
     use crate::moments::Moments;
-    use crate::sequence::Action;
+    use crate::sequence::{Action, AttackSequence};
 
     fn lesson(begins: u32, way: u32) -> Lesson {
         let sequence = AttackSequence::new(vec![Action { begins, kind: 0, places: Vec::new() }]);

@@ -158,7 +158,7 @@ impl Shrinker<'_> {
         self.first(sequences)
     }
 
-    /// The fewest of its actions that suffice, by move and not by time: which of them was found to begin first decides nothing.
+    /// The fewest of its actions that suffice, in the order of the attack space: their order in time as found has no effect.
     fn fewest(&mut self, sequence: &AttackSequence) -> Result<Vec<Action>, String> {
         let fewer = (1..sequence.actions().len()).flat_map(|n| sequence.subsequences(n));
         let fewer = self.first(fewer.map(|fewer| fewer.actions().to_vec()))?;

@@ -1,4 +1,5 @@
-//! Variations of sequences: one change, one number moved a little, or by the distance to a limit.
+//! Variations of sequences: one change, one number moved a little, or by the distance to a limit; and the next of a climb, of one
+//! or two that came near.
 
 use super::draw::Drawer;
 use super::learned::{Known, Near};
@@ -10,6 +11,8 @@ const NUDGE: u32 = 32;
 /// Additions to the distance by which a sequence is moved, ticks: they cover a property's tolerance beyond its limit, and
 /// the platform's rounding to its periods.
 const BEYOND: [u32; 5] = [0, 1, 2, 4, 8];
+/// Most variations of a climb from one sequence to the next.
+const VARIATIONS: u32 = 3;
 
 impl Drawer<'_> {
     /// A variation of the sequence nearest to a limit: half of them moved by the distance, where that is a length of time.
@@ -87,6 +90,69 @@ impl Drawer<'_> {
             }
             (_, Some(action)) => actions[some] = Action { begins: action.begins, ..self.action(&known.moments) },
             (_, None) => actions.push(self.action(&known.moments)),
+        }
+        AttackSequence::new(actions)
+    }
+}
+
+impl Drawer<'_> {
+    /// A sequence made to come nearer to one limit: a variation of one of the nearest, or of two of them together. None where
+    /// none came nearer than the run without an attack, or the climb begins again.
+    pub(super) fn climbing(&mut self) -> Option<AttackSequence> {
+        let weights = self.climb().weights();
+        if weights.iter().all(|weight| *weight == 0) {
+            return None;
+        }
+        let n = self.by_weight(&weights);
+        let kept = self.climb().parents(n);
+        let mut near = self.parent(&kept)?;
+        // The distance is that of the parent alone: nothing else is moved by it.
+        let mut aim = true;
+        if self.below(3) == 0
+            && let Some(other) = self.on_any_hill()
+        {
+            near.known.sequence = self.joined(&near.known, &other.known);
+            aim = false;
+        }
+        // One variation, and every other time one more: a step on a plateau may need two at once.
+        for _ in 0..VARIATIONS {
+            let aimed = if aim && self.below(3) == 0 { self.aimed(&near) } else { None };
+            near.known.sequence = match aimed {
+                Some(aimed) => aimed,
+                None if self.below(2) == 0 => self.changed(&near.known),
+                None => self.nudged(&near.known),
+            };
+            aim = false;
+            if self.below(2) == 0 {
+                break;
+            }
+        }
+        Some(near.known.sequence)
+    }
+
+    /// The nearer of two.
+    fn parent(&mut self, kept: &[Near]) -> Option<Near> {
+        let n = kept.len() as u32;
+        let nearer = self.below(n).min(self.below(n));
+        kept.get(nearer as usize).cloned()
+    }
+
+    /// One of the nearest to any limit.
+    fn on_any_hill(&mut self) -> Option<Near> {
+        let hills = self.climb().weights().len() as u32;
+        let n = self.below(hills) as usize;
+        let kept = self.climb().kept(n).to_vec();
+        self.parent(&kept)
+    }
+
+    /// The actions of both, each once, without any that are too many: steps towards several limits may be needed together.
+    fn joined(&mut self, one: &Known, other: &Known) -> AttackSequence {
+        let mut actions = [one.sequence.actions(), other.sequence.actions()].concat();
+        actions.sort();
+        actions.dedup();
+        while actions.len() > self.longest() as usize {
+            let gone = self.below(actions.len() as u32) as usize;
+            actions.swap_remove(gone);
         }
         AttackSequence::new(actions)
     }

@@ -115,9 +115,8 @@ impl Sought {
     }
 
     /// Test for a finding of this weakness: the trial ends in one of its classes, and ends in none of them with any one part put
-    /// right. A trial that would be a finding without the weakness shows nothing of it. The trials of the controls are not
-    /// counted: they are part of the measurement, and no strategy learns from them. One that cannot be run or is INVALID shows
-    /// nothing either, so the trial is no finding then.
+    /// right. The trials of the controls are not counted: they are part of the measurement, and no strategy learns from them. If one
+    /// cannot be run or is INVALID, the trial is no finding.
     pub(super) fn test(&self) -> impl Fn(&Tried) -> Option<Cause> + Sync + '_ {
         let ends = ends_in(&self.weakness.find);
         move |tried| {

@@ -34,7 +34,7 @@ fn strategies_find_weaknesses_independently_of_threads() {
     assert_eq!(first, trials("2"));
 }
 
-/// A sequence that is a finding with a part of the weakness put right shows nothing of the whole.
+/// A sequence that is a finding with one part put right is none of the whole weakness.
 #[test]
 fn finding_needs_every_part_of_a_weakness() {
     let more = WEAK.replace("\"weak\"", "\"weaker\"").replace("signature\"]", "signature\", \"boundary.jump\"]");
