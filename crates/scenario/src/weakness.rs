@@ -230,7 +230,7 @@ mod tests {
                 "guards.lease",
                 "guards.leash",
                 "no check `guards.leash`; there are: boundary.freshness",
-                "\"guards.leash\"",
+                "[\"guards.leash\"]",
             ),
         ] {
             let problems = Weaknesses::parse("w.toml", &TEXT.replace(wrong, with)).unwrap_err();

@@ -132,7 +132,7 @@ impl<'a> Drawer<'a> {
     pub(super) fn sequence(&mut self) -> AttackSequence {
         let made = match self.strategy {
             Strategy::Uniform | Strategy::Transitions => None,
-            Strategy::Guided | Strategy::Novelty => self.from_known(),
+            Strategy::Guided | Strategy::Novelty => self.derived(),
             Strategy::Distance => {
                 if self.below(4) < FROM_HILLS {
                     self.climbing()
@@ -151,7 +151,7 @@ impl<'a> Drawer<'a> {
     }
 
     /// Made from one that showed something new, or came nearest to a limit; none while fresh ones still see more.
-    fn from_known(&mut self) -> Option<AttackSequence> {
+    fn derived(&mut self) -> Option<AttackSequence> {
         if self.learned.known().is_empty() || !self.fresh_is_stale() {
             return None;
         }
