@@ -47,6 +47,11 @@ def short(name):
     return name.removesuffix("_ms").replace("_", "-")
 
 
+def named(*parts):
+    """A name in a list: the parts, with hyphens."""
+    return re.sub(r"[._]", "-", "-".join(str(part).removesuffix("_ms") for part in parts))
+
+
 def checks():
     """Every check, by the name that `waive` knows: the rows of the table of checks."""
     rows = (ROOT / "docs/reviewer/checks.md").read_text()
@@ -57,15 +62,15 @@ def candidates(kind, space):
     """Names, and the line that says what is wrong."""
     if kind == "bounds":
         for bound, part in itertools.product(BOUNDS, PARTS):
-            yield f"{short(bound)}-{part}-{space}", f"misset = [{wrong(bound, part)}]"
+            yield named(bound, part, space), f"misset = [{wrong(bound, part)}]"
     elif kind == "bound-pairs":
         for one, two in itertools.combinations(BOUNDS, 2):
-            yield f"{short(one)}-{short(two)}-{space}", f"misset = [{wrong(one, 8)}, {wrong(two, 8)}]"
+            yield named(one, two, space), f"misset = [{wrong(one, 8)}, {wrong(two, 8)}]"
     else:
         def place(pair):
             return hashlib.sha256(" ".join([space, *pair]).encode()).digest()
         for one, two in sorted(itertools.combinations(checks(), 2), key=place)[:PAIRS]:
-            yield f"{one}-{two}-{space}".replace(".", "-").replace("_", "-"), f'waive = ["{one}", "{two}"]'
+            yield named(one, two, space), f'waive = ["{one}", "{two}"]'
 
 
 def main():

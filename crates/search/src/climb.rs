@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn approach_of_the_run_without_an_attack_is_no_hill() {
+    fn approach_of_the_nominal_run_is_no_hill() {
         let mut climb = Climb::new(&Approaches::from([(Limit::Uplink, 5)]));
         climb.take(&lesson(1, 5), true);
         assert!(climb.hills.is_empty());
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn less_than_a_thousandth_of_the_way_is_no_gain() {
+    fn gain_below_a_thousandth_does_not_count() {
         let mut climb = Climb::new(&Approaches::new());
         climb.take(&lesson(1, 9_000), true);
         climb.hills.get_mut(&Limit::Uplink).unwrap().parents();

@@ -36,7 +36,7 @@ pub(super) fn of(evidence: &Evidence, approaches: &Approaches) -> Coverage {
     let mut covered = Coverage::new();
     for (limit, way) in approaches {
         // Who came near came by what is less near.
-        let steps = way.saturating_mul(STEPS).div_euclid(AT_LIMIT).min(STEPS);
+        let steps = (way / (AT_LIMIT / STEPS)).min(STEPS);
         covered.extend((0..=steps).map(|step| point(&format!("{limit:?} {step}"))));
     }
     let mut now = Situation { mode: Mode::Idle, authority: false, live: String::new() };

@@ -25,7 +25,7 @@ impl Drawer<'_> {
     }
 
     /// The same sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
-    pub(super) fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
+    fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
         let limit = near.limit.ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.space().tick_ms.unsigned();
@@ -52,7 +52,7 @@ impl Drawer<'_> {
     }
 
     /// The same sequence with one number or moment moved a little, at every scale alike.
-    pub(super) fn nudged(&mut self, known: &Known) -> AttackSequence {
+    fn nudged(&mut self, known: &Known) -> AttackSequence {
         let mut actions = known.sequence.actions().to_vec();
         let some = self.below(actions.len() as u32) as usize;
         let ranges: Vec<_> = move_of(self.space(), &actions[some]).ranges().copied().collect();
@@ -93,9 +93,7 @@ impl Drawer<'_> {
         }
         AttackSequence::new(actions)
     }
-}
 
-impl Drawer<'_> {
     /// A sequence made to come nearer to one limit: a variation of one of the nearest, or of two of them together. None where
     /// none came nearer than the run without an attack, or the climb begins again.
     pub(super) fn climbing(&mut self) -> Option<AttackSequence> {
