@@ -43,10 +43,6 @@ def wrong(bound, part):
     return f'{{ bound = "{bound}", to_ms = {right - by if bound == "hysteresis_ms" else right + by} }}'
 
 
-def short(name):
-    return name.removesuffix("_ms").replace("_", "-")
-
-
 def named(*parts):
     """A name in a list: the parts, with hyphens."""
     return re.sub(r"[._]", "-", "-".join(str(part).removesuffix("_ms") for part in parts))
