@@ -77,7 +77,7 @@ fn holdsafe(config: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Ans
     let nominal = config.try_sequence(&AttackSequence::default()).expect("it runs");
     let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     let (cause, found) = result.found.into_iter().next()?;
-    let shrunk = config.shrink(&found.tried.sequence, &test, &cause, &moments).expect("it runs");
+    let shrunk = config.shrink(&found.sequence, &test, &cause, &moments).expect("it runs");
     Some(Answer { sequence: shrunk.sequence, found: found.trial, shrunk: shrunk.executions })
 }
 

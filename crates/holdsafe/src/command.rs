@@ -64,7 +64,7 @@ enum Verb {
     Matrix(matrix::Args),
     /// Measure each check: every attack again with that check waived.
     Ablate(ablate::Args),
-    /// Write a campaign, a matrix or an ablation in partitions, as jobs of make, Slurm or HyperQueue.
+    /// Write a campaign, matrix, ablation, estimate or search in partitions, as jobs of make, Slurm or HyperQueue.
     Emit(emit::Args),
     /// Search for attack sequences that break something, and shrink each to the smallest.
     Search(search::Args),

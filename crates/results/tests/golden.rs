@@ -75,8 +75,9 @@ fn version_of_today_has_golden_files() {
 }
 
 /// Fields that version 1 did not have from the start, by kind and place.
-const ADDED: [(&str, &str, &str); 9] = [
+const ADDED: [(&str, &str, &str); 10] = [
     ("ablation", "/checks/0", "unchanged_upper_95"),
+    ("campaign", "/rows/0/claim", "looked_at"),
     ("curve", "", "detector"),
     ("curve", "/lines/0/points/0", "believed_m"),
     ("curve", "/lines/0/points/0", "claims_accepted"),

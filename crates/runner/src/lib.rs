@@ -2,7 +2,7 @@
 //!
 //! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario,
 //! `bring` loads a custom detector, `search_config` prepares a search. `engine` runs one trial in any mode, `batch`
-//! many, with `retry`, `kept` and `lines` for resuming, `parts` for several machines; `out` writes the run directory. `runs` finds recorded runs,
+//! many, with `retry`, `kept` and `lines` for resuming, `parts` and `numbered` for several machines; `out` writes the run directory. `runs` finds recorded runs,
 //! `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
 //! begins a program of verbs, `interrupt` watches for Ctrl-C.
 
@@ -17,6 +17,7 @@ pub mod failure;
 mod interrupt;
 pub mod kept;
 pub mod lines;
+pub mod numbered;
 pub mod out;
 pub mod parts;
 pub mod plan;

@@ -3,7 +3,7 @@
 //! A line is written in one piece when it is complete. An incomplete last line is ignored, and cut off before another is
 //! written. The content of a line is its owner's business.
 
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
@@ -69,6 +69,22 @@ impl Lines {
             Failure::new(Exit::Environment, changed)
         })
     }
+}
+
+/// Takes `directory` for this process, until the file that it returns is closed. The kernel lets go of it however the process ends.
+///
+/// # Errors
+/// When another process is at work there.
+pub fn lock(directory: &Path) -> Result<File, Failure> {
+    let lock = File::create(directory.join("lock"))?;
+    lock.try_lock().map_err(|error| match error {
+        TryLockError::WouldBlock => {
+            let message = format!("{}: another process is at work there; wait for it", directory.display());
+            Failure::new(Exit::Usage, format!("{message}, or take another --out DIR"))
+        }
+        TryLockError::Error(error) => error.into(),
+    })?;
+    Ok(lock)
 }
 
 /// Gives each whole line of `path` to `take`, and returns the end of the last one.

@@ -58,6 +58,14 @@ impl Strategy {
     pub const ALL: [Strategy; 5] =
         [Strategy::Uniform, Strategy::Transitions, Strategy::Guided, Strategy::Novelty, Strategy::Distance];
 
+    /// True if a sequence depends on the results of earlier ones.
+    pub(super) fn learns(self) -> bool {
+        match self {
+            Strategy::Uniform | Strategy::Transitions => false,
+            Strategy::Guided | Strategy::Novelty | Strategy::Distance => true,
+        }
+    }
+
     /// True if it draws from the moments of the run without a sequence.
     pub(super) fn reads_moments(self) -> bool {
         match self {

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use evidence::trial::Outcomes;
-use oracle::{AT_LIMIT, Limit};
+use evidence::trial::{Outcome, Outcomes};
+use oracle::{AT_LIMIT, Approaches, Limit};
 use parallel::progress::{Progress, Stop};
 use scenario::AttackSpace;
 use serde::{Deserialize, Serialize};
@@ -32,11 +32,27 @@ pub struct RunConfig {
     pub first: bool,
 }
 
+/// A tried sequence as the result of a search counts it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counted {
+    /// Class of its trial.
+    pub outcome: Outcome,
+    /// Its cause, if it is a finding.
+    pub cause: Option<Cause>,
+    /// Its coverage.
+    pub covered: Coverage,
+    /// Its approach to each limit; none if its attack did not arrive.
+    pub approaches: Approaches,
+    /// CPU time of the trial, seconds.
+    pub cpu_seconds: f64,
+}
+
 /// A finding as it was found.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// The trial.
-    pub tried: Tried,
+    /// Its sequence.
+    pub sequence: AttackSequence,
     /// The how-manyth, from 1.
     pub trial: u64,
     /// CPU time of the search until then, seconds.
@@ -103,20 +119,7 @@ impl SearchConfig {
         progress: &Progress,
         stop: &Stop,
     ) -> Result<RunResult, String> {
-        let nominal = self.try_sequence(&AttackSequence::default())?;
-        let moments = |run: &Tried| Moments::of(run, &self.space, &self.setup.bounds);
-        let mut drawer = Drawer::new(
-            &self.space,
-            &self.setup.bounds,
-            run.strategy,
-            run.seed,
-            moments(&nominal),
-            &nominal.approaches,
-        );
-        let mut result = RunResult { covered: nominal.coverage.clone(), ..RunResult::default() };
-        if run.strategy.reads_moments() {
-            result.cpu_seconds = nominal.trial.cpu_seconds;
-        }
+        let (mut drawer, mut result) = self.begin(run)?;
         while result.trials < run.budget {
             let round: Vec<AttackSequence> =
                 (0..ROUND.min(run.budget - result.trials)).map(|_| drawer.sequence()).collect();
@@ -124,9 +127,10 @@ impl SearchConfig {
             let at_once = if run.first { threads.max(1) } else { round.len() };
             for sequences in round.chunks(at_once) {
                 for one in self.round(sequences, threads, progress, stop)? {
-                    let known = Known { sequence: one.sequence.clone(), moments: moments(&one) };
+                    let moments = Moments::of(&one, &self.space, &self.setup.bounds);
+                    let known = Known { sequence: one.sequence.clone(), moments };
                     let approaches = one.brought_near();
-                    let new = result.take(one, test);
+                    let new = result.take(&one.sequence, Counted::of(&one, test));
                     drawer.learn(Lesson { known, new, approaches });
                     if run.first && !result.found.is_empty() {
                         return Ok(result);
@@ -139,25 +143,42 @@ impl SearchConfig {
 }
 
 impl SearchConfig {
-    /// Tries every one of `sequences`.
+    /// Every sequence of a run by a strategy that does not learn, and the result before the first; `None` for one that learns, whose
+    /// sequences depend on results.
+    ///
+    /// # Errors
+    /// Why the scenario cannot be run.
+    pub fn listed(&self, run: RunConfig) -> Result<Option<(Vec<AttackSequence>, RunResult)>, String> {
+        if run.strategy.learns() {
+            return Ok(None);
+        }
+        let (mut drawer, result) = self.begin(run)?;
+        Ok(Some(((0..run.budget).map(|_| drawer.sequence()).collect(), result)))
+    }
+
+    fn begin(&self, run: RunConfig) -> Result<(Drawer<'_>, RunResult), String> {
+        let nominal = self.try_sequence(&AttackSequence::default())?;
+        let moments = Moments::of(&nominal, &self.space, &self.setup.bounds);
+        let approaches = &nominal.approaches;
+        let drawer = Drawer::new(&self.space, &self.setup.bounds, run.strategy, run.seed, moments, approaches);
+        let cpu_seconds = if run.strategy.reads_moments() { nominal.trial.cpu_seconds } else { 0.0 };
+        Ok((drawer, RunResult { covered: nominal.coverage, cpu_seconds, ..RunResult::default() }))
+    }
+
+    /// Tries every one of `sequences`, which are few enough to be kept together.
     ///
     /// # Errors
     /// As [`SearchConfig::search`].
-    pub fn try_all(
+    pub fn count(
         &self,
         sequences: &[AttackSequence],
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<RunResult, String> {
-        let mut result = RunResult::default();
-        for round in sequences.chunks(ROUND as usize) {
-            for one in self.round(round, threads, progress, stop)? {
-                result.take(one, test);
-            }
-        }
-        Ok(result)
+    ) -> Result<Vec<Counted>, String> {
+        let tried = self.round(sequences, threads, progress, stop)?;
+        Ok(tried.iter().map(|one| Counted::of(one, test)).collect())
     }
 
     fn round(
@@ -178,23 +199,35 @@ impl SearchConfig {
     }
 }
 
+impl Counted {
+    fn of(tried: &Tried, test: Test<'_>) -> Self {
+        Self {
+            outcome: tried.trial.outcome,
+            cause: test(tried),
+            covered: tried.coverage.clone(),
+            approaches: tried.brought_near(),
+            cpu_seconds: tried.trial.cpu_seconds,
+        }
+    }
+}
+
 impl RunResult {
     /// Counts a trial; says whether it showed something new.
-    fn take(&mut self, tried: Tried, test: Test<'_>) -> bool {
+    pub fn take(&mut self, sequence: &AttackSequence, counted: Counted) -> bool {
         self.trials += 1;
-        self.cpu_seconds += tried.trial.cpu_seconds;
-        *self.outcomes.entry(tried.trial.outcome).or_default() += 1;
+        self.cpu_seconds += counted.cpu_seconds;
+        *self.outcomes.entry(counted.outcome).or_default() += 1;
         let before = self.covered.len();
-        self.covered.extend(&tried.coverage);
+        self.covered.extend(counted.covered);
         let new = self.covered.len() > before;
-        for (limit, way) in tried.brought_near() {
+        for (limit, way) in counted.approaches {
             if self.nearest.get(&limit).is_none_or(|(before, _)| way > *before) {
-                self.nearest.insert(limit, (way, tried.sequence.clone()));
+                self.nearest.insert(limit, (way, sequence.clone()));
             }
         }
-        if let Some(cause) = test(&tried) {
+        if let Some(cause) = counted.cause {
             let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
-            self.found.entry(cause).or_insert(Found { tried, trial, cpu_seconds });
+            self.found.entry(cause).or_insert_with(|| Found { sequence: sequence.clone(), trial, cpu_seconds });
         }
         new
     }

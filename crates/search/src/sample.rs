@@ -94,7 +94,7 @@ impl SearchConfig {
     fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, AttackSequence)>, String> {
         let run = RunConfig { strategy: Strategy::Uniform, seed, budget: SEQUENCES, first: true };
         let result = self.search(run, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
-        Ok(result.found.into_iter().next().map(|(cause, found)| (cause, found.tried.sequence)))
+        Ok(result.found.into_iter().next().map(|(cause, found)| (cause, found.sequence)))
     }
 
     fn drawn(&self, sequence: &AttackSequence) -> Result<Drawn, String> {

@@ -32,7 +32,7 @@ pub struct SearchConfig {
 }
 
 /// Cause of a finding: shrinking keeps it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Cause {
     /// The class that the oracle gave.
     pub outcome: Outcome,

@@ -1,7 +1,8 @@
 //! Claims with their evidence: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
 
 use maud::{Markup, html};
-use results::report::{CampaignObject, Matrix};
+use results::campaign::claim::Judged;
+use results::report::{CampaignObject, ClaimRow, Matrix, RateBounds};
 
 use super::matrix::unmarked;
 use super::table;
@@ -62,8 +63,10 @@ fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
     for row in campaign.rows.iter().filter(|r| r.counts && r.watermark.is_none()) {
         let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} ({cell})", row.scenario));
         let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
-        let bound = |of: fn(&results::report::RateBounds) -> f64| {
-            row.bounds.as_ref().map_or_else(|| "none (not complete, or looked at often)".to_owned(), |b| percent(of(b)))
+        let bound = |of: fn(&RateBounds) -> f64, judged: fn(&ClaimRow) -> Judged| match (&row.bounds, &row.claim) {
+            (Some(bounds), _) => percent(of(bounds)),
+            (None, Some(claim)) => looked(campaign, claim, judged(claim), row.n),
+            (None, None) => format!("none yet: {} of {} trials", row.n, row.planned),
         };
         rows.rows.push(vec![
             format!("{name} ends in {}", classes.join(" or ")),
@@ -71,9 +74,16 @@ fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
             row.n.to_string(),
             told(&row.outcomes),
             row.unexpected.to_string(),
-            bound(|b| b.unsafe_upper_95),
-            bound(|b| b.unsafe_upper_95_simultaneous),
+            bound(|b| b.unsafe_upper_95, |claim| claim.alone),
+            bound(|b| b.unsafe_upper_95_simultaneous, |claim| claim.together),
             file.to_owned(),
         ]);
     }
+}
+
+/// The claim of a sequential campaign, with the upper bound that holds at every look.
+fn looked(campaign: &CampaignObject, claim: &ClaimRow, judged: Judged, n: u64) -> String {
+    let claimed = campaign.terms.claim.as_ref().map(ToString::to_string).unwrap_or_default();
+    let at = claim.looked_at.unwrap_or(n);
+    format!("{claimed} {} at {at} trials: below {}", judged.verdict.name(), percent(judged.upper))
 }

@@ -1,9 +1,10 @@
-//! `holdsafe emit ENGINE --partitions N --out DIR -- COMMAND`: a campaign, matrix or ablation in partitions, as jobs of an engine that
-//! exists.
+//! `holdsafe emit ENGINE --partitions N --out DIR -- COMMAND`: a campaign, matrix, ablation, estimate or search in partitions, as jobs
+//! of an engine that exists.
 //!
 //! Every engine starts the same two scripts: `part I` runs one partition, `merge` puts those that are there together. They may run on
 //! any machine that sees the folder under the same path, in any order and more than once: a partition resumes
-//! where it was, and putting together is a union. Queues, retries and machines are left to the engine.
+//! where it was, and putting together is a union. A third, `look`, is for a person: the result and the page of a campaign under way.
+//! Queues, retries and machines are left to the engine.
 
 mod jobs;
 
@@ -20,7 +21,7 @@ use runner::failure::{Exit, Failure};
 use runner::{Context, out, quoted};
 
 use self::jobs::{Engine, Jobs};
-use super::{ablate, campaign, matrix};
+use super::{ablate, campaign, estimate, matrix, search};
 
 /// Jobs of one command; Slurm takes arrays up to 1,001 as it comes.
 const MAX_PARTITIONS: u64 = 1_000;
@@ -35,7 +36,7 @@ pub(super) struct Args {
     /// Write scripts and jobs here; partitions and result come to lie here too.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// `campaign run`, `matrix` or `ablate`, with its arguments.
+    /// `campaign run`, `matrix`, `ablate`, `estimate` or `search`, with its arguments.
     #[arg(last = true, required = true, value_name = "COMMAND")]
     command: Vec<String>,
 }
@@ -55,6 +56,8 @@ enum Work {
     Campaign(campaign::Verb),
     Matrix(matrix::Args),
     Ablate(ablate::Args),
+    Estimate(estimate::Args),
+    Search(search::Args),
 }
 
 /// A command's share in its jobs.
@@ -118,6 +121,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let start = jobs.write(&dir, args.engine)?;
     script(&dir, "part", &part_script(&jobs, &command, &work.options(&shares, &jobs))?)?;
     script(&dir, "merge", &work.merge_script(&jobs, &command, shares.rounds.then_some(&start))?)?;
+    if matches!(work, Work::Campaign(_)) {
+        script(&dir, "look", &look_script(&jobs)?)?;
+    }
     let most = shares.pieces.div_ceil(args.partitions);
     if context.json {
         let (schema_version, jobs) = (SCHEMA_VERSION, args.partitions);
@@ -148,13 +154,15 @@ impl Work {
             }
             Work::Matrix(args) => args.shares(context),
             Work::Ablate(args) => args.shares(context),
+            Work::Estimate(args) => args.shares(context),
+            Work::Search(args) => args.shares(context),
         }
     }
 
     /// Options of each partition besides its number and its folder.
     fn options(&self, shares: &Shares, jobs: &Jobs) -> String {
         let one_thread = match self {
-            Work::Campaign(_) => " --jobs 1",
+            Work::Campaign(_) | Work::Estimate(_) | Work::Search(_) => " --jobs 1",
             Work::Matrix(_) | Work::Ablate(_) => " --threads 1",
         };
         let threads = if shares.threads.is_none() { one_thread } else { "" };
@@ -168,6 +176,8 @@ impl Work {
             Work::Campaign(_) => "campaign.json",
             Work::Matrix(_) => "matrix.json",
             Work::Ablate(_) => "ablation.json",
+            Work::Estimate(_) => "estimate.json",
+            Work::Search(_) => "result.json",
         }
     }
 
@@ -184,7 +194,7 @@ impl Work {
             (Work::Campaign(_), None) => {
                 format!("exec {} campaign merge {dir}/parts/* --out {dir}/result\n", program()?)
             }
-            (Work::Matrix(_) | Work::Ablate(_), _) => format!(
+            (Work::Matrix(_) | Work::Ablate(_) | Work::Estimate(_) | Work::Search(_), _) => format!(
                 "set --\nfor part in {dir}/parts/*; do\n    set -- \"$@\" --from \"$part\"\ndone\nexec {command} \"$@\" --out {dir}/result\n"
             ),
         };
@@ -205,10 +215,21 @@ fn part_script(jobs: &Jobs, command: &str, options: &str) -> Result<String, Fail
     Ok(format!(
         "#!/bin/sh\n# Partition $1 of {n}; what is finished is not run again.\n\
          cd {here} || exit 5\n\
-         exec {command}{options} --partition \"$1/{n}\" --out {dir}/parts/\"$1\"\n",
+         exec {command}{options} --partition \"$1/{n}\" --out {dir}/parts/partition=\"$1\"\n",
         n = jobs.partitions,
         here = here()?,
         dir = quoted(&jobs.dir),
+    ))
+}
+
+/// The trials that are there now, merged apart from the result, and the page of them. It may run at any time.
+fn look_script(jobs: &Jobs) -> Result<String, Failure> {
+    let (dir, program, here) = (quoted(&jobs.dir), program()?, here()?);
+    Ok(format!(
+        "#!/bin/sh\n# The campaign so far: result and page in so-far/. Again and again: watch -n 60 {dir}/look\n\
+         cd {here} || exit 5\n{program} campaign merge {dir}/parts/* --out {dir}/so-far\ncode=$?\n\
+         test $code -eq 0 -o $code -eq 3 -o $code -eq 4 || exit $code\n\
+         exec {program} report {dir}/so-far --out {dir}/so-far/report.html\n"
     ))
 }
 

@@ -1,18 +1,25 @@
 //! `holdsafe estimate SCENARIO --event …`: the probability of a rare event of a run in the twin, by multilevel
-//! splitting, with an interval; without levels in between by plain Monte Carlo, in the same code.
+//! splitting, with an interval; without levels in between by plain Monte Carlo, in the same code. Its repetitions are independent, so
+//! partitions share them out.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use parallel::progress::Progress;
+use results::campaign::Content;
 use results::campaign::draw;
+use results::campaign::partition::Partition;
 use results::report::{Asked, RareObject, rare_table};
 use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
+use runner::numbered::Numbered;
 use runner::plan::{Planned, Wanted};
 use runner::{Context, out, plan};
 use scenario::{Settings, Variation};
-use search::rare::{Event, MAX_LEVELS, Plan, Question};
+use search::rare::{Event, MAX_LEVELS, Plan, Question, Repetition};
+use serde::Serialize;
 use serde_json::Value;
+
+use super::emit::{Shares, tell_kept};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -44,29 +51,42 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
     /// Threads [default: one a core]. The estimate does not depend on it.
-    #[arg(long, value_name = "J", value_parser = runner::batch::jobs)]
-    jobs: Option<usize>,
+    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
+    jobs: Option<u16>,
+    /// Run and keep only every N-th repetition, from the i-th on; the same command with --from puts the parts together.
+    #[arg(long, value_name = "i/N", requires = "out", conflicts_with = "from")]
+    partition: Option<Partition>,
+    /// Take the finished repetitions of a partition's folder too, so that only those that are nowhere run; may be repeated.
+    #[arg(long, value_name = "DIR", requires = "out")]
+    from: Vec<PathBuf>,
+    /// Keep finished repetitions and the result here, and resume from there.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Args {
+    /// Its pieces of work for partitions.
+    pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
+        question(context, self)?;
+        plan(context, self)?;
+        let set = self.partition.is_some() || !self.from.is_empty() || self.out.is_some();
+        Ok(Shares { pieces: self.repetitions, of: "repetitions", threads: self.jobs, set, rounds: false })
+    }
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let usage = |why: String| Failure::new(Exit::Usage, why);
-    let levels = args.event.ladder(&args.levels).map_err(usage)?;
-    if levels.len() > MAX_LEVELS {
-        return Err(usage(format!("{} stages, at most {MAX_LEVELS} are taken; leave levels out", levels.len())));
+    let (plan, (question, planned)) = (plan(context, args)?, question(context, args)?);
+    let kept = args.out.as_deref().map(|directory| kept(context, args, &planned, directory)).transpose()?;
+    let repetitions = all(context, args, &plan, &question, kept)?;
+    if let (Some(_), Some(directory)) = (args.partition, &args.out) {
+        tell_kept(context, directory)?;
+        return Ok(Exit::Fine);
     }
-    let question = question(context, args)?;
-    let plan = Plan { levels, trials: args.trials, repetitions: args.repetitions, seed: context.seed };
-    let total = plan.levels.len() as u64 * plan.trials * plan.repetitions;
-    let progress = Progress::new("trials", total as usize, context.talk);
-    let threads = args.jobs.unwrap_or_else(parallel::cores);
-    let repetitions = question.ask(&plan, threads, &progress, &context.stop);
-    progress.finish();
-    let repetitions = repetitions.map_err(|why| match context.stop.asked() {
-        true => Failure::new(Exit::Interrupted, "stopped; nothing was kept"),
-        false => Failure::new(Exit::Internal, why),
-    })?;
     let asked = Asked { question: &question, set: args.set.iter().cloned().collect(), levels: &args.levels };
     let object = RareObject::new(asked, &plan, &repetitions);
+    if let Some(directory) = &args.out {
+        out::write_result(directory, "estimate.json", "rare", &object)?;
+    }
     if context.json {
         out::print_json("rare", &object)?;
     } else {
@@ -75,7 +95,74 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(if object.seen() { Exit::Fine } else { Exit::NoEvidence })
 }
 
-fn question(context: &Context, args: &Args) -> Result<Question, Failure> {
+fn plan(context: &Context, args: &Args) -> Result<Plan, Failure> {
+    let usage = |why: String| Failure::new(Exit::Usage, why);
+    let levels = args.event.ladder(&args.levels).map_err(usage)?;
+    if levels.len() > MAX_LEVELS {
+        return Err(usage(format!("{} stages, at most {MAX_LEVELS} are taken; leave levels out", levels.len())));
+    }
+    Ok(Plan { levels, trials: args.trials, repetitions: args.repetitions, seed: context.seed })
+}
+
+/// Everything that a repetition's result depends on.
+#[derive(Serialize)]
+struct Terms<'a> {
+    /// SHA-256 over the sources of the program.
+    program: &'a str,
+    content: Content,
+    event: Event,
+    levels: &'a [f64],
+    trials: u64,
+    repetitions: u64,
+    seed: u64,
+}
+
+/// The finished repetitions in `directory`, with those of `--from`.
+fn kept(context: &Context, args: &Args, planned: &Planned, directory: &Path) -> Result<Numbered<Repetition>, Failure> {
+    let Args { event, levels, trials, repetitions, .. } = args;
+    let (program, content, seed) = (context.program, planned.content()?, context.seed);
+    let terms = Terms { program, content, event: *event, levels, trials: *trials, repetitions: *repetitions, seed };
+    let mut kept = Numbered::open(directory, &terms, *repetitions)?;
+    args.from.iter().try_for_each(|from| kept.add(from))?;
+    Ok(kept)
+}
+
+/// The repetitions of this command, in order; those that are not kept run.
+fn all(
+    context: &Context,
+    args: &Args,
+    plan: &Plan,
+    question: &Question,
+    mut kept: Option<Numbered<Repetition>>,
+) -> Result<Vec<Repetition>, Failure> {
+    let wanted = (0..plan.repetitions).filter(|number| args.partition.is_none_or(|part| part.holds(*number)));
+    let wanted: Vec<u64> = wanted.collect();
+    let missing = wanted.iter().filter(|number| kept.as_ref().is_none_or(|kept| !kept.has(**number))).count();
+    let total = plan.levels.len() as u64 * plan.trials * missing as u64;
+    let progress = Progress::new("trials", total as usize, context.talk);
+    let threads = args.jobs.map_or_else(parallel::cores, usize::from);
+    let mut all = Vec::new();
+    for number in wanted {
+        if let Some(known) = kept.as_ref().map(|kept| kept.get(number)).transpose()?.flatten() {
+            all.push(known);
+            continue;
+        }
+        let one = question.repeat(plan, number, threads, &progress, &context.stop);
+        let one = one.map_err(|why| match (context.stop.asked(), &kept) {
+            (true, None) => Failure::new(Exit::Interrupted, "stopped; nothing was kept"),
+            (true, Some(_)) => {
+                Failure::new(Exit::Interrupted, "stopped; the same command runs the repetitions that are left")
+            }
+            (false, _) => Failure::new(Exit::Internal, why),
+        })?;
+        kept.as_mut().map(|kept| kept.put(number, one.clone())).transpose()?;
+        all.push(one);
+    }
+    progress.finish();
+    Ok(all)
+}
+
+fn question(context: &Context, args: &Args) -> Result<(Question, Planned), Failure> {
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     if scenario.is_of_stacks() {
@@ -91,8 +178,9 @@ fn question(context: &Context, args: &Args) -> Result<Question, Failure> {
     let variation = planned.variation;
     let set: Settings = args.set.iter().cloned().collect();
     let scenario = variation.with(&set).map_err(|why| plan::unfit(&variation, why))?;
-    let Planned { variation, setup, .. } = plan::prepare(context, Variation { scenario, ..variation }, &wanted)?;
-    Ok(Question { scenario: variation.scenario, setup, event: args.event })
+    let planned = plan::prepare(context, Variation { scenario, ..variation }, &wanted)?;
+    let (scenario, setup) = (planned.variation.scenario.clone(), planned.setup.clone());
+    Ok((Question { scenario, setup, event: args.event }, planned))
 }
 
 fn setting(text: &str) -> Result<(String, Value), String> {

@@ -124,7 +124,14 @@ fn jobs_of_an_engine_equal_one_process() {
         command
     };
     let killed = script("part", "2").spawn().unwrap();
-    end_midway(killed, &place.dir("it's make").join("parts/2"), Signal::SIGKILL);
+    end_midway(killed, &place.dir("it's make").join("parts/partition=2"), Signal::SIGKILL);
+    let look = script("look", "").output().unwrap();
+    assert_eq!(look.status.code(), Some(0), "{}", String::from_utf8_lossy(&look.stderr));
+    let page = fs::read_to_string(place.dir("it's make/so-far/report.html")).unwrap();
+    assert!(
+        page.contains("http-equiv=\"refresh\"") && page.contains("none yet: "),
+        "it is renewed while trials are missing"
+    );
     for part in ["3", "1", "2", "1"] {
         let output = script("part", part).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -192,7 +199,7 @@ fn matrix_and_ablation_in_partitions_equal_one_process() {
         };
         script("part", "3");
         script("part", "1");
-        assert!(!jobs.join("parts/1").join(result).exists(), "a partition has no result");
+        assert!(!jobs.join("parts/partition=1").join(result).exists(), "a partition has no result");
         script("merge", "");
         let [merged, whole] = [jobs.join("result"), whole].map(|dir| {
             let text = fs::read_to_string(dir.join(result)).unwrap();

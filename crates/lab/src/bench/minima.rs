@@ -42,7 +42,7 @@ fn minima(bench: &Bench<'_>, sought: &Sought, seeds: u64, progress: &Progress) -
     let shrunk = parallel::map(bench.threads, &all, |seed| {
         let result = bench.search(sought, Strategy::Guided, *seed)?;
         let shrink = |(cause, found): (Cause, Found)| {
-            let shrunk = config.shrink(&found.tried.sequence, &sought.test(), &cause, &moments);
+            let shrunk = config.shrink(&found.sequence, &sought.test(), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)
         };
         let shrunk = result.found.into_iter().next().map(shrink).transpose()?;
@@ -61,6 +61,9 @@ fn minima(bench: &Bench<'_>, sought: &Sought, seeds: u64, progress: &Progress) -
     by_cause.into_iter().map(row).collect()
 }
 
+/// Sequences tried at a time.
+const ROUND: usize = 16;
+
 /// The fewest actions, below `below`, of a sequence with this cause.
 fn fewest(
     bench: &Bench<'_>,
@@ -74,9 +77,12 @@ fn fewest(
         let too_many = || Failure::new(Exit::Usage, format!("more than {MOST_SEQUENCES} sequences of {k} actions"));
         let sequences = sought.config.sequences(k, moments, MOST_SEQUENCES).ok_or_else(too_many)?;
         let stop = &bench.context.stop;
-        let tried = sought.config.try_all(&sequences, &sought.test(), bench.threads, &untold, stop);
-        if tried.map_err(|why| stopped_or_unfit(bench.context, why))?.found.contains_key(cause) {
-            return Ok(Some(k));
+        for round in sequences.chunks(ROUND) {
+            let counted = sought.config.count(round, &sought.test(), bench.threads, &untold, stop);
+            let counted = counted.map_err(|why| stopped_or_unfit(bench.context, why))?;
+            if counted.iter().any(|one| one.cause.as_ref() == Some(cause)) {
+                return Ok(Some(k));
+            }
         }
     }
     Ok(None)

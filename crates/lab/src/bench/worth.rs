@@ -163,7 +163,7 @@ fn compared(
         let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts().map(waits).unzip();
         let finding = |result: &RunResult| {
             let (cause, found) = result.found.first_key_value()?;
-            let sequence = found.tried.sequence.told(&sought.config.space);
+            let sequence = found.sequence.told(&sought.config.space);
             Some(format!("{} {}: {sequence}", cause.outcome.name(), cause.broken))
         };
         StrategyRow::new(*strategy, trials, cpu_seconds, hunts().map(finding).collect())

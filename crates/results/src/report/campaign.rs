@@ -1,8 +1,8 @@
 //! The object of `holdsafe campaign`: a row a variation, counts, exact bounds, latencies and the verdict on the claim.
 //!
-//! A bound or a claim is given of a complete campaign only. In a sequential one the bounds are those that hold at every look;
-//! intervals for a fixed number of trials would be too narrow there and are left out. Variations share their seeds, so they
-//! are not independent and n is never added over them.
+//! A bound for a fixed number of trials, or a claim on it, is given of a complete campaign only. In a sequential one the bounds are
+//! those that hold at every look, so each variation has them from its first complete look on, with trials missing too. Variations share
+//! their seeds, so they are not independent and n is never added over them.
 
 mod table;
 
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Share, rate_upper, simultaneous_level};
 
 use super::run::LatencySummary;
-use crate::campaign::claim::{Judged, Tally, Verdict};
+use crate::campaign::claim::{Judged, LOOK, Tally, Verdict};
 use crate::campaign::row::Row;
 use crate::campaign::{Plan, PlanVariation, Terms};
 pub use table::campaign_table;
@@ -125,6 +125,10 @@ pub struct RateBounds {
 /// Verdict on the claim in one variation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {
+    /// In a sequential campaign with missing trials: the trials up to the last complete look, on which the verdict rests. Absent where it
+    /// rests on all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub looked_at: Option<u64>,
     /// Trials of the classes that it names.
     pub hits: u64,
     /// INVALID trials: hits where it is to be shown, none where it is to be refuted.
@@ -143,6 +147,8 @@ pub struct Fold {
     unexpected: u64,
     first_unexpected: Option<u64>,
     tally: Tally,
+    /// At the last complete look: no trial before it is missing.
+    look: Option<Tally>,
     latencies: [Vec<f64>; 3],
     /// Decision hashes by their first half, which tells as many apart as there can be.
     decisions: BTreeSet<u128>,
@@ -150,6 +156,13 @@ pub struct Fold {
     refused: u64,
     false_trips: u64,
     sim_us: u64,
+}
+
+/// Trials of one variation as a claim sees them.
+#[derive(Clone, Copy, Debug)]
+pub struct Tallies {
+    all: Tally,
+    look: Option<Tally>,
 }
 
 impl Fold {
@@ -164,6 +177,9 @@ impl Fold {
         if let Some(claim) = &plan.terms.claim {
             claim.count(&mut self.tally, row.outcome);
         }
+        if self.n == i + 1 && self.n.is_multiple_of(LOOK) {
+            self.look = Some(self.tally);
+        }
         for (all, us) in self.latencies.iter_mut().zip(row.latency_us) {
             all.extend(us.map(|us| us as f64 / 1e3));
         }
@@ -176,7 +192,7 @@ impl Fold {
     }
 
     /// The row of variation `v`, to which `planned` trials belong. Bounds and claim are left to [`CampaignObject::new`].
-    pub fn row(self, plan: &Plan, v: usize, variation: &PlanVariation, planned: u64) -> (CampaignRow, Tally) {
+    pub fn row(self, plan: &Plan, v: usize, variation: &PlanVariation, planned: u64) -> (CampaignRow, Tallies) {
         let row = CampaignRow {
             variation: v,
             scenario: variation.scenario.clone(),
@@ -201,21 +217,26 @@ impl Fold {
             false_trips: self.false_trips,
             sim_seconds: self.sim_us as f64 / 1e6,
         };
-        (row, self.tally)
+        (row, Tallies { all: self.tally, look: self.look })
     }
 }
 
 impl CampaignObject {
     /// Joins the rows, and for a complete campaign draws the conclusion.
-    pub fn new(plan: &Plan, hash: String, rows: Vec<(CampaignRow, Tally)>) -> Self {
+    pub fn new(plan: &Plan, hash: String, rows: Vec<(CampaignRow, Tallies)>) -> Self {
         let (trials, planned): (u64, u64) =
             (rows.iter().map(|(r, _)| r.n).sum(), rows.iter().map(|(r, _)| r.planned).sum());
         let (complete, together) = (trials == planned, rows.len());
-        let settle = |(mut row, tally): (CampaignRow, Tally)| {
+        let settle = |(mut row, of): (CampaignRow, Tallies)| {
+            let look = of.look.filter(|_| plan.terms.sequential && row.n < row.planned);
             if complete {
                 row.bounds = (!plan.terms.sequential).then(|| RateBounds::of(&row.outcomes, row.n, together));
-                row.claim = ClaimRow::of(plan, tally, together);
             }
+            row.claim = match complete || (plan.terms.sequential && row.n == row.planned) {
+                true => ClaimRow::of(plan, of.all, together),
+                false => look.and_then(|look| ClaimRow::of(plan, look, together)),
+            };
+            row.claim = row.claim.map(|claim| ClaimRow { looked_at: look.map(|look| look.n), ..claim });
             row
         };
         let rows: Vec<CampaignRow> = rows.into_iter().map(settle).collect();
@@ -251,12 +272,19 @@ impl ClaimRow {
         let claim = plan.terms.claim.as_ref()?;
         let judge =
             |together| if plan.terms.sequential { claim.look(tally, together) } else { claim.judge(tally, together) };
-        Some(Self { hits: tally.hits, invalid: tally.invalid, alone: judge(1), together: judge(together) })
+        Some(Self {
+            looked_at: None,
+            hits: tally.hits,
+            invalid: tally.invalid,
+            alone: judge(1),
+            together: judge(together),
+        })
     }
 }
 
 impl Claims {
-    fn of(rows: &[CampaignRow]) -> Self {
+    /// Of the variations with a verdict.
+    pub(super) fn of(rows: &[CampaignRow]) -> Self {
         let all = || rows.iter().filter_map(|row| row.claim);
         let count = |verdict| all().filter(|claim| claim.alone.verdict == verdict).count();
         Self {
@@ -309,6 +337,27 @@ mod tests {
         assert_eq!((object.complete, object.claim, object.trials, object.planned), (false, None, 596, 598));
         assert!(object.rows.iter().all(|row| row.bounds.is_none() && row.claim.is_none()));
         assert!(campaign_table(&object).contains("INCOMPLETE: 596 of 598 trials"));
+    }
+
+    /// Before that a variation has no verdict, and the campaign has none until it is complete.
+    #[test]
+    fn incomplete_sequential_campaign_is_judged_at_its_last_look() {
+        let plan = claiming("unsafe<5%@95", true);
+        let outcome = |i| if i == 60 { Outcome::Unsafe } else { Outcome::HoldSafe };
+        assert!(campaign(&plan, 49, outcome).rows.iter().all(|row| row.claim.is_none()));
+        let object = campaign(&plan, 130, outcome);
+        let claim = object.rows[0].claim.unwrap();
+        assert_eq!((object.complete, object.claim, claim.looked_at, claim.hits), (false, None, Some(100), 1));
+        let there = Tally { hits: 1, invalid: 0, n: 100 };
+        assert_eq!(claim.alone, plan.terms.claim.as_ref().unwrap().look(there, 1));
+        let table = campaign_table(&object);
+        assert!(table.contains("open at 100: 1 hits") && table.contains("open for 2; the next looks may"), "{table}");
+        let gap = |i: u64| if i < 70 { i } else { i + 1 };
+        let (variation, mut fold) = (&plan.variations[0], Fold::default());
+        for i in (0..130).map(gap) {
+            fold.take(&plan, variation, i, Row::of(i, &Trial::example(plan.seed(i), outcome(i))));
+        }
+        assert_eq!(fold.look.map(|look| look.n), Some(50), "trial 70 is missing");
     }
 
     #[test]

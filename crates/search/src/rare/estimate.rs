@@ -18,6 +18,7 @@
 use link::clock::thread_cpu_us;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use serde::{Deserialize, Serialize};
 
 /// Most stages.
 pub const MAX_LEVELS: usize = 64;
@@ -54,7 +55,7 @@ pub struct Plan {
 }
 
 /// Result of one stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stage {
     /// Trials.
     pub tried: u64,
@@ -67,7 +68,7 @@ pub struct Stage {
 }
 
 /// All stages once; those behind one that no trial passed were not tried.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Repetition {
     /// The stages that were tried.
     pub stages: Vec<Stage>,
@@ -80,31 +81,30 @@ impl Repetition {
     }
 }
 
-/// Carries out `plan` on the processes that `begin` makes of seeds; `tried` receives each trial.
+/// Carries out one repetition of `plan` on the processes that `begin` makes of seeds; `tried` receives each trial. The result depends on the plan
+/// and the number of the repetition alone.
 ///
 /// # Errors
 ///
 /// The first error of `begin` or `tried`.
 pub fn split<P: Process, E: Send>(
     plan: &Plan,
+    repetition: u64,
     threads: usize,
     begin: impl Fn(u64) -> Result<P, E> + Sync,
     tried: impl Fn() -> Result<(), E> + Sync,
-) -> Result<Vec<Repetition>, E> {
-    let repetition = |repetition| {
-        let (mut from, mut stages) = (Vec::new(), Vec::new());
-        for (stage, level) in plan.levels.iter().enumerate() {
-            let climb = Climb { plan, place: (repetition, stage as u64), level: *level, from: &from };
-            let (row, there) = climb.all(threads, &begin, &tried)?;
-            stages.push(row);
-            if there.is_empty() {
-                break;
-            }
-            from = there;
+) -> Result<Repetition, E> {
+    let (mut from, mut stages) = (Vec::new(), Vec::new());
+    for (stage, level) in plan.levels.iter().enumerate() {
+        let climb = Climb { plan, place: (repetition, stage as u64), level: *level, from: &from };
+        let (row, there) = climb.all(threads, &begin, &tried)?;
+        stages.push(row);
+        if there.is_empty() {
+            break;
         }
-        Ok(Repetition { stages })
-    };
-    (0..plan.repetitions).map(repetition).collect()
+        from = there;
+    }
+    Ok(Repetition { stages })
 }
 
 /// One stage under way.
@@ -230,7 +230,8 @@ mod tests {
             let chance = ChaCha8Rng::seed_from_u64(seed);
             Ok::<_, ()>(Losses { rate: RATE, left: MESSAGES, row: 0, spent: 0, chance })
         };
-        split(plan, threads, begin, || Ok(())).expect("nothing fails")
+        let one = |repetition| split(plan, repetition, threads, begin, || Ok(())).expect("nothing fails");
+        (0..plan.repetitions).map(one).collect()
     }
 
     fn means(levels: &[f64], trials: u64, seeds: std::ops::Range<u64>) -> Vec<Mean> {

@@ -31,17 +31,18 @@ pub struct Question {
 }
 
 impl Question {
-    /// Estimates it. The result does not depend on `threads`, but for the CPU time.
+    /// One repetition of an estimate. The result does not depend on `threads`, but for the CPU time.
     ///
     /// # Errors
     /// Why the scenario cannot be run, or that the user wants it to stop.
-    pub fn ask(
+    pub fn repeat(
         &self,
         plan: &Plan,
+        repetition: u64,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
-    ) -> Result<Vec<Repetition>, String> {
+    ) -> Result<Repetition, String> {
         let begin = |seed| {
             let (topology, twin) = start(&self.scenario, &self.setup, seed, false).map_err(|e| e.to_string())?;
             Ok(Flight { asked: self, twin, end: topology.duration, since: 0 })
@@ -50,7 +51,7 @@ impl Question {
             progress.step();
             if stop.asked() { Err("stopped".to_owned()) } else { Ok(()) }
         };
-        split(plan, threads, begin, tried)
+        split(plan, repetition, threads, begin, tried)
     }
 }
 

@@ -4,7 +4,7 @@
 //! Only an index is in memory, about fifty bytes a trial; one process at a time has the folder.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File};
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -14,7 +14,7 @@ use results::campaign::Plan;
 use results::campaign::row::Row;
 use runner::failure::{Exit, Failure};
 use runner::lines::{At, Lines, scan};
-use runner::out;
+use runner::{lines, out};
 
 /// The longest plan that is read.
 const MAX_PLAN_BYTES: u64 = 64 << 20;
@@ -34,14 +34,7 @@ impl Journal {
     /// The journal of `plan` in `directory`, which may be new, or hold finished trials of the same campaign and of no other.
     pub(super) fn open(directory: &Path, plan: &Plan) -> Result<Self, Failure> {
         fs::create_dir_all(directory)?;
-        let lock = File::create(directory.join("lock"))?;
-        lock.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => {
-                let message = format!("{}: another process is at work there; wait for it", directory.display());
-                Failure::new(Exit::Usage, format!("{message}, or take another --out DIR"))
-            }
-            TryLockError::Error(error) => error.into(),
-        })?;
+        let lock = lines::lock(directory)?;
         if directory.join(PLAN).exists() {
             same(directory, plan, &read_plan(directory)?)?;
         } else {

@@ -55,8 +55,8 @@ impl Jobs {
         let Jobs { partitions: n, result, .. } = self;
         format!(
             "parts := $(shell seq 1 {n})\n\n\
-             result/{result}: $(parts:%=parts/%/done)\n\t./merge\n\n\
-             parts/%/done:\n\t./part $*\n\ttouch $@\n"
+             result/{result}: $(parts:%=parts/partition=%/done)\n\t./merge\n\n\
+             parts/partition=%/done:\n\t./part $*\n\ttouch $@\n"
         )
     }
 

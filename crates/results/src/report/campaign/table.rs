@@ -60,14 +60,27 @@ fn claim(row: &ClaimRow) -> String {
     let invalid = if row.invalid > 0 { format!(" and {} INVALID", row.invalid) } else { String::new() };
     let together = if row.together.verdict == row.alone.verdict { "" } else { "; not together" };
     let (from, to) = (row.alone.lower * 100.0, row.alone.upper * 100.0);
-    format!("{}: {} hits{invalid}, {from:.3} to {to:.3} %{together}", row.alone.verdict.name(), row.hits)
+    let at = row.looked_at.map(|n| format!(" at {n}")).unwrap_or_default();
+    format!("{}{at}: {} hits{invalid}, {from:.3} to {to:.3} %{together}", row.alone.verdict.name(), row.hits)
+}
+
+/// The claim of a sequential campaign that is under way.
+fn looks(campaign: &CampaignObject) -> String {
+    let Some(claim) = campaign.terms.claim.as_ref().filter(|_| campaign.terms.sequential) else { return String::new() };
+    let Claims { shown, refuted, open, .. } = Claims::of(&campaign.rows);
+    let none = campaign.rows.len() - shown - refuted - open;
+    format!(
+        "claim {claim} at the last complete looks: shown for {shown} variations, refuted for {refuted}, open for {open}; the next looks may \
+         decide those, and {none} have had none\n"
+    )
 }
 
 fn conclusion(campaign: &CampaignObject) -> String {
     let (terms, n) = (&campaign.terms, campaign.rows.len());
     if !campaign.complete {
         let (there, planned) = (campaign.trials, campaign.planned);
-        return format!("INCOMPLETE: {there} of {planned} trials; no claim is made about missing trials\n");
+        let told = format!("INCOMPLETE: {there} of {planned} trials; no claim is made about missing trials\n");
+        return told + &looks(campaign);
     }
     let Some((claim, claims)) = terms.claim.as_ref().zip(campaign.claim) else { return String::new() };
     let Claims { shown, refuted, open, shown_together } = claims;

@@ -1,0 +1,134 @@
+//! An estimate and a search in partitions, as the jobs of an engine start them: results equal to those of one process, and refusals.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+use super::holdsafe;
+
+/// A folder, and a command that comes in partitions.
+struct Place {
+    directory: TempDir,
+    words: &'static [&'static str],
+}
+
+impl Place {
+    fn of(words: &'static [&'static str]) -> Self {
+        Self { directory: tempfile::tempdir().unwrap(), words }
+    }
+
+    fn dir(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    /// The command with further options, and what it said.
+    fn run(&self, out: &str, more: &[&str]) -> (Option<i32>, String) {
+        let out = self.dir(out);
+        let own = ["--quiet", "--out", out.to_str().unwrap()];
+        said(&holdsafe(&[self.words, &own, more].concat()))
+    }
+
+    fn emit(&self) -> (Option<i32>, String) {
+        let jobs = self.dir("jobs");
+        let emit = ["emit", "make", "--partitions", "3", "--out", jobs.to_str().unwrap(), "--"];
+        said(&holdsafe(&[&emit, self.words].concat()))
+    }
+
+    fn script(&self, name: &str, argument: &str) -> (Option<i32>, String) {
+        said(&Command::new(self.dir("jobs").join(name)).arg(argument).output().unwrap())
+    }
+
+    /// A result but for the time that it took and its folder.
+    fn result(&self, file: &str) -> Vec<String> {
+        let text = fs::read_to_string(self.dir(file)).unwrap();
+        let of_here = |line: &&str| line.contains("cpu_seconds") || line.contains("\"reproduce\"");
+        text.lines().filter(|line| !of_here(line)).map(str::to_owned).collect()
+    }
+
+    fn kept(&self, dir: &str) -> Vec<String> {
+        let text = fs::read_to_string(self.dir(dir).join("results.jsonl")).unwrap();
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+fn said(output: &Output) -> (Option<i32>, String) {
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// In any order, repeated, and though one is lost.
+#[test]
+fn partitions_of_an_estimate_equal_one_process() {
+    let place = Place::of(&[
+        "estimate",
+        "nominal",
+        "--set",
+        "conditions.loss=0.3",
+        "--event",
+        "hold-safe",
+        "--levels",
+        "250,450",
+        "--trials",
+        "8",
+        "--repetitions",
+        "4",
+    ]);
+    assert_eq!(place.run("whole", &[]).0, Some(0));
+    assert_eq!(place.emit().0, Some(0));
+    for part in ["3", "1", "3"] {
+        let (code, told) = place.script("part", part);
+        assert_eq!(code, Some(0), "{told}");
+    }
+    assert!(!place.dir("jobs/parts/partition=1/estimate.json").exists(), "a partition has no result");
+    assert!(!place.dir("jobs/look").exists(), "an estimate has no page");
+    assert_eq!(place.script("merge", "").0, Some(0));
+    assert_eq!(place.result("jobs/result/estimate.json"), place.result("whole/estimate.json"));
+    assert_eq!(place.kept("jobs/result").len(), 4, "three were taken, and the lost one ran");
+
+    let whole = place.dir("whole");
+    let (code, told) = place.run("other", &["--seed", "2", "--from", whole.to_str().unwrap()]);
+    assert!(code == Some(2) && told.contains("is of other work: seed: expected 2, got 1"), "{told}");
+    let (code, told) = place.run("none", &["--from", "/nowhere"]);
+    assert!(code == Some(2) && told.contains("name the folder that the same command made with --out DIR"), "{told}");
+    let altered: Vec<String> =
+        place.kept("whole").iter().map(|line| line.replace("\"tried\":8", "\"tried\":9")).collect();
+    let part = place.dir("jobs/parts/partition=1");
+    fs::write(part.join("results.jsonl"), altered.join("\n") + "\n").unwrap();
+    let (code, told) = place.run("whole", &["--from", part.to_str().unwrap()]);
+    assert!(code == Some(3) && told.contains("result 0 came out differently elsewhere"), "{told}");
+    let (code, told) = said(&holdsafe(&[place.words, &["--partition", "1/2"]].concat()));
+    assert!(code == Some(2) && told.contains("--out"), "a partition is kept somewhere: {told}");
+}
+
+/// Uniform drawing, transitions and every sequence up to a length; a strategy that learns is refused.
+#[test]
+fn partitions_of_a_search_equal_one_process() {
+    const WAIVED: [&str; 6] = ["search", "nominal", "--waive", "boundary.freshness", "--budget", "20"];
+    let uniform: &[&str] =
+        &["search", "nominal", "--waive", "boundary.freshness", "--budget", "20", "--strategy", "uniform"];
+    let every: &[&str] = &["search", "nominal", "--attack-space", "processes", "--exhaust", "1"];
+    for (words, code) in [(uniform, 3), (every, 0)] {
+        let place = Place::of(words);
+        let whole = place.run("whole", &[]);
+        assert_eq!(whole.0, Some(code), "{}", whole.1);
+        assert_eq!(place.emit().0, Some(0));
+        for part in ["2", "3"] {
+            let (code, told) = place.script("part", part);
+            assert_eq!(code, Some(0), "{told}");
+        }
+        assert_eq!(place.script("merge", "").0, Some(code));
+        assert_eq!(place.result("jobs/result/result.json"), place.result("whole/result.json"), "{words:?}");
+        let tried = place.kept("jobs/result").len();
+        assert!(words == every || tried == 20, "{tried}");
+        let parts = ["2", "3"].map(|part| place.kept(&format!("jobs/parts/partition={part}")).len());
+        assert!(parts.iter().all(|n| tried / 3 <= *n && *n <= tried.div_ceil(3)), "{parts:?} of {tried}");
+    }
+    let learning = Place::of(&WAIVED);
+    let (code, told) = learning.emit();
+    assert!(code == Some(2) && told.contains("depends on the results of earlier ones; partitions take"), "{told}");
+    let (code, told) = learning.run("part", &["--partition", "1/2"]);
+    assert!(code == Some(2) && told.contains("depends on the results of earlier ones; partitions take"), "{told}");
+    let (code, told) = learning.run("part", &["--partition", "1/2", "--first"]);
+    assert!(code == Some(2) && told.contains("cannot be used with"), "{told}");
+}
