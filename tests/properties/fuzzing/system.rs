@@ -87,8 +87,7 @@ impl System {
     }
 
     fn failure(&self, cause: &Cause, found: &Found, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> String {
-        let shrunk =
-            self.config.shrink(&found.sequence, test, cause, &self.moments).expect("its subsequences fit too");
+        let shrunk = self.config.shrink(&found.sequence, test, cause, &self.moments).expect("its subsequences fit too");
         let tried = self.config.try_sequence(&shrunk.sequence).expect("it was run before");
         let assertion = assertions::all().find(|a| a.name == cause.broken).expect("one of them");
         let why = (assertion.holds)(&self.facts(&tried)).err().unwrap_or_default();

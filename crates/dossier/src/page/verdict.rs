@@ -53,6 +53,7 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
         div class=(if off + (findings + invalid.len()) as u64 > 0 { "verdict bad" } else { "verdict" }) {
             (recordings(&invalid, dossier.recordings.len()))
             p { strong { (sentence(&places)) } @if !invalid.is_empty() { " " (UNSUPPORTED) } }
+            @for told in under_way(dossier) { p { (told) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
                 p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
@@ -63,6 +64,17 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
         }
         @if !all.is_empty() { (outcomes(&all)) }
     }
+}
+
+/// The campaigns that lack trials.
+fn under_way(dossier: &Dossier) -> impl Iterator<Item = String> {
+    dossier.results.given().iter().filter_map(|given| match &given.found {
+        Found::Campaign(campaign) if !campaign.complete => {
+            let (n, planned) = (campaign.trials, campaign.planned);
+            Some(format!("{}: a campaign under way, {n} of {planned} trials so far.", given.file))
+        }
+        _ => None,
+    })
 }
 
 /// The recordings that are INVALID, and why.

@@ -351,7 +351,7 @@ mod tests {
         let there = Tally { hits: 1, invalid: 0, n: 100 };
         assert_eq!(claim.alone, plan.terms.claim.as_ref().unwrap().look(there, 1));
         let table = campaign_table(&object);
-        assert!(table.contains("open at 100: 1 hits") && table.contains("open for 2; the next looks may"), "{table}");
+        assert!(table.contains("shown for 0 variations, refuted for 0, open for 2; the next looks may"), "{table}");
         let gap = |i: u64| if i < 70 { i } else { i + 1 };
         let (variation, mut fold) = (&plan.variations[0], Fold::default());
         for i in (0..130).map(gap) {
