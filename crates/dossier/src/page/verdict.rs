@@ -68,12 +68,10 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
 
 /// The campaigns that lack trials.
 fn under_way(dossier: &Dossier) -> impl Iterator<Item = String> {
-    dossier.results.given().iter().filter_map(|given| match &given.found {
-        Found::Campaign(campaign) if !campaign.complete => {
-            let (n, planned) = (campaign.trials, campaign.planned);
-            Some(format!("{}: a campaign under way, {n} of {planned} trials so far.", given.file))
-        }
-        _ => None,
+    dossier.results.given().iter().filter_map(|given| {
+        let Found::Campaign(campaign) = &given.found else { return None };
+        let (n, planned) = (campaign.trials, campaign.planned);
+        (!campaign.complete).then(|| format!("{}: a campaign under way, {n} of {planned} trials so far.", given.file))
     })
 }
 
