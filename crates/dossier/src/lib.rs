@@ -40,6 +40,8 @@ pub struct Dossier {
     pub results: reader::Results,
     /// Runs that are told one by one.
     pub stories: Vec<RunSummary>,
+    /// Seconds after which a browser reads the page again.
+    pub renew_s: Option<u32>,
     /// Every recording that was read or lies among the results, whether its run is told or not.
     pub recordings: Vec<Recording>,
 }

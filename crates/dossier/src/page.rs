@@ -23,9 +23,6 @@ pub(crate) const PAPER_LIGHT: &str = "#ffffff";
 /// Background of the page, dark.
 pub(crate) const PAPER_DARK: &str = "#161412";
 
-/// Seconds after which a browser reads the page of a campaign that is under way again.
-const REFRESH_S: u32 = 30;
-
 /// The whole page.
 pub fn page(dossier: &Dossier) -> String {
     let (rules, light, dark) = palette_sheet();
@@ -42,7 +39,7 @@ pub fn page(dossier: &Dossier) -> String {
             head {
                 meta charset="utf-8";
                 meta name="viewport" content="width=device-width, initial-scale=1";
-                @if dossier.results.under_way() { meta http-equiv="refresh" content=(REFRESH_S); }
+                @if let Some(seconds) = dossier.renew_s { meta http-equiv="refresh" content=(seconds); }
                 title { (dossier.title) }
                 style { (PreEscaped(style)) }
             }
@@ -183,7 +180,7 @@ mod tests {
             outcome: Some("NOMINAL".to_owned()),
             invalid: story.flaw.clone(),
         };
-        Dossier { title, version, results, stories: vec![story], recordings: vec![recording] }
+        Dossier { title, version, results, stories: vec![story], recordings: vec![recording], renew_s: None }
     }
 
     #[test]

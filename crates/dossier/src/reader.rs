@@ -151,11 +151,6 @@ impl Results {
         &self.given
     }
 
-    /// True if a campaign among them lacks trials.
-    pub(crate) fn under_way(&self) -> bool {
-        self.given.iter().any(|given| matches!(&given.found, Found::Campaign(campaign) if !campaign.complete))
-    }
-
     /// Names the folders below `scenarios/` that shipped scenarios lie in, each a scenario's name and its folder.
     pub fn lie_in(&mut self, folders: BTreeMap<String, String>) {
         self.folders = folders;

@@ -107,7 +107,7 @@ pub fn scan<T: DeserializeOwned>(
         };
         taken.map_err(|why| {
             let at = format!("{}:{number}: {why}", path.display());
-            Failure::new(Exit::Usage, format!("{at}; remove the file, its trials run again"))
+            Failure::new(Exit::Usage, format!("{at}; remove the file, its results come again"))
         })?;
         end += bytes as u64;
     }

@@ -6,7 +6,6 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
-use std::marker::PhantomData;
 use std::path::Path;
 
 use link::files;
@@ -24,6 +23,9 @@ use super::out;
 const MAX_TERMS_BYTES: u64 = 1 << 20;
 const TERMS: &str = "terms.json";
 const RESULTS: &str = "results.jsonl";
+
+/// Fault of a result that cannot be of this work, in words.
+pub type Check<T> = Box<dyn Fn(&T) -> Result<(), String>>;
 
 /// A result that is the same on every machine but for the time that it took.
 pub trait Timeless: Serialize + DeserializeOwned + PartialEq {
@@ -52,7 +54,6 @@ struct Line<T> {
 }
 
 /// The finished results in one folder, which no other process uses meanwhile.
-#[derive(Debug)]
 pub struct Numbered<T> {
     terms: Value,
     /// Numbers are below it.
@@ -61,15 +62,15 @@ pub struct Numbered<T> {
     index: BTreeMap<u64, At>,
     /// The kernel lets go of it however the process ends.
     _lock: File,
-    _result: PhantomData<T>,
+    check: Check<T>,
 }
 
 impl<T: Timeless> Numbered<T> {
-    /// Those in `directory`, which may be new. `terms` are everything that `of` results depend on.
+    /// Those in `directory`, which may be new. `terms` are everything that `of` results depend on; each that is read passes `check`.
     ///
     /// # Errors
     /// When it holds other work, or another process is at work there.
-    pub fn open(directory: &Path, terms: &impl Serialize, of: u64) -> Result<Self, Failure> {
+    pub fn open(directory: &Path, terms: &impl Serialize, of: u64, check: Check<T>) -> Result<Self, Failure> {
         let terms = serde_json::to_value(terms).map_err(Failure::internal)?;
         fs::create_dir_all(directory)?;
         let lock = lock(directory)?;
@@ -81,10 +82,11 @@ impl<T: Timeless> Numbered<T> {
         }
         let mut index = BTreeMap::new();
         let lines = Lines::open(&directory.join(RESULTS), |at, line: Line<T>| {
+            check(&line.result)?;
             index.insert(below(line.number, of)?, at);
             Ok(())
         })?;
-        Ok(Self { terms, of, lines, index, _lock: lock, _result: PhantomData })
+        Ok(Self { terms, of, lines, index, _lock: lock, check })
     }
 
     /// Copies those of another folder, which stays as it is.
@@ -94,9 +96,16 @@ impl<T: Timeless> Numbered<T> {
     pub fn add(&mut self, directory: &Path) -> Result<(), Failure> {
         same(directory, &self.terms)?;
         let path = directory.join(RESULTS);
+        let file = match files::open(&path) {
+            Ok(file) => file,
+            // It has just begun.
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+            Err(error) => return Err(error.into()),
+        };
         let mut refused = None;
-        let read = scan(&path, files::open(&path)?, |_, line: Line<T>| {
+        let read = scan(&path, file, |_, line: Line<T>| {
             let number = below(line.number, self.of)?;
+            (self.check)(&line.result)?;
             self.take(&path, number, line.result).map_err(|failure| {
                 let told = failure.to_string();
                 refused = Some(failure);
@@ -154,9 +163,12 @@ fn same(directory: &Path, terms: &Value) -> Result<(), Failure> {
     };
     let text = files::read(&path, MAX_TERMS_BYTES).map_err(|e| unusable(e.to_string()))?;
     let there: Value = serde_json::from_slice(&text).map_err(|e| unusable(e.to_string()))?;
+    if there == *terms {
+        return Ok(());
+    }
     let mut keys = terms.as_object().into_iter().flatten();
     let differs = keys.find(|(key, value)| there.get(key.as_str()) != Some(value));
-    let Some((key, value)) = differs else { return Ok(()) };
+    let Some((key, value)) = differs else { return Err(unusable("not the terms of this command".to_owned())) };
     let got = there.get(key.as_str()).map_or_else(|| "nothing".to_owned(), Value::to_string);
     let message = format!("{} is of other work: {key}: expected {value}, got {got}", directory.display());
     Err(Failure::new(Exit::Usage, format!("{message}; keep each in a folder of its own")))
@@ -171,7 +183,12 @@ mod tests {
     }
 
     fn opened(directory: &Path, seed: u64) -> Result<Numbered<Repetition>, Failure> {
-        Numbered::open(directory, &serde_json::json!({ "seed": seed }), 4)
+        let check = |one: &Repetition| if one.stages.is_empty() { Err("without a stage".to_owned()) } else { Ok(()) };
+        Numbered::open(directory, &serde_json::json!({ "seed": seed }), 4, Box::new(check))
+    }
+
+    fn told(result: Result<Numbered<Repetition>, Failure>) -> String {
+        result.err().expect("refused").to_string()
     }
 
     /// Whatever time it took there.
@@ -189,7 +206,7 @@ mod tests {
         let own = opened(ours.path(), 1).expect("the same");
         assert_eq!(own.get(0).expect("readable"), Some(repetition(4, 20)));
         assert_eq!((own.get(2).expect("readable"), own.has(1)), (Some(repetition(3, 10)), false));
-        let told = opened(ours.path(), 1).expect_err("locked").to_string();
+        let told = told(opened(ours.path(), 1));
         assert!(told.contains("another process is at work there"), "{told}");
     }
 
@@ -197,7 +214,7 @@ mod tests {
     fn other_work_and_other_results_are_refused() {
         let [ours, theirs] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
         drop(opened(theirs.path(), 2).expect("new"));
-        let told = opened(theirs.path(), 1).expect_err("other").to_string();
+        let told = told(opened(theirs.path(), 1));
         assert!(told.contains("is of other work: seed: expected 1, got 2"), "{told}");
         let mut own = opened(ours.path(), 2).expect("new");
         own.put(1, repetition(3, 10)).expect("written");
@@ -210,5 +227,10 @@ mod tests {
         fs::write(theirs.path().join(RESULTS), "{\"number\":4,\"result\":{\"stages\":[]}}\n").expect("written");
         let told = own.add(theirs.path()).expect_err("too many").to_string();
         assert!(told.contains("results.jsonl:1: result 4 of 4"), "{told}");
+        fs::write(theirs.path().join(RESULTS), "{\"number\":3,\"result\":{\"stages\":[]}}\n").expect("written");
+        let told = own.add(theirs.path()).expect_err("no result").to_string();
+        assert!(told.contains("results.jsonl:1: without a stage"), "{told}");
+        fs::remove_file(theirs.path().join(RESULTS)).expect("there");
+        own.add(theirs.path()).expect("it has just begun");
     }
 }

@@ -37,14 +37,21 @@ impl Planned {
 
     /// The inputs of its trials' outcome beside program, mode and seed.
     pub fn content(&self) -> Result<Content, Failure> {
-        let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
-        let (scenario, setup) = (&self.variation.scenario, &self.setup);
-        Ok(Content {
-            scenario: hex(&Sha256::digest(serde_json::to_string(scenario).map_err(unwritable)?)),
-            policy: hex(&Sha256::digest(serde_json::to_string(&setup.policy).map_err(unwritable)?)),
-            platform: hex(&Sha256::digest(platform(setup))),
-        })
+        content(&self.variation.scenario, &self.setup)
     }
+}
+
+/// The inputs of a trial's outcome beside program, mode and seed.
+///
+/// # Errors
+/// When one cannot be written; a defect of ours.
+pub fn content(scenario: &Scenario, setup: &Setup) -> Result<Content, Failure> {
+    let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
+    Ok(Content {
+        scenario: hex(&Sha256::digest(serde_json::to_string(scenario).map_err(unwritable)?)),
+        policy: hex(&Sha256::digest(serde_json::to_string(&setup.policy).map_err(unwritable)?)),
+        platform: hex(&Sha256::digest(platform(setup))),
+    })
 }
 
 /// A platform as it was asked for, and its file.
@@ -209,8 +216,12 @@ fn platform(setup: &Setup) -> String {
         Some(brought) => format!("{words} {} {:?}", brought.model.sha256, brought.head),
         None => words,
     };
-    match &setup.guest {
+    let words = match &setup.guest {
         Some(guest) => format!("{words} {} {:?}", guest.conduct.name(), guest.program.digests),
+        None => words,
+    };
+    match &setup.misset {
+        Some(misset) => format!("{words} misset {misset:?}"),
         None => words,
     }
 }

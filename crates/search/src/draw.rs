@@ -59,7 +59,7 @@ impl Strategy {
         [Strategy::Uniform, Strategy::Transitions, Strategy::Guided, Strategy::Novelty, Strategy::Distance];
 
     /// True if a sequence depends on the results of earlier ones.
-    pub(super) fn learns(self) -> bool {
+    pub fn learns(self) -> bool {
         match self {
             Strategy::Uniform | Strategy::Transitions => false,
             Strategy::Guided | Strategy::Novelty | Strategy::Distance => true,

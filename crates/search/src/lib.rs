@@ -27,7 +27,7 @@ mod vary;
 pub use coverage::Coverage;
 pub use draw::Strategy;
 pub use moments::Moments;
-pub use run::{Counted, Found, NearestRow, RunConfig, RunResult, SearchRow};
+pub use run::{Counted, Found, NearestRow, ROUND, RunConfig, RunResult, SearchRow};
 pub use sample::{Drawn, Stratum};
 pub use sequence::{Action, AttackSequence};
 pub use shrink::{Margin, Shrunk};

@@ -16,8 +16,8 @@ use super::moments::Moments;
 use super::sequence::AttackSequence;
 use super::tried::{Cause, SearchConfig, Test, Tried};
 
-/// Sequences drawn at a time.
-const ROUND: u64 = 16;
+/// Sequences drawn, and tried, at a time.
+pub const ROUND: u64 = 16;
 
 /// Parameters of a search run, and its length.
 #[derive(Clone, Copy, Debug)]
@@ -165,11 +165,11 @@ impl SearchConfig {
         Ok((drawer, RunResult { covered: nominal.coverage, cpu_seconds, ..RunResult::default() }))
     }
 
-    /// Tries every one of `sequences`, which are few enough to be kept together.
+    /// Tries every one of `sequences`, at most a few [`ROUND`]s, since all their coverage is in memory.
     ///
     /// # Errors
     /// As [`SearchConfig::search`].
-    pub fn count(
+    pub fn try_each(
         &self,
         sequences: &[AttackSequence],
         test: Test<'_>,

@@ -85,5 +85,9 @@ fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
 fn looked(campaign: &CampaignObject, claim: &ClaimRow, judged: Judged, n: u64) -> String {
     let claimed = campaign.terms.claim.as_ref().map(ToString::to_string).unwrap_or_default();
     let at = claim.looked_at.unwrap_or(n);
-    format!("{claimed} {} at {at} trials: below {}", judged.verdict.name(), percent(judged.upper))
+    format!(
+        "looked at often; {claimed}: {} at {at} trials, its rate at most {}",
+        judged.verdict.name(),
+        percent(judged.upper)
+    )
 }

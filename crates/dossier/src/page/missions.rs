@@ -62,7 +62,8 @@ mod tests {
             let mut results = Results::default();
             results.read("run.json", run.to_string().as_bytes()).expect("a run");
             let (title, version) = ("t".to_owned(), "0".to_owned());
-            section(&Dossier { title, version, results, stories: Vec::new(), recordings: Vec::new() }).into_string()
+            section(&Dossier { title, version, results, stories: Vec::new(), recordings: Vec::new(), renew_s: None })
+                .into_string()
         };
         let mut run = golden("run");
         let with = page(&run);

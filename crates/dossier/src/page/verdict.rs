@@ -53,7 +53,7 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
         div class=(if off + (findings + invalid.len()) as u64 > 0 { "verdict bad" } else { "verdict" }) {
             (recordings(&invalid, dossier.recordings.len()))
             p { strong { (sentence(&places)) } @if !invalid.is_empty() { " " (UNSUPPORTED) } }
-            @for told in under_way(dossier) { p { (told) } }
+            @for told in incomplete(dossier) { p { (told) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
                 p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
@@ -67,11 +67,12 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
 }
 
 /// The campaigns that lack trials.
-fn under_way(dossier: &Dossier) -> impl Iterator<Item = String> {
+fn incomplete(dossier: &Dossier) -> impl Iterator<Item = String> {
     dossier.results.given().iter().filter_map(|given| {
         let Found::Campaign(campaign) = &given.found else { return None };
         let (n, planned) = (campaign.trials, campaign.planned);
-        (!campaign.complete).then(|| format!("{}: a campaign under way, {n} of {planned} trials so far.", given.file))
+        let of = if campaign.terms.sequential { "trials up to the next look" } else { "trials" };
+        (!campaign.complete).then(|| format!("{} is incomplete: {n} of {planned} {of}.", given.file))
     })
 }
 

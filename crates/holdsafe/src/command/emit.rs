@@ -23,6 +23,8 @@ use runner::{Context, out, quoted};
 use self::jobs::{Engine, Jobs};
 use super::{ablate, campaign, estimate, matrix, search};
 
+/// Seconds after which a browser reads the page of a campaign so far again.
+const RENEW_S: u32 = 30;
 /// Jobs of one command; Slurm takes arrays up to 1,001 as it comes.
 const MAX_PARTITIONS: u64 = 1_000;
 
@@ -62,7 +64,7 @@ enum Work {
 
 /// A command's share in its jobs.
 pub(super) struct Shares {
-    /// Pieces of work that no partition splits, and their name.
+    /// Pieces of work that no partition splits, and their name in the plural.
     pub(super) pieces: u64,
     pub(super) of: &'static str,
     /// Threads that the user asks for.
@@ -87,7 +89,7 @@ struct Emitted<'a> {
     jobs: u64,
     /// Pieces of work of the largest.
     most: u64,
-    /// A piece of work: trials or attacks.
+    /// Name of these pieces.
     of: &'a str,
     /// Command that starts them.
     start: &'a str,
@@ -122,7 +124,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     script(&dir, "part", &part_script(&jobs, &command, &work.options(&shares, &jobs))?)?;
     script(&dir, "merge", &work.merge_script(&jobs, &command, shares.rounds.then_some(&start))?)?;
     if matches!(work, Work::Campaign(_)) {
-        script(&dir, "look", &look_script(&jobs)?)?;
+        script(&dir, "look", &look_script(context, &jobs)?)?;
     }
     let most = shares.pieces.div_ceil(args.partitions);
     if context.json {
@@ -134,13 +136,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// Says where the trials of a partition are.
+/// Says where the results of a partition are.
 pub(super) fn tell_kept(context: &Context, directory: &Path) -> Result<(), Failure> {
     if context.json {
         return out::print_json("partition", &PartitionKept { schema_version: SCHEMA_VERSION, directory });
     }
     let folder = quoted(&directory.to_string_lossy());
-    out::say(format_args!("its trials are kept; to put the parts together: the same command with --from {folder}"));
+    out::say(format_args!("its results are kept; to put the parts together: the same command with --from {folder}"));
     Ok(())
 }
 
@@ -223,13 +225,16 @@ fn part_script(jobs: &Jobs, command: &str, options: &str) -> Result<String, Fail
 }
 
 /// The trials that are there now, merged apart from the result, and the page of them. It may run at any time.
-fn look_script(jobs: &Jobs) -> Result<String, Failure> {
+fn look_script(context: &Context, jobs: &Jobs) -> Result<String, Failure> {
     let (dir, program, here) = (quoted(&jobs.dir), program()?, here()?);
+    let root = quoted(utf8(&context.root()?.canonicalize()?)?);
     Ok(format!(
-        "#!/bin/sh\n# The campaign so far: result and page in so-far/. Again and again: watch -n 60 {dir}/look\n\
-         cd {here} || exit 5\n{program} campaign merge {dir}/parts/* --out {dir}/so-far\ncode=$?\n\
+        "#!/bin/sh\n# The campaign so far: result and page in so-far/.\ncd {here} || exit 5\nset --\n\
+         for part in {dir}/parts/*; do\n    test ! -f \"$part/plan.json\" || set -- \"$@\" \"$part\"\ndone\n\
+         test $# -gt 0 || {{ echo 'no partition has begun'; exit 0; }}\n\
+         {program} --quiet campaign merge \"$@\" --out {dir}/so-far\ncode=$?\n\
          test $code -eq 0 -o $code -eq 3 -o $code -eq 4 || exit $code\n\
-         exec {program} report {dir}/so-far --out {dir}/so-far/report.html\n"
+         exec {program} --root {root} --quiet report {dir}/so-far --renew {RENEW_S} --out {dir}/so-far/report.html\n"
     ))
 }
 

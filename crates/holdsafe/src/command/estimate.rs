@@ -51,8 +51,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
     /// Threads [default: one a core]. The estimate does not depend on it.
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
-    jobs: Option<u16>,
+    #[arg(long, value_name = "J", value_parser = runner::batch::jobs)]
+    jobs: Option<usize>,
     /// Run and keep only every N-th repetition, from the i-th on; the same command with --from puts the parts together.
     #[arg(long, value_name = "i/N", requires = "out", conflicts_with = "from")]
     partition: Option<Partition>,
@@ -70,7 +70,13 @@ impl Args {
         question(context, self)?;
         plan(context, self)?;
         let set = self.partition.is_some() || !self.from.is_empty() || self.out.is_some();
-        Ok(Shares { pieces: self.repetitions, of: "repetitions", threads: self.jobs, set, rounds: false })
+        Ok(Shares {
+            pieces: self.repetitions,
+            of: "repetitions",
+            threads: self.jobs.map(|jobs| jobs as u16),
+            set,
+            rounds: false,
+        })
     }
 }
 
@@ -122,7 +128,11 @@ fn kept(context: &Context, args: &Args, planned: &Planned, directory: &Path) -> 
     let Args { event, levels, trials, repetitions, .. } = args;
     let (program, content, seed) = (context.program, planned.content()?, context.seed);
     let terms = Terms { program, content, event: *event, levels, trials: *trials, repetitions: *repetitions, seed };
-    let mut kept = Numbered::open(directory, &terms, *repetitions)?;
+    let (stages, trials) = (plan(context, args)?.levels.len(), *trials);
+    let check = move |one: &Repetition| {
+        if one.is_of(stages, trials) { Ok(()) } else { Err("no repetition of this estimate".to_owned()) }
+    };
+    let mut kept = Numbered::open(directory, &terms, *repetitions, Box::new(check))?;
     args.from.iter().try_for_each(|from| kept.add(from))?;
     Ok(kept)
 }
@@ -140,7 +150,7 @@ fn all(
     let missing = wanted.iter().filter(|number| kept.as_ref().is_none_or(|kept| !kept.has(**number))).count();
     let total = plan.levels.len() as u64 * plan.trials * missing as u64;
     let progress = Progress::new("trials", total as usize, context.talk);
-    let threads = args.jobs.map_or_else(parallel::cores, usize::from);
+    let threads = args.jobs.unwrap_or_else(parallel::cores);
     let mut all = Vec::new();
     for number in wanted {
         if let Some(known) = kept.as_ref().map(|kept| kept.get(number)).transpose()?.flatten() {

@@ -3,31 +3,26 @@
 //!
 //! With `--exhaust K` every sequence of up to K actions over a small part of the attack space, in place of a search.
 
+mod listed;
+
 use std::path::{Path, PathBuf};
 
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
-use perception::model::hex_digest;
 use results::campaign::partition::Partition;
 use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
 use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
-use runner::numbered::Numbered;
 use runner::plan::Wanted;
-use runner::search_config::{Asked, MOST_SEQUENCES, stopped_or_unfit, unfit};
+use runner::search_config::{Asked, stopped_or_unfit, unfit};
 use runner::{Context, engine, out};
 use scenario::{Name, Setup};
-use search::{
-    AttackSequence, Cause, Counted, Found, Moments, RunConfig, RunResult, SearchConfig, Shrunk, Strategy, ends_in,
-};
-use serde::Serialize;
+use search::{AttackSequence, Cause, Found, Moments, RunConfig, RunResult, SearchConfig, Shrunk, Strategy, ends_in};
 
+use self::listed::Listed;
 use super::emit::{Shares, tell_kept};
-
-/// Sequences that are tried and kept together.
-const ROUND: usize = 16;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -57,8 +52,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     draws: u64,
     /// Threads [default: one a core]. The findings do not depend on it.
-    #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
-    jobs: Option<u16>,
+    #[arg(long, value_name = "J", value_parser = runner::batch::jobs)]
+    jobs: Option<usize>,
     /// With rendered sensors and the detector; frames that a sequence does not reach are not rendered again.
     #[arg(long)]
     rendered: bool,
@@ -91,10 +86,14 @@ pub(super) struct Args {
 impl Args {
     /// Its pieces of work for partitions.
     pub(super) fn shares(&self, context: &Context) -> Result<Shares, Failure> {
-        let config = self.config(context)?;
-        let listed = listed(self, &config)?.ok_or_else(learns)?;
+        if self.first {
+            let message =
+                "behind `--`: a search that ends with its first finding does not come in partitions; leave --first out";
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        let listed = Listed::of(self, &self.config(context)?)?.ok_or_else(listed::learns)?;
         let set = self.partition.is_some() || !self.from.is_empty() || self.out.is_some();
-        let (pieces, of, threads) = (listed.sequences.len() as u64, "sequences", self.jobs);
+        let (pieces, of, threads) = (listed.sequences.len() as u64, "sequences", self.jobs.map(|jobs| jobs as u16));
         Ok(Shares { pieces, of, threads, set, rounds: false })
     }
 
@@ -106,27 +105,39 @@ impl Args {
     }
 
     fn threads(&self) -> usize {
-        self.jobs.map_or_else(parallel::cores, usize::from)
+        self.jobs.unwrap_or_else(parallel::cores)
+    }
+
+    fn run(&self) -> RunConfig {
+        RunConfig { strategy: self.strategy, seed: self.draws, budget: self.budget, first: self.first }
     }
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let config = args.config(context)?;
     let parted = args.partition.is_some() || !args.from.is_empty();
-    let listed = if parted || args.exhaust.is_some() { listed(args, &config)? } else { None };
+    let listed = if parted || args.exhaust.is_some() { Listed::of(args, &config)? } else { None };
     if parted && listed.is_none() {
-        return Err(learns());
+        return Err(listed::learns());
     }
-    let dir = out::directory(&context.root()?, args.out.as_deref(), "search")?;
-    let result = match listed {
-        Some(listed) => count(context, args, &config, &dir, listed)?,
-        None => draw_and_try(context, args, &config)?,
+    let directory = || out::directory(&context.root()?, args.out.as_deref(), "search");
+    let (dir, result) = match listed {
+        Some(listed) => {
+            let dir = directory()?;
+            let kept = listed.try_missing(context, args, &config, &dir)?;
+            if args.partition.is_some() {
+                tell_kept(context, &dir)?;
+                return Ok(Exit::Fine);
+            }
+            (dir, listed.result(&kept, args, &config)?)
+        }
+        None => {
+            let result = draw_and_try(context, args, &config)?;
+            (directory()?, result)
+        }
     };
-    if args.partition.is_some() {
-        tell_kept(context, &dir)?;
-        return Ok(Exit::Fine);
-    }
-    let moments = moments(&config)?;
+    let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
+    let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     if !args.waive.is_empty() {
         out::write_text(&dir, POLICY_FILE, &policy_text(&config)?)?;
     }
@@ -166,129 +177,6 @@ fn draw_and_try(context: &Context, args: &Args, config: &SearchConfig) -> Result
     let result = config.search(args.run(), &ends_in(&args.find), args.threads(), &progress, &context.stop);
     progress.finish();
     result.map_err(|why| stopped_or_unfit(context, why))
-}
-
-impl Args {
-    fn run(&self) -> RunConfig {
-        RunConfig { strategy: self.strategy, seed: self.draws, budget: self.budget, first: self.first }
-    }
-}
-
-/// Sequences that are known before the first is tried.
-struct Listed {
-    sequences: Vec<AttackSequence>,
-    /// The result before any of them.
-    result: RunResult,
-}
-
-fn moments(config: &SearchConfig) -> Result<Moments, Failure> {
-    let nominal = config.try_sequence(&AttackSequence::default()).map_err(unfit)?;
-    Ok(Moments::of(&nominal, &config.space, &config.setup.bounds))
-}
-
-/// Those of `--exhaust`, or of a strategy that does not learn; `None` for one that does.
-fn listed(args: &Args, config: &SearchConfig) -> Result<Option<Listed>, Failure> {
-    if let Some(longest) = args.exhaust {
-        let sequences = exhaustive(config, longest as usize)?;
-        return Ok(Some(Listed { sequences, result: RunResult::default() }));
-    }
-    if args.budget > MOST_SEQUENCES as u64 {
-        let message = format!("{} trials in partitions, at most {MOST_SEQUENCES} are taken", args.budget);
-        return Err(Failure::new(Exit::Usage, message));
-    }
-    let listed = config.listed(args.run()).map_err(unfit)?;
-    Ok(listed.map(|(sequences, result)| Listed { sequences, result }))
-}
-
-fn learns() -> Failure {
-    let message = "each sequence of a strategy that learns depends on the results of earlier ones; partitions take --strategy uniform or \
-                   transitions, or --exhaust K";
-    Failure::new(Exit::Usage, message)
-}
-
-/// Every sequence of up to so many actions over the small part of the attack space.
-fn exhaustive(config: &SearchConfig, longest: usize) -> Result<Vec<AttackSequence>, Failure> {
-    let moments = moments(config)?;
-    // The longest are the most: their number is checked before any are made.
-    let mut sequences = Vec::new();
-    for k in (1..=longest).rev() {
-        let more = config.sequences(k, &moments, MOST_SEQUENCES).ok_or_else(|| {
-            Failure::new(
-                Exit::Usage,
-                format!("more than {MOST_SEQUENCES} sequences of {k} actions; exhaust fewer actions"),
-            )
-        })?;
-        sequences.push(more);
-    }
-    Ok(sequences.into_iter().rev().flatten().collect())
-}
-
-/// Everything that the result of a listed sequence depends on.
-#[derive(Serialize)]
-struct Terms<'a> {
-    /// SHA-256 over the sources of the program.
-    program: &'a str,
-    scenario: String,
-    setup: String,
-    seed: u64,
-    space: String,
-    find: &'a [Outcome],
-    exhaust: Option<u32>,
-    strategy: Strategy,
-    draws: u64,
-    budget: u64,
-}
-
-impl<'a> Terms<'a> {
-    fn of(context: &'a Context, args: &'a Args, config: &SearchConfig) -> Result<Self, Failure> {
-        let digest = |text: Result<String, serde_json::Error>| {
-            Ok::<_, Failure>(hex_digest(text.map_err(Failure::internal)?.as_bytes()))
-        };
-        let setup = &config.setup;
-        Ok(Self {
-            program: context.program,
-            scenario: digest(serde_json::to_string(&config.scenario))?,
-            setup: digest(serde_json::to_string(&(&setup.policy, &setup.bounds, &setup.platform, setup.rendered)))?,
-            seed: config.seed,
-            space: digest(serde_json::to_string(&config.space))?,
-            find: &args.find,
-            exhaust: args.exhaust,
-            strategy: args.strategy,
-            draws: args.draws,
-            budget: args.budget,
-        })
-    }
-}
-
-/// Tries this partition's sequences that are not in `dir` yet, and counts all that are there.
-fn count(
-    context: &Context,
-    args: &Args,
-    config: &SearchConfig,
-    dir: &Path,
-    Listed { sequences, mut result }: Listed,
-) -> Result<RunResult, Failure> {
-    let mut kept = Numbered::<Counted>::open(dir, &Terms::of(context, args, config)?, sequences.len() as u64)?;
-    args.from.iter().try_for_each(|from| kept.add(from))?;
-    let mine = |number: &u64| args.partition.is_none_or(|partition| partition.holds(*number));
-    let missing: Vec<u64> = (0..sequences.len() as u64).filter(|n| mine(n) && !kept.has(*n)).collect();
-    let progress = Progress::new("search", missing.len(), context.talk);
-    for round in missing.chunks(ROUND) {
-        let tried: Vec<AttackSequence> = round.iter().map(|n| sequences[*n as usize].clone()).collect();
-        let counted = config.count(&tried, &ends_in(&args.find), args.threads(), &progress, &context.stop);
-        let counted = counted.map_err(|why| match context.stop.asked() {
-            true => Failure::new(Exit::Interrupted, format!("stopped; what was tried is kept in {}", dir.display())),
-            false => unfit(why),
-        })?;
-        round.iter().zip(counted).try_for_each(|(number, one)| kept.put(*number, one))?;
-    }
-    progress.finish();
-    for (number, sequence) in (0..).zip(&sequences) {
-        if let Some(counted) = kept.get(number)? {
-            result.take(sequence, counted);
-        }
-    }
-    Ok(result)
 }
 
 /// A finding: its file, and the checks that would have stopped it.

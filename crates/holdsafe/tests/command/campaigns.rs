@@ -123,15 +123,22 @@ fn jobs_of_an_engine_equal_one_process() {
         command.arg(argument).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };
+    let told = script("look", "").output().unwrap();
+    assert_eq!((told.status.code(), &told.stdout[..]), (Some(0), &b"no partition has begun\n"[..]));
+    let planned = Command::new("make")
+        .arg("-n")
+        .current_dir(place.dir("it's make"))
+        .output()
+        .expect("GNU make, which this test needs");
+    let planned = String::from_utf8(planned.stdout).unwrap();
+    let steps: Vec<&str> = planned.lines().filter(|line| line.starts_with("./")).collect();
+    assert_eq!(steps, ["./part 1", "./part 2", "./part 3", "./merge"], "{planned}");
     let killed = script("part", "2").spawn().unwrap();
     end_midway(killed, &place.dir("it's make").join("parts/partition=2"), Signal::SIGKILL);
     let look = script("look", "").output().unwrap();
     assert_eq!(look.status.code(), Some(0), "{}", String::from_utf8_lossy(&look.stderr));
     let page = fs::read_to_string(place.dir("it's make/so-far/report.html")).unwrap();
-    assert!(
-        page.contains("http-equiv=\"refresh\"") && page.contains("none yet: "),
-        "it is renewed while trials are missing"
-    );
+    assert!(["http-equiv=\"refresh\"", "none yet: ", " is incomplete: "].iter().all(|part| page.contains(part)));
     for part in ["3", "1", "2", "1"] {
         let output = script("part", part).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -164,6 +171,8 @@ fn rounds_of_a_sequential_campaign_equal_one_process() {
         }
         rounds += 1;
     }
+    let rows = |dir: &str| serde_json::from_str::<Value>(&place.result(dir).0).unwrap()["trials"].as_u64().unwrap();
+    assert!(rows("1of2") + rows("2of2") >= rows("whole"), "a partition has all of its trials in its table");
     assert!((2..5).contains(&rounds), "{rounds} rounds for {} trials", whole["trials"]);
     assert_eq!(place.result("merged"), place.result("whole"));
 }

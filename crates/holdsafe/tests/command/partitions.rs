@@ -92,23 +92,29 @@ fn partitions_of_an_estimate_equal_one_process() {
     let (code, told) = place.run("none", &["--from", "/nowhere"]);
     assert!(code == Some(2) && told.contains("name the folder that the same command made with --out DIR"), "{told}");
     let altered: Vec<String> =
-        place.kept("whole").iter().map(|line| line.replace("\"tried\":8", "\"tried\":9")).collect();
+        place.kept("whole").iter().map(|line| line.replacen("\"spent\":", "\"spent\":1", 1)).collect();
     let part = place.dir("jobs/parts/partition=1");
     fs::write(part.join("results.jsonl"), altered.join("\n") + "\n").unwrap();
     let (code, told) = place.run("whole", &["--from", part.to_str().unwrap()]);
     assert!(code == Some(3) && told.contains("result 0 came out differently elsewhere"), "{told}");
+    let impossible = place.kept("whole").join("\n").replace("\"tried\":8", "\"tried\":18446744073709551615");
+    fs::write(part.join("results.jsonl"), impossible + "\n").unwrap();
+    let (code, told) = place.run("fresh", &["--from", part.to_str().unwrap()]);
+    assert!(code == Some(2) && told.contains("results.jsonl:1: no repetition of this estimate"), "{told}");
     let (code, told) = said(&holdsafe(&[place.words, &["--partition", "1/2"]].concat()));
     assert!(code == Some(2) && told.contains("--out"), "a partition is kept somewhere: {told}");
 }
 
-/// Uniform drawing, transitions and every sequence up to a length; a strategy that learns is refused.
+/// Two strategies and every sequence up to a length; a strategy that learns is refused.
 #[test]
 fn partitions_of_a_search_equal_one_process() {
     const WAIVED: [&str; 6] = ["search", "nominal", "--waive", "boundary.freshness", "--budget", "20"];
     let uniform: &[&str] =
         &["search", "nominal", "--waive", "boundary.freshness", "--budget", "20", "--strategy", "uniform"];
     let every: &[&str] = &["search", "nominal", "--attack-space", "processes", "--exhaust", "1"];
-    for (words, code) in [(uniform, 3), (every, 0)] {
+    let transitions: &[&str] =
+        &["search", "nominal", "--waive", "guards.lease", "--budget", "20", "--strategy", "transitions"];
+    for (words, code) in [(uniform, 3), (transitions, 3), (every, 0)] {
         let place = Place::of(words);
         let whole = place.run("whole", &[]);
         assert_eq!(whole.0, Some(code), "{}", whole.1);
@@ -129,6 +135,9 @@ fn partitions_of_a_search_equal_one_process() {
     assert!(code == Some(2) && told.contains("depends on the results of earlier ones; partitions take"), "{told}");
     let (code, told) = learning.run("part", &["--partition", "1/2"]);
     assert!(code == Some(2) && told.contains("depends on the results of earlier ones; partitions take"), "{told}");
+    let first = Place::of(&["search", "nominal", "--strategy", "uniform", "--first"]);
+    let (code, told) = first.emit();
+    assert!(code == Some(2) && told.contains("leave --first out") && !first.dir("jobs").exists(), "{told}");
     let (code, told) = learning.run("part", &["--partition", "1/2", "--first"]);
     assert!(code == Some(2) && told.contains("cannot be used with"), "{told}");
 }

@@ -14,7 +14,7 @@ use runner::failure::{Exit, Failure};
 use runner::out;
 use runner::search_config::{MOST_SEQUENCES, stopped_or_unfit, unfit};
 use scenario::Weakness;
-use search::{AttackSequence, Cause, Found, Moments, Shrunk, Strategy};
+use search::{AttackSequence, Cause, Found, Moments, ROUND, Shrunk, Strategy};
 
 pub(super) fn run(bench: &Bench<'_>, weaknesses: &[Weakness], seeds: u64) -> Result<Exit, Failure> {
     let progress = Progress::new("findings shrunk", weaknesses.len() * seeds as usize, bench.context.talk);
@@ -61,9 +61,6 @@ fn minima(bench: &Bench<'_>, sought: &Sought, seeds: u64, progress: &Progress) -
     by_cause.into_iter().map(row).collect()
 }
 
-/// Sequences tried at a time.
-const ROUND: usize = 16;
-
 /// The fewest actions, below `below`, of a sequence with this cause.
 fn fewest(
     bench: &Bench<'_>,
@@ -77,8 +74,8 @@ fn fewest(
         let too_many = || Failure::new(Exit::Usage, format!("more than {MOST_SEQUENCES} sequences of {k} actions"));
         let sequences = sought.config.sequences(k, moments, MOST_SEQUENCES).ok_or_else(too_many)?;
         let stop = &bench.context.stop;
-        for round in sequences.chunks(ROUND) {
-            let counted = sought.config.count(round, &sought.test(), bench.threads, &untold, stop);
+        for round in sequences.chunks(ROUND as usize) {
+            let counted = sought.config.try_each(round, &sought.test(), bench.threads, &untold, stop);
             let counted = counted.map_err(|why| stopped_or_unfit(bench.context, why))?;
             if counted.iter().any(|one| one.cause.as_ref() == Some(cause)) {
                 return Ok(Some(k));

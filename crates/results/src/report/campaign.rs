@@ -125,8 +125,8 @@ pub struct RateBounds {
 /// Verdict on the claim in one variation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClaimRow {
-    /// In a sequential campaign with missing trials: the trials up to the last complete look, on which the verdict rests. Absent where it
-    /// rests on all.
+    /// In a sequential campaign with missing trials: the trials up to the last complete look, on which the bounds rest. The verdict there is
+    /// that the claim is open, or no trial would be missing. Absent where they rest on all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub looked_at: Option<u64>,
     /// Trials of the classes that it names.
@@ -351,7 +351,7 @@ mod tests {
         let there = Tally { hits: 1, invalid: 0, n: 100 };
         assert_eq!(claim.alone, plan.terms.claim.as_ref().unwrap().look(there, 1));
         let table = campaign_table(&object);
-        assert!(table.contains("shown for 0 variations, refuted for 0, open for 2; the next looks may"), "{table}");
+        assert!(table.contains("of 2 variations: shown for 0, refuted for 0, open at the last look for 2"), "{table}");
         let gap = |i: u64| if i < 70 { i } else { i + 1 };
         let (variation, mut fold) = (&plan.variations[0], Fold::default());
         for i in (0..130).map(gap) {

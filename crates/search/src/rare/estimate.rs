@@ -75,6 +75,17 @@ pub struct Repetition {
 }
 
 impl Repetition {
+    /// True if it can be one of an estimate with so many stages and trials of each.
+    pub fn is_of(&self, stages: usize, trials: u64) -> bool {
+        let Some((last, before)) = self.stages.split_last() else { return false };
+        let sound = |stage: &Stage| stage.tried == trials && stage.reached <= trials;
+        let ended = self.stages.len() == stages || last.reached == 0;
+        self.stages.len() <= stages
+            && ended
+            && sound(last)
+            && before.iter().all(|stage| sound(stage) && stage.reached > 0)
+    }
+
     /// The estimated probability.
     pub fn estimate(&self) -> f64 {
         self.stages.iter().map(|stage| stage.reached as f64 / stage.tried.max(1) as f64).product()
@@ -278,6 +289,19 @@ mod tests {
         };
         assert_eq!(rows(7, 1), rows(7, 3));
         assert_ne!(rows(7, 1), rows(8, 1));
+    }
+
+    #[test]
+    fn impossible_repetition_is_told() {
+        let of = |reached: &[u64]| {
+            let stage = |reached: &u64| Stage { tried: 8, reached: *reached, ..Stage::default() };
+            Repetition { stages: reached.iter().map(stage).collect() }
+        };
+        assert!(of(&[8, 3, 1]).is_of(3, 8) && of(&[8, 0]).is_of(3, 8) && of(&[8, 3, 0]).is_of(3, 8));
+        for wrong in [&[][..], &[8, 3], &[9, 3, 1], &[8, 0, 1], &[1, 1, 1, 1]] {
+            assert!(!of(wrong).is_of(3, 8), "{wrong:?}");
+        }
+        assert!(!of(&[8, 3, 1]).is_of(3, 9));
     }
 
     #[test]

@@ -5,6 +5,8 @@
 
 use std::path::PathBuf;
 
+use results::campaign::partition::Partition;
+
 use super::journal::{Journal, each_row, read_plan, same};
 use super::run::{conclude, exit, tell};
 use runner::failure::{Exit, Failure};
@@ -35,7 +37,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             each_row(part, &plan, |row| journal.add(&plan, &row))?;
         }
     }
-    let merged = conclude(&dir, &plan, &journal)?;
+    let merged = conclude(&dir, &plan, &journal, Partition::WHOLE)?;
     tell(context, &dir, &merged)?;
     if !merged.complete {
         link::note!(

@@ -98,7 +98,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Exit::Interrupted => stopped(&dir, &plan, &journal),
         Exit::Fine | Exit::Internal | Exit::Usage | Exit::Unexpected | Exit::NoEvidence | Exit::Environment => failure,
     })?;
-    let campaign = conclude(&dir, &plan, &journal)?;
+    let campaign = conclude(&dir, &plan, &journal, partition)?;
     tell(context, &dir, &campaign)?;
     Ok(exit(&campaign, partition.is_whole()))
 }
@@ -184,15 +184,22 @@ fn stopped(dir: &Path, plan: &Plan, journal: &Journal) -> Failure {
     Failure::new(Exit::Interrupted, format!("{message}\n{resume}"))
 }
 
-/// Folds the journal's trials into the folder's `campaign.json` and `trials.parquet`.
-pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<CampaignObject, Failure> {
+/// Folds the journal's trials into the folder's `campaign.json` and `trials.parquet`: those that count, and of a partition, which cannot know
+/// which count, all.
+pub(super) fn conclude(
+    dir: &Path,
+    plan: &Plan,
+    journal: &Journal,
+    partition: Partition,
+) -> Result<CampaignObject, Failure> {
     let broken = |e: TableError| Failure::new(Exit::Environment, e.to_string());
     let mut table = TrialTable::new(File::create(dir.join("trials.parquet.new"))?, plan).map_err(broken)?;
     let mut digest = Sha256::new_with_prefix("holdsafe campaign\n");
     digest.update(plan.digest());
     let mut rows = Vec::new();
     for (v, variation) in plan.variations.iter().enumerate() {
-        let wanted = plan.wanted(v, |number| journal.outcome(number));
+        let counts = partition.is_whole().then(|| plan.wanted(v, |number| journal.outcome(number)));
+        let wanted = counts.unwrap_or(plan.terms.trials);
         let mut fold = Fold::default();
         for i in 0..wanted {
             let Some(row) = journal.row(plan.number(v, i))? else { continue };

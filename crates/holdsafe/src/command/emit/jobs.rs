@@ -54,9 +54,9 @@ impl Jobs {
     fn makefile(&self) -> String {
         let Jobs { partitions: n, result, .. } = self;
         format!(
-            "parts := $(shell seq 1 {n})\n\n\
-             result/{result}: $(parts:%=parts/partition=%/done)\n\t./merge\n\n\
-             parts/partition=%/done:\n\t./part $*\n\ttouch $@\n"
+            "parts := $(shell seq 1 {n})\n# In the target of a rule this sign would make it an assignment.\neq := =\n\n\
+             result/{result}: $(parts:%=parts/partition$(eq)%/done)\n\t./merge\n\n\
+             parts/partition$(eq)%/done:\n\t./part $*\n\ttouch $@\n"
         )
     }
 

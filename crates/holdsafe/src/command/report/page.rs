@@ -35,6 +35,9 @@ pub(super) struct PageOptions {
     /// Title of the page [default: Does trust decay safely?].
     #[arg(long)]
     title: Option<String>,
+    /// A browser reads the page again after so many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    renew: Option<u32>,
     /// Every figure as SVG (and as PDF, in a build with `--features pdf`), its numbers as CSV and LaTeX, and its caption, into this folder.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
@@ -59,7 +62,7 @@ impl PageOptions {
     /// True if any of them is given.
     pub(super) fn given(&self) -> bool {
         let files = [&self.figures, &self.junit, &self.sarif, &self.navigator, &self.evaluation, &self.sbom];
-        self.title.is_some() || files.into_iter().any(Option::is_some)
+        self.title.is_some() || self.renew.is_some() || files.into_iter().any(Option::is_some)
     }
 }
 
@@ -170,6 +173,7 @@ fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
             results,
             stories,
             recordings,
+            renew_s: args.page.renew,
         },
         checked,
     ))

@@ -68,10 +68,9 @@ fn claim(row: &ClaimRow) -> String {
 fn looks(campaign: &CampaignObject) -> String {
     let Some(claim) = campaign.terms.claim.as_ref().filter(|_| campaign.terms.sequential) else { return String::new() };
     let Claims { shown, refuted, open, .. } = Claims::of(&campaign.rows);
-    let none = campaign.rows.len() - shown - refuted - open;
+    let n = campaign.rows.len();
     format!(
-        "claim {claim} at the last complete looks: shown for {shown} variations, refuted for {refuted}, open for {open}; the next looks may \
-         decide those, and {none} have had none\n"
+        "claim {claim} of {n} variations: shown for {shown}, refuted for {refuted}, open at the last look for {open}\n"
     )
 }
 
