@@ -123,7 +123,7 @@ fn jobs_of_an_engine_equal_one_process() {
         command.arg(argument).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     };
-    let told = script("look", "").output().unwrap();
+    let told = script("look", "").stdout(Stdio::piped()).output().unwrap();
     assert_eq!((told.status.code(), &told.stdout[..]), (Some(0), &b"no partition has begun\n"[..]));
     let planned = Command::new("make")
         .arg("-n")

@@ -113,7 +113,7 @@ fn partitions_of_a_search_equal_one_process() {
         &["search", "nominal", "--waive", "boundary.freshness", "--budget", "20", "--strategy", "uniform"];
     let every: &[&str] = &["search", "nominal", "--attack-space", "processes", "--exhaust", "1"];
     let transitions: &[&str] =
-        &["search", "nominal", "--waive", "guards.lease", "--budget", "20", "--strategy", "transitions"];
+        &["search", "nominal", "--waive", "boundary.freshness", "--budget", "20", "--strategy", "transitions"];
     for (words, code) in [(uniform, 3), (transitions, 3), (every, 0)] {
         let place = Place::of(words);
         let whole = place.run("whole", &[]);
