@@ -4,11 +4,12 @@
 //! written. The content of a line is its owner's business.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use link::files;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -112,6 +113,32 @@ pub fn scan<T: DeserializeOwned>(
         end += bytes as u64;
     }
     Ok(end)
+}
+
+/// Gives each whole line of the file at `path` to `take`; a file that is not there has none. `fits` returns the fault of a line.
+///
+/// # Errors
+/// A line that does not fit, or the first error of `take`, which is no fault of the file.
+pub fn each<T: DeserializeOwned>(
+    path: &Path,
+    fits: impl Fn(&T) -> Result<(), String>,
+    mut take: impl FnMut(T) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let file = match files::open(path) {
+        Ok(file) => file,
+        Err(e) if e.kind() == ErrorKind::NotFound => return Ok(()),
+        Err(e) => return Err(e.into()),
+    };
+    let mut refused = None;
+    let read = scan(path, file, |_, line: T| {
+        fits(&line)?;
+        take(line).map_err(|failure| {
+            let told = failure.to_string();
+            refused = Some(failure);
+            told
+        })
+    });
+    refused.map_or(read.map(|_| ()), Err)
 }
 
 #[cfg(test)]

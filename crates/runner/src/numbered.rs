@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::Path;
+use std::rc::Rc;
 
 use link::files;
 use search::Counted;
@@ -16,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::failure::{Exit, Failure};
-use super::lines::{At, Lines, lock, scan};
+use super::lines::{At, Lines, each, lock};
 use super::out;
 
 /// The longest terms that are read.
@@ -25,7 +26,7 @@ const TERMS: &str = "terms.json";
 const RESULTS: &str = "results.jsonl";
 
 /// Fault of a result that cannot be of this work, in words.
-pub type Check<T> = Box<dyn Fn(&T) -> Result<(), String>>;
+pub type Check<T> = Rc<dyn Fn(&T) -> Result<(), String>>;
 
 /// A result that is the same on every machine but for the time that it took.
 pub trait Timeless: Serialize + DeserializeOwned + PartialEq {
@@ -96,24 +97,9 @@ impl<T: Timeless> Numbered<T> {
     pub fn add(&mut self, directory: &Path) -> Result<(), Failure> {
         same(directory, &self.terms)?;
         let path = directory.join(RESULTS);
-        let file = match files::open(&path) {
-            Ok(file) => file,
-            // It has just begun.
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-            Err(error) => return Err(error.into()),
-        };
-        let mut refused = None;
-        let read = scan(&path, file, |_, line: Line<T>| {
-            let number = below(line.number, self.of)?;
-            (self.check)(&line.result)?;
-            self.take(&path, number, line.result).map_err(|failure| {
-                let told = failure.to_string();
-                refused = Some(failure);
-                told
-            })
-        });
-        // A refusal by `take` is no fault of the file.
-        refused.map_or(read.map(|_| ()), Err)
+        let (of, check) = (self.of, Rc::clone(&self.check));
+        let fits = |line: &Line<T>| below(line.number, of).and_then(|_| check(&line.result));
+        each(&path, fits, |line| self.take(&path, line.number, line.result))
     }
 
     /// True if that result is there.
@@ -184,7 +170,7 @@ mod tests {
 
     fn opened(directory: &Path, seed: u64) -> Result<Numbered<Repetition>, Failure> {
         let check = |one: &Repetition| if one.stages.is_empty() { Err("without a stage".to_owned()) } else { Ok(()) };
-        Numbered::open(directory, &serde_json::json!({ "seed": seed }), 4, Box::new(check))
+        Numbered::open(directory, &serde_json::json!({ "seed": seed }), 4, Rc::new(check))
     }
 
     fn told(result: Result<Numbered<Repetition>, Failure>) -> String {

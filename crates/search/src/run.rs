@@ -147,7 +147,7 @@ impl SearchConfig {
     /// sequences depend on results.
     ///
     /// # Errors
-    /// Why the scenario cannot be run.
+    /// A scenario that cannot be run.
     pub fn listed(&self, run: RunConfig) -> Result<Option<(Vec<AttackSequence>, RunResult)>, String> {
         if run.strategy.learns() {
             return Ok(None);

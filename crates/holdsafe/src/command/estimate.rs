@@ -3,6 +3,7 @@
 //! partitions share them out.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use parallel::progress::Progress;
 use results::campaign::Content;
@@ -132,7 +133,7 @@ fn kept(context: &Context, args: &Args, planned: &Planned, directory: &Path) -> 
     let check = move |one: &Repetition| {
         if one.is_of(stages, trials) { Ok(()) } else { Err("no repetition of this estimate".to_owned()) }
     };
-    let mut kept = Numbered::open(directory, &terms, *repetitions, Box::new(check))?;
+    let mut kept = Numbered::open(directory, &terms, *repetitions, Rc::new(check))?;
     args.from.iter().try_for_each(|from| kept.add(from))?;
     Ok(kept)
 }

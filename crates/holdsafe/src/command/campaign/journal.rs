@@ -13,7 +13,7 @@ use link::files;
 use results::campaign::Plan;
 use results::campaign::row::Row;
 use runner::failure::{Exit, Failure};
-use runner::lines::{At, Lines, scan};
+use runner::lines::{At, Lines};
 use runner::{lines, out};
 
 /// The longest plan that is read.
@@ -110,25 +110,9 @@ pub(super) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
 pub(super) fn each_row(
     directory: &Path,
     plan: &Plan,
-    mut take: impl FnMut(Row) -> Result<(), Failure>,
+    take: impl FnMut(Row) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let path = directory.join(TRIALS);
-    let file = match files::open(&path) {
-        Ok(file) => file,
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(e) => return Err(e.into()),
-    };
-    let mut refused = None;
-    let read = scan(&path, &file, |_, row: Row| {
-        belongs(plan, &row)?;
-        take(row).map_err(|failure| {
-            let told = failure.to_string();
-            refused = Some(failure);
-            told
-        })
-    });
-    // A refusal by `take` is no fault of the file.
-    refused.map_or(read.map(|_| ()), Err)
+    lines::each(&directory.join(TRIALS), |row| belongs(plan, row), take)
 }
 
 /// Checks that a folder holds the campaign of `plan` and no other.

@@ -2,6 +2,7 @@
 //! so they come in partitions and resume.
 
 use std::path::Path;
+use std::rc::Rc;
 
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
@@ -135,7 +136,7 @@ impl<'a> Terms<'a> {
 /// A sequence has a cause exactly if its class was looked for.
 fn check(find: &[Outcome]) -> Check<Counted> {
     let find = find.to_vec();
-    Box::new(move |one| {
+    Rc::new(move |one: &Counted| {
         let class = one.cause.as_ref().map(|cause| cause.outcome);
         let sought = find.contains(&one.outcome).then_some(one.outcome);
         if class == sought { Ok(()) } else { Err("a cause that is not that of its class".to_owned()) }
