@@ -73,7 +73,8 @@ fn config(root: &Path, weakness: &Weakness) -> SearchConfig {
 fn holdsafe(config: &SearchConfig, weakness: &Weakness, seed: u64) -> Option<Answer> {
     let test = ends_in(&weakness.find);
     let run = RunConfig { strategy: Strategy::Guided, seed, budget: u64::from(BUDGET), first: true };
-    let result = config.search(run, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
+    let result =
+        config.search(run, None, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
     let nominal = config.try_sequence(&AttackSequence::default()).expect("it runs");
     let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     let (cause, found) = result.found.into_iter().next()?;

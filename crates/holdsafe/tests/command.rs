@@ -28,6 +28,8 @@ mod judge;
 mod live;
 #[path = "command/manners.rs"]
 mod manners;
+#[path = "command/optimizers.rs"]
+mod optimizers;
 #[path = "command/partitions.rs"]
 mod partitions;
 #[path = "command/rare.rs"]

@@ -5,7 +5,7 @@
 //! numbers; a *sequence* is an attack sequence, all actions of one trial. A *cause* is the class of a trial with the first property it
 //! broke. `sequence` is the sequence and the scenario that it makes, `tried` one trial of it, `coverage` the situations it showed,
 //! `moments` the times that may matter, `learned` the state of a search run, `draw` the strategies, `climb` the approach to one limit
-//! at a time, `vary` variations of sequences, `run` the loop, `exhaust` every sequence up to a length, `shrink` the smallest,
+//! at a time, `vary` variations of sequences, `propose` where sequences come from, `run` the loop, `exhaust` every sequence up to a length, `shrink` the smallest,
 //! `robust` one away from its edge, `sample` sequences drawn at random for comparison with live runs. The list of properties, their
 //! verdicts and approaches are `oracle`'s.
 
@@ -15,6 +15,7 @@ mod draw;
 mod exhaust;
 mod learned;
 mod moments;
+mod propose;
 pub mod rare;
 mod robust;
 mod run;
@@ -27,8 +28,9 @@ mod vary;
 pub use coverage::Coverage;
 pub use draw::Strategy;
 pub use moments::Moments;
+pub use propose::{Lore, Proposer, Source};
 pub use run::{Counted, Found, NearestRow, ROUND, RunConfig, RunResult, SearchRow};
 pub use sample::{Drawn, Stratum};
-pub use sequence::{Action, AttackSequence};
+pub use sequence::{Action, AttackSequence, Unfit};
 pub use shrink::{Margin, Shrunk};
 pub use tried::{Cause, SearchConfig, Test, Tried, ends_in};

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
-use super::learned::{Known, Lesson};
 use super::moments::Moments;
+use super::propose::{Lore, Proposer, Source};
 use super::sequence::AttackSequence;
 use super::tried::{Cause, SearchConfig, Test, Tried};
 
@@ -79,8 +79,8 @@ pub struct RunResult {
 /// A search run as a row of a report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SearchRow {
-    /// Strategy for drawing sequences.
-    pub strategy: Strategy,
+    /// Source of its sequences.
+    pub strategy: Source,
     /// Trials made.
     pub trials: u64,
     /// CPU time of all of them, seconds.
@@ -107,31 +107,33 @@ pub struct NearestRow {
 }
 
 impl SearchConfig {
-    /// Searches for findings.
+    /// Searches for findings among the sequences of `own`, or where there is none among those that the strategy of `run` draws.
     ///
     /// # Errors
-    /// Which sequence does not fit the scenario, or that the user wants it to stop.
+    /// Which sequence does not fit the scenario, that the user wants it to stop, or why `own` cannot go on.
     pub fn search(
         &self,
         run: RunConfig,
+        own: Option<&mut dyn Proposer>,
         test: Test<'_>,
         threads: usize,
         progress: &Progress,
         stop: &Stop,
     ) -> Result<RunResult, String> {
         let (mut drawer, mut result) = self.begin(run)?;
+        let proposer: &mut dyn Proposer = match own {
+            Some(own) => own,
+            None => &mut drawer,
+        };
         while result.trials < run.budget {
-            let round: Vec<AttackSequence> =
-                (0..ROUND.min(run.budget - result.trials)).map(|_| drawer.sequence()).collect();
+            let round = proposer.propose(ROUND.min(run.budget - result.trials) as usize)?;
             // A search run that ends with the first finding tries as little as possible behind it.
             let at_once = if run.first { threads.max(1) } else { round.len() };
             for sequences in round.chunks(at_once) {
                 for one in self.round(sequences, threads, progress, stop)? {
-                    let moments = Moments::of(&one, &self.space, &self.setup.bounds);
-                    let known = Known { sequence: one.sequence.clone(), moments };
-                    let approaches = one.brought_near();
-                    let new = result.take(&one.sequence, Counted::of(&one, test));
-                    drawer.learn(Lesson { known, new, approaches });
+                    let counted = Counted::of(&one, test);
+                    let new = result.take(&one.sequence, &counted);
+                    proposer.take(Lore { tried: &one, counted: &counted, new });
                     if run.first && !result.found.is_empty() {
                         return Ok(result);
                     }
@@ -213,27 +215,27 @@ impl Counted {
 
 impl RunResult {
     /// Counts a trial; says whether it showed something new.
-    pub fn take(&mut self, sequence: &AttackSequence, counted: Counted) -> bool {
+    pub fn take(&mut self, sequence: &AttackSequence, counted: &Counted) -> bool {
         self.trials += 1;
         self.cpu_seconds += counted.cpu_seconds;
         *self.outcomes.entry(counted.outcome).or_default() += 1;
         let before = self.covered.len();
-        self.covered.extend(counted.covered);
+        self.covered.extend(&counted.covered);
         let new = self.covered.len() > before;
-        for (limit, way) in counted.approaches {
-            if self.nearest.get(&limit).is_none_or(|(before, _)| way > *before) {
-                self.nearest.insert(limit, (way, sequence.clone()));
+        for (limit, way) in &counted.approaches {
+            if self.nearest.get(limit).is_none_or(|(before, _)| way > before) {
+                self.nearest.insert(*limit, (*way, sequence.clone()));
             }
         }
-        if let Some(cause) = counted.cause {
+        if let Some(cause) = &counted.cause {
             let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
-            self.found.entry(cause).or_insert_with(|| Found { sequence: sequence.clone(), trial, cpu_seconds });
+            self.found.entry(cause.clone()).or_insert_with(|| Found { sequence: sequence.clone(), trial, cpu_seconds });
         }
         new
     }
 
     /// As a row of a report.
-    pub fn row(&self, space: &AttackSpace, strategy: Strategy) -> SearchRow {
+    pub fn row(&self, space: &AttackSpace, strategy: Source) -> SearchRow {
         let nearest = self.nearest.iter().map(|(limit, (millionths, sequence))| NearestRow {
             limit: *limit,
             thousandths: *millionths / (AT_LIMIT / 1_000),

@@ -93,7 +93,7 @@ impl SearchConfig {
     /// The first of the sequences drawn with this seed that `test` finds.
     fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, AttackSequence)>, String> {
         let run = RunConfig { strategy: Strategy::Uniform, seed, budget: SEQUENCES, first: true };
-        let result = self.search(run, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
+        let result = self.search(run, None, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
         Ok(result.found.into_iter().next().map(|(cause, found)| (cause, found.sequence)))
     }
 

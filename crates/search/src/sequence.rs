@@ -16,6 +16,63 @@ pub struct Action {
     pub places: Vec<u32>,
 }
 
+/// Fault of an action that comes from outside.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unfit {
+    /// Its length is none of the attack space's.
+    #[error("{got} actions; a sequence has 1 to {longest}")]
+    Length {
+        /// Most actions.
+        longest: usize,
+        /// Its actions.
+        got: usize,
+    },
+    /// An action type that is not there.
+    #[error("action {action}: move {got}; the last is {last}")]
+    Move {
+        /// Which action, from 0.
+        action: usize,
+        /// The last action type.
+        last: usize,
+        /// The one asked for.
+        got: usize,
+    },
+    /// It begins too early or too late.
+    #[error("action {action}: begins at tick {got}; the attack space has {first} to {last}")]
+    Begin {
+        /// Which action, from 0.
+        action: usize,
+        /// The first tick.
+        first: u32,
+        /// The last.
+        last: u32,
+        /// The one asked for.
+        got: u32,
+    },
+    /// It has other numbers than its action type.
+    #[error("action {action}: {got} places; its move has {expected}")]
+    Numbers {
+        /// Which action, from 0.
+        action: usize,
+        /// Numbers of its action type.
+        expected: usize,
+        /// Its own.
+        got: usize,
+    },
+    /// A number beyond its range.
+    #[error("action {action}: place {got} of number {number}; the last is {last}")]
+    Place {
+        /// Which action, from 0.
+        action: usize,
+        /// Which number, from 0.
+        number: usize,
+        /// The last place of its range.
+        last: u32,
+        /// The one asked for.
+        got: u32,
+    },
+}
+
 /// The attack sequence of one trial, in order of time.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 pub struct AttackSequence(Vec<Action>);
@@ -25,6 +82,35 @@ impl AttackSequence {
     pub fn new(mut actions: Vec<Action>) -> Self {
         actions.sort();
         Self(actions)
+    }
+
+    /// Of actions from outside, each of them checked against `space`.
+    ///
+    /// # Errors
+    /// The first fault.
+    pub fn checked(space: &AttackSpace, actions: Vec<Action>) -> Result<Self, Unfit> {
+        let (longest, got) = (space.longest.unsigned() as usize, actions.len());
+        if got == 0 || got > longest {
+            return Err(Unfit::Length { longest, got });
+        }
+        let (first, last) = space.begins();
+        for (i, action) in actions.iter().enumerate() {
+            let (kind, begins) = (action.kind, action.begins);
+            let of = space.moves.get(kind).ok_or(Unfit::Move { action: i, last: space.moves.len() - 1, got: kind })?;
+            if begins < first || begins > last {
+                return Err(Unfit::Begin { action: i, first, last, got: begins });
+            }
+            let ends = of.strongest();
+            if action.places.len() != ends.len() {
+                return Err(Unfit::Numbers { action: i, expected: ends.len(), got: action.places.len() });
+            }
+            for (number, (place, last)) in action.places.iter().zip(ends).enumerate() {
+                if *place > last {
+                    return Err(Unfit::Place { action: i, number, last, got: *place });
+                }
+            }
+        }
+        Ok(Self::new(actions))
     }
 
     /// Its actions, by time.

@@ -46,7 +46,7 @@ impl System {
     fn search(&self, transitions: &Transitions, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> RunResult {
         let budget = transitions.run.budget;
         let (progress, stop) = (Progress::new("fuzzing", budget as usize, Talk::Quiet), Stop::default());
-        let result = self.config.search(transitions.run, test, parallel::cores(), &progress, &stop);
+        let result = self.config.search(transitions.run, None, test, parallel::cores(), &progress, &stop);
         let result = result.expect("every sequence fits the mission");
         let all = result.trials == budget;
         assert!(all || !result.found.is_empty(), "{} sequences were tried", result.trials);

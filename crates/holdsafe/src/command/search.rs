@@ -15,11 +15,15 @@ use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
 use runner::engage::NoGuest;
 use runner::failure::{Exit, Failure};
+use runner::optimizer::{self, Optimizer};
 use runner::plan::Wanted;
 use runner::search_config::{Asked, stopped_or_unfit, unfit};
 use runner::{Context, engine, out};
 use scenario::{Name, Setup};
-use search::{AttackSequence, Cause, Found, Moments, RunConfig, RunResult, SearchConfig, Shrunk, Strategy, ends_in};
+use search::{
+    AttackSequence, Cause, Found, Moments, Proposer, RunConfig, RunResult, SearchConfig, Shrunk, Source, Strategy,
+    ends_in,
+};
 
 use self::listed::Listed;
 use super::emit::{Shares, tell_kept};
@@ -38,6 +42,9 @@ pub(super) struct Args {
     /// Strategy by which sequences are drawn.
     #[arg(long, value_enum, default_value = "guided")]
     strategy: Strategy,
+    /// A program that proposes the sequences in place of a strategy, by lines of JSON on its stdin and stdout. It runs with your rights.
+    #[arg(long, value_name = "PROGRAM", conflicts_with_all = ["strategy", "exhaust", "partition", "from"])]
+    optimizer: Option<PathBuf>,
     /// Every sequence of up to so many actions in place of a search: each action type at its weakest and strongest,
     /// when the unit changes mode.
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with_all = ["strategy", "budget"])]
@@ -91,6 +98,9 @@ impl Args {
                 "behind `--`: a search that ends with its first finding does not come in partitions; leave --first out";
             return Err(Failure::new(Exit::Usage, message));
         }
+        if self.optimizer.is_some() {
+            return Err(listed::learns());
+        }
         let listed = Listed::of(self, &self.config(context)?)?.ok_or_else(listed::learns)?;
         let set = self.partition.is_some() || !self.from.is_empty() || self.out.is_some();
         let (pieces, of, threads) = (listed.sequences.len() as u64, "sequences", self.jobs.map(|jobs| jobs as u16));
@@ -102,6 +112,11 @@ impl Args {
         let wanted = Wanted { policy, cell, rendered, ..Wanted::default() };
         let asked = Asked { scenario: &self.scenario, space: &self.space, wanted, waive: &self.waive, misset: &[] };
         asked.config(context)
+    }
+
+    fn source(&self) -> Source {
+        let program = |program: &PathBuf| Source::Program(optimizer::name(program));
+        self.optimizer.as_ref().map_or(Source::Strategy(self.strategy), program)
     }
 
     fn threads(&self) -> usize {
@@ -151,7 +166,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         findings.push(row);
     }
-    let object = SearchObject::new(&config, args.draws, &result, args.strategy, args.exhaust, findings);
+    let object = SearchObject::new(&config, args.draws, &result, args.source(), args.exhaust, findings);
     out::write_result(&dir, "result.json", "search", &object)?;
     if context.json {
         out::print_json("search", &object)?;
@@ -173,8 +188,11 @@ fn class(text: &str) -> Result<Outcome, String> {
 }
 
 fn draw_and_try(context: &Context, args: &Args, config: &SearchConfig) -> Result<RunResult, Failure> {
+    let start = |program| Optimizer::start(program, config, args.run(), &context.stop);
+    let mut own = args.optimizer.as_deref().map(start).transpose().map_err(unfit)?;
+    let own = own.as_mut().map(|own| own as &mut dyn Proposer);
     let progress = Progress::new("search", args.budget as usize, context.talk);
-    let result = config.search(args.run(), &ends_in(&args.find), args.threads(), &progress, &context.stop);
+    let result = config.search(args.run(), own, &ends_in(&args.find), args.threads(), &progress, &context.stop);
     progress.finish();
     result.map_err(|why| stopped_or_unfit(context, why))
 }

@@ -14,7 +14,7 @@ use runner::failure::{Exit, Failure};
 use runner::out;
 use runner::search_config::{MOST_SEQUENCES, stopped_or_unfit, unfit};
 use scenario::Weakness;
-use search::{AttackSequence, Cause, Found, Moments, ROUND, Shrunk, Strategy};
+use search::{AttackSequence, Cause, Found, Moments, ROUND, Shrunk, Source, Strategy};
 
 pub(super) fn run(bench: &Bench<'_>, weaknesses: &[Weakness], seeds: u64) -> Result<Exit, Failure> {
     let progress = Progress::new("findings shrunk", weaknesses.len() * seeds as usize, bench.context.talk);
@@ -40,7 +40,7 @@ fn minima(bench: &Bench<'_>, sought: &Sought, seeds: u64, progress: &Progress) -
     let moments = Moments::of(&nominal, &config.space, &config.setup.bounds);
     let all: Vec<u64> = (1..=seeds).collect();
     let shrunk = parallel::map(bench.threads, &all, |seed| {
-        let result = bench.search(sought, Strategy::Guided, *seed)?;
+        let result = bench.search(sought, &Source::Strategy(Strategy::Guided), *seed)?;
         let shrink = |(cause, found): (Cause, Found)| {
             let shrunk = config.shrink(&found.sequence, &sought.test(), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)

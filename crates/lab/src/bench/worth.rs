@@ -5,7 +5,7 @@
 //! one thread; that of the run without a sequence is in it where the strategy reads its moments. It measures and
 //! prints; no test asserts its numbers.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::minima;
 use crate::report::{StrategyRow, WeaknessRow, WorthObject, worth_table};
@@ -13,11 +13,12 @@ use evidence::SCHEMA_VERSION;
 use evidence::trial::Outcome;
 use parallel::progress::{Progress, Talk};
 use runner::failure::{Exit, Failure};
+use runner::optimizer::{self, Optimizer};
 use runner::plan::Wanted;
 use runner::search_config::stopped_or_unfit;
 use runner::{Context, batch, out, search_config};
 use scenario::{Weakness, Weaknesses};
-use search::{Cause, RunConfig, RunResult, SearchConfig, Strategy, Tried, ends_in};
+use search::{Cause, Proposer, RunConfig, RunResult, SearchConfig, Source, Strategy, Tried, ends_in};
 use stats::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
@@ -31,6 +32,9 @@ pub struct Args {
     /// Only these strategies. CPU and trials are compared with those of `uniform`, where it is one of them.
     #[arg(long, value_delimiter = ',', value_name = "NAME", conflicts_with = "shrink")]
     strategy: Vec<Strategy>,
+    /// And this program, which proposes sequences as with `holdsafe search --optimizer`.
+    #[arg(long, value_name = "PROGRAM", conflicts_with = "shrink")]
+    optimizer: Option<PathBuf>,
     /// Seeds of drawing for each strategy, from 1.
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000))]
     draws: u64,
@@ -46,13 +50,16 @@ pub struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let bench = Bench { context, budget: args.budget, threads: args.jobs.unwrap_or_else(parallel::cores) };
+    let optimizer = args.optimizer.as_deref();
+    let bench = Bench { context, optimizer, budget: args.budget, threads: args.jobs.unwrap_or_else(parallel::cores) };
     let chosen = chosen(context, args)?;
     if let Some(seeds) = args.shrink {
         return minima::run(&bench, &chosen, seeds);
     }
     let chosen_by = |of: &Strategy| args.strategy.is_empty() || args.strategy.contains(of);
-    let strategies: Vec<Strategy> = Strategy::ALL.into_iter().filter(chosen_by).collect();
+    let program = optimizer.map(|program| Source::Program(optimizer::name(program)));
+    let shipped = Strategy::ALL.into_iter().filter(chosen_by).map(Source::Strategy);
+    let strategies: Vec<Source> = shipped.chain(program).collect();
     // A list of which the last does not fit is refused before hours are spent on the others.
     for weakness in &chosen {
         Sought::of(context, weakness.clone())?;
@@ -85,16 +92,27 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// Settings shared by all search runs of a bench.
 pub(super) struct Bench<'a> {
     pub(super) context: &'a Context,
+    /// The program that proposes sequences, for [`Source::Program`].
+    pub(super) optimizer: Option<&'a Path>,
     pub(super) budget: u64,
     pub(super) threads: usize,
 }
 
 impl Bench<'_> {
     /// One search run for a first finding, on one thread.
-    pub(super) fn search(&self, sought: &Sought, strategy: Strategy, seed: u64) -> Result<RunResult, Failure> {
+    pub(super) fn search(&self, sought: &Sought, by: &Source, seed: u64) -> Result<RunResult, Failure> {
+        let strategy = match by {
+            Source::Strategy(strategy) => *strategy,
+            // Not asked.
+            Source::Program(_) => Strategy::Guided,
+        };
         let run = RunConfig { strategy, seed, budget: self.budget, first: true };
+        let program = self.optimizer.filter(|_| matches!(by, Source::Program(_)));
+        let start = |program| Optimizer::start(program, &sought.config, run, &self.context.stop);
+        let mut own = program.map(start).transpose().map_err(|why| stopped_or_unfit(self.context, why))?;
+        let own = own.as_mut().map(|own| own as &mut dyn Proposer);
         let untold = Progress::new("", 0, Talk::Quiet);
-        let result = sought.config.search(run, &sought.test(), 1, &untold, &self.context.stop);
+        let result = sought.config.search(run, own, &sought.test(), 1, &untold, &self.context.stop);
         result.map_err(|why| stopped_or_unfit(self.context, why))
     }
 }
@@ -147,26 +165,25 @@ fn chosen(context: &Context, args: &Args) -> Result<Vec<Weakness>, Failure> {
 fn compared(
     bench: &Bench<'_>,
     sought: &Sought,
-    strategies: &[Strategy],
+    strategies: &[Source],
     draws: u64,
     progress: &Progress,
 ) -> Result<WeaknessRow, Failure> {
-    let turns: Vec<(u64, Strategy)> =
-        (1..=draws).flat_map(|seed| strategies.iter().map(move |of| (seed, *of))).collect();
+    let turns: Vec<(u64, &Source)> = (1..=draws).flat_map(|seed| strategies.iter().map(move |of| (seed, of))).collect();
     let result = parallel::map(bench.threads, &turns, |(seed, strategy)| {
-        let result = bench.search(sought, *strategy, *seed)?;
+        let result = bench.search(sought, strategy, *seed)?;
         progress.step();
         Ok::<_, Failure>((*strategy, result))
     })?;
-    let of = |strategy: &Strategy| {
-        let hunts = || result.iter().filter(|(by, _)| by == strategy).map(|(_, result)| result);
+    let of = |strategy: &Source| {
+        let hunts = || result.iter().filter(|(by, _)| *by == strategy).map(|(_, result)| result);
         let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts().map(waits).unzip();
         let finding = |result: &RunResult| {
             let (cause, found) = result.found.first_key_value()?;
             let sequence = found.sequence.told(&sought.config.space);
             Some(format!("{} {}: {sequence}", cause.outcome.name(), cause.broken))
         };
-        StrategyRow::new(*strategy, trials, cpu_seconds, hunts().map(finding).collect())
+        StrategyRow::new(strategy.clone(), trials, cpu_seconds, hunts().map(finding).collect())
     };
     Ok(WeaknessRow::new(&sought.weakness, strategies.iter().map(of).collect()))
 }

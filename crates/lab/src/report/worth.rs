@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use clap::ValueEnum;
 use evidence::trial::Outcome;
 use results::report::new_table;
 use scenario::Weakness;
-use search::Strategy;
+use search::{Source, Strategy};
 use serde::Serialize;
 use stats::LEVEL;
 use stats::waiting::{Known, Median, Ratio, Wait};
@@ -54,8 +53,8 @@ pub struct WeaknessRow {
 /// The search runs of one strategy.
 #[derive(Clone, Debug, Serialize)]
 pub struct StrategyRow {
-    /// Strategy of drawing.
-    pub strategy: Strategy,
+    /// Source of the sequences.
+    pub strategy: Source,
     /// Number of seeds.
     pub n: usize,
     /// Number of these that found it.
@@ -79,7 +78,7 @@ pub struct StrategyRow {
 impl StrategyRow {
     /// Of search runs that took so many trials and CPU seconds.
     pub fn new(
-        strategy: Strategy,
+        strategy: Source,
         each_trials: Vec<Wait>,
         each_cpu_seconds: Vec<Wait>,
         each_finding: Vec<Option<String>>,
@@ -111,7 +110,7 @@ impl StrategyRow {
 impl WeaknessRow {
     /// Of these search runs; their ratios are filled in where one of them is of uniform drawing.
     pub fn new(weakness: &Weakness, strategies: Vec<StrategyRow>) -> Self {
-        let uniform = strategies.iter().find(|row| row.strategy == Strategy::Uniform).cloned();
+        let uniform = strategies.iter().find(|row| row.strategy.is_uniform()).cloned();
         let over = |row: StrategyRow| uniform.as_ref().map_or_else(|| row.clone(), |uniform| row.clone().over(uniform));
         Self {
             name: weakness.name.as_str().to_owned(),
@@ -123,13 +122,13 @@ impl WeaknessRow {
         }
     }
 
-    fn of(&self, strategy: Strategy) -> Option<&StrategyRow> {
-        self.strategies.iter().find(|row| row.strategy == strategy)
+    fn of(&self, strategy: &Source) -> Option<&StrategyRow> {
+        self.strategies.iter().find(|row| row.strategy == *strategy)
     }
 
     /// True if uniform drawing needs [`HARD`] trials or more; none where it was not run, or not for so long.
     fn is_hard(&self) -> Option<bool> {
-        let median = self.of(Strategy::Uniform)?.trials?.median;
+        let median = self.of(&Source::Strategy(Strategy::Uniform))?.trials?.median;
         (median.came || median.waited >= HARD).then_some(median.waited >= HARD)
     }
 }
@@ -141,10 +140,10 @@ pub fn worth_table(object: &WorthObject) -> String {
     for row in &object.weaknesses {
         for of in &row.strategies {
             let [from, to] = of.ratio_cpu.interval_95.map(|end| end.map_or_else(|| "?".to_owned(), number));
-            let over = |text: String| if of.strategy == Strategy::Uniform { "-".to_owned() } else { text };
+            let over = |text: String| if of.strategy.is_uniform() { "-".to_owned() } else { text };
             table.add_row([
                 row.name.clone(),
-                name(of.strategy),
+                of.strategy.to_string(),
                 format!("{} of {}", of.found, of.n),
                 told(of.trials),
                 told(of.cpu_seconds),
@@ -168,11 +167,6 @@ pub fn worth_table(object: &WorthObject) -> String {
     )
 }
 
-/// As in a command line.
-fn name(strategy: Strategy) -> String {
-    strategy.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
 fn told(median: Option<Median>) -> String {
     median.map_or_else(
         || "-".to_owned(),
@@ -189,11 +183,10 @@ fn summary(object: &WorthObject) -> String {
         "uniform needs 1,000 trials or more: {hard} (hard); fewer: {easy} (easy); not known: {}.\n",
         object.weaknesses.len() - hard - easy
     );
-    for strategy in Strategy::ALL.into_iter().filter(|strategy| *strategy != Strategy::Uniform) {
+    // Every weakness has the same sources.
+    let first = object.weaknesses.first().into_iter().flat_map(|row| &row.strategies).map(|row| &row.strategy);
+    for strategy in first.filter(|source| !source.is_uniform()) {
         let of = |hard: bool| rows(hard).filter_map(move |row| row.of(strategy));
-        if of(true).chain(of(false)).next().is_none() {
-            continue;
-        }
         let reached = |hard: bool, aim: f64| of(hard).filter(|row| no_more(row.ratio_cpu.ratio, aim)).count();
         let (found, n) = of(true).fold((0, 0), |(found, n), row| (found + row.found, n + row.n));
         // Writing to a string does not fail.
@@ -201,7 +194,7 @@ fn summary(object: &WorthObject) -> String {
             text,
             "{}: of the hard ones, {found} of {n} seeds with a finding, CPU at most 1/20 of uniform's in {}, 1/100 in {}; of the \
              easy ones, CPU at most 1.5 times uniform's in {}.",
-            name(strategy),
+            strategy,
             reached(true, 1.0 / 20.0),
             reached(true, 1.0 / 100.0),
             reached(false, 1.5),

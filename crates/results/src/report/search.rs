@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Outcomes};
-use search::{Margin, RunResult, SearchConfig, SearchRow, Strategy};
+use search::{Margin, RunResult, SearchConfig, SearchRow, Source};
 use serde::{Deserialize, Serialize};
 use stats::{LEVEL, rate_upper};
 
@@ -102,7 +102,7 @@ impl SearchObject {
         ground: &SearchConfig,
         draws: u64,
         hunted: &RunResult,
-        strategy: Strategy,
+        strategy: Source,
         exhausted: Option<u32>,
         findings: Vec<FindingRow>,
     ) -> Self {
@@ -128,7 +128,7 @@ pub fn search_table(object: &SearchObject) -> String {
         Some(k) => {
             format!("every word of up to {k} letters of alphabet {}, at its weakest and strongest", object.alphabet)
         }
-        None => format!("{:?} over alphabet {}, draws {}", hunt.strategy, object.alphabet, object.draws).to_lowercase(),
+        None => format!("{} over alphabet {}, draws {}", hunt.strategy, object.alphabet, object.draws),
     };
     let mut text = String::new();
     if let Some(watermark) = &object.watermark {
@@ -152,7 +152,7 @@ pub fn search_table(object: &SearchObject) -> String {
             Some(k) if invalid == 0 => format!("None up to {k}.\n"),
             Some(k) => format!("None up to {k} in {valid} words; {invalid} were INVALID and show nothing.\n"),
             // Words of a guided search are no independent sample.
-            None if hunt.strategy == Strategy::Uniform => {
+            None if hunt.strategy.is_uniform() => {
                 let upper = rate_upper(0, valid, LEVEL) * 100.0;
                 format!(
                     "None found: of words drawn so that arrive, below {upper:.2} % are findings (one-sided 95 %).\n"

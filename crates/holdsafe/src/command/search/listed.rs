@@ -103,7 +103,7 @@ impl Listed {
         let mut result = self.begun;
         for (number, sequence) in (0..).zip(&self.sequences) {
             if let Some(counted) = kept.get(number)? {
-                result.take(sequence, counted);
+                result.take(sequence, &counted);
             }
         }
         for (cause, found) in &result.found {
