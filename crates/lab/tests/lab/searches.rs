@@ -1,6 +1,7 @@
 //! `lab search` over a list of its own.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 
 use super::lab;
 
@@ -75,4 +76,20 @@ fn list_with_unknown_names_is_answered_with_known() {
         assert_eq!(output.status.code(), Some(2), "{screen}");
         assert!(screen.contains(message), "{message}: {screen}");
     }
+}
+
+/// Each search of its own program: its row is beside that of uniform drawing, with a ratio.
+#[test]
+fn own_optimizer_is_compared_with_uniform_drawing() {
+    let dir = tempfile::tempdir().unwrap();
+    let program = dir.path().join("own.sh");
+    let answer = r#"{"sequences":[[{"move":4,"begins":50,"places":[395]}]]}"#;
+    fs::write(&program, format!("#!/bin/sh\nread begin\nwhile read round; do echo '{answer}'; done\n")).unwrap();
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+    let more = ["--strategy", "uniform", "--optimizer", program.to_str().unwrap(), "--draws", "2", "--budget", "16"];
+    let object = bench(WEAK, &more);
+    let row = &object["weaknesses"][0]["hunts"][1];
+    assert_eq!((&row["strategy"], &row["n"], &row["found"]), (&"optimizer:own.sh".into(), &2.into(), &2.into()));
+    assert!(row["each_trials"].as_array().unwrap().iter().all(|wait| wait["waited"] == 1.0), "{row}");
+    assert!(row["each_finding"][1].as_str().unwrap().contains("alter at 0.50 s"), "{row}");
 }
