@@ -7,9 +7,11 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError, mpsc};
+use std::time::Duration;
 
 use link::files;
+use parallel::progress::Stop;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -17,6 +19,8 @@ use super::failure::{Exit, Failure};
 
 /// The longest line that is read.
 const MAX_LINE_BYTES: u64 = 1 << 24;
+/// Time between two looks at a request to stop.
+const LOOK: Duration = Duration::from_millis(100);
 
 /// A file of lines that is open to be written.
 #[derive(Debug)]
@@ -72,20 +76,32 @@ impl Lines {
     }
 }
 
-/// Takes `directory` for this process, until the file that it returns is closed. The kernel lets go of it however the process ends.
+/// Takes `directory` for this process, until the file that it returns is closed; waits for the end of another process that has it, such as
+/// one that an engine has lost and started again elsewhere. The kernel lets go of it however a process ends.
 ///
 /// # Errors
-/// When another process is at work there.
-pub fn lock(directory: &Path) -> Result<File, Failure> {
+/// When the user asks to stop meanwhile.
+pub fn lock(directory: &Path, stop: &Stop) -> Result<File, Failure> {
     let lock = File::create(directory.join("lock"))?;
-    lock.try_lock().map_err(|error| match error {
-        TryLockError::WouldBlock => {
-            let message = format!("{}: another process is at work there; wait for it", directory.display());
-            Failure::new(Exit::Usage, format!("{message}, or take another --out DIR"))
+    match lock.try_lock() {
+        Ok(()) => return Ok(lock),
+        Err(TryLockError::WouldBlock) => {}
+        Err(TryLockError::Error(error)) => return Err(error.into()),
+    }
+    link::note!("{}: another process is at work there; waiting for its end", directory.display());
+    // The kernel waits without a look at requests to stop, so a thread does.
+    let (taken, locked) = mpsc::channel();
+    std::thread::spawn(move || taken.send(lock.lock().map(|()| lock)));
+    loop {
+        match locked.recv_timeout(LOOK) {
+            Ok(lock) => return Ok(lock?),
+            Err(_) if stop.asked() => {
+                let message = format!("stopped while another process is at work in {}", directory.display());
+                return Err(Failure::new(Exit::Interrupted, message));
+            }
+            Err(_) => {}
         }
-        TryLockError::Error(error) => error.into(),
-    })?;
-    Ok(lock)
+    }
 }
 
 /// Gives each whole line of `path` to `take`, and returns the end of the last one.
@@ -164,6 +180,23 @@ mod tests {
         assert_eq!(lines.get::<u32>(at).expect("read again"), 44);
         drop(lines);
         assert_eq!(read(&path).expect("opened"), [1, 22, 44]);
+    }
+
+    /// Until its other holder lets go of it, or the user asks to stop.
+    #[test]
+    fn folder_in_use_is_waited_for() {
+        let (directory, stop) = (tempfile::tempdir().expect("a folder"), Stop::default());
+        let first = lock(directory.path(), &stop).expect("free");
+        std::thread::scope(|scope| {
+            let second = scope.spawn(|| lock(directory.path(), &stop).map(|_| ()));
+            drop(first);
+            assert!(second.join().expect("no panic").is_ok());
+        });
+        let _held = lock(directory.path(), &stop).expect("free again");
+        stop.ask();
+        let told = lock(directory.path(), &stop).expect_err("stopped");
+        assert_eq!(told.exit(), Exit::Interrupted);
+        assert!(told.to_string().contains("another process is at work in"), "{told}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::path::Path;
 use std::rc::Rc;
 
 use link::files;
+use parallel::progress::Stop;
 use search::Counted;
 use search::rare::{Repetition, Stage};
 use serde::de::DeserializeOwned;
@@ -70,11 +71,17 @@ impl<T: Timeless> Numbered<T> {
     /// Those in `directory`, which may be new. `terms` are everything that `of` results depend on; each that is read passes `check`.
     ///
     /// # Errors
-    /// When it holds other work, or another process is at work there.
-    pub fn open(directory: &Path, terms: &impl Serialize, of: u64, check: Check<T>) -> Result<Self, Failure> {
+    /// When it holds other work, or the user asks to stop while another process is at work there.
+    pub fn open(
+        directory: &Path,
+        terms: &impl Serialize,
+        of: u64,
+        check: Check<T>,
+        stop: &Stop,
+    ) -> Result<Self, Failure> {
         let terms = serde_json::to_value(terms).map_err(Failure::internal)?;
         fs::create_dir_all(directory)?;
-        let lock = lock(directory)?;
+        let lock = lock(directory, stop)?;
         if directory.join(TERMS).exists() {
             same(directory, &terms)?;
         } else {
@@ -170,7 +177,7 @@ mod tests {
 
     fn opened(directory: &Path, seed: u64) -> Result<Numbered<Repetition>, Failure> {
         let check = |one: &Repetition| if one.stages.is_empty() { Err("without a stage".to_owned()) } else { Ok(()) };
-        Numbered::open(directory, &serde_json::json!({ "seed": seed }), 4, Rc::new(check))
+        Numbered::open(directory, &serde_json::json!({ "seed": seed }), 4, Rc::new(check), &Stop::default())
     }
 
     fn told(result: Result<Numbered<Repetition>, Failure>) -> String {

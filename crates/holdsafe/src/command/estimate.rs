@@ -133,7 +133,7 @@ fn kept(context: &Context, args: &Args, planned: &Planned, directory: &Path) -> 
     let check = move |one: &Repetition| {
         if one.is_of(stages, trials) { Ok(()) } else { Err("no repetition of this estimate".to_owned()) }
     };
-    let mut kept = Numbered::open(directory, &terms, *repetitions, Rc::new(check))?;
+    let mut kept = Numbered::open(directory, &terms, *repetitions, Rc::new(check), &context.stop)?;
     args.from.iter().try_for_each(|from| kept.add(from))?;
     Ok(kept)
 }

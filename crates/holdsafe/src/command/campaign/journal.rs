@@ -10,6 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use evidence::trial::Outcome;
 use link::files;
+use parallel::progress::Stop;
 use results::campaign::Plan;
 use results::campaign::row::Row;
 use runner::failure::{Exit, Failure};
@@ -32,9 +33,10 @@ pub(super) struct Journal {
 
 impl Journal {
     /// The journal of `plan` in `directory`, which may be new, or hold finished trials of the same campaign and of no other.
-    pub(super) fn open(directory: &Path, plan: &Plan) -> Result<Self, Failure> {
+    /// Another process that has it is waited for.
+    pub(super) fn open(directory: &Path, plan: &Plan, stop: &Stop) -> Result<Self, Failure> {
         fs::create_dir_all(directory)?;
-        let lock = lines::lock(directory)?;
+        let lock = lines::lock(directory, stop)?;
         if directory.join(PLAN).exists() {
             same(directory, plan, &read_plan(directory)?)?;
         } else {
@@ -137,11 +139,15 @@ mod tests {
         Row::of(number, &Trial::example(number, outcome))
     }
 
+    fn open(directory: &Path, plan: &Plan) -> Result<Journal, Failure> {
+        Journal::open(directory, plan, &Stop::default())
+    }
+
     /// The journal has each trial once; one that differs is refused, and the refusal shows both.
     #[test]
     fn journal_refuses_a_trial_that_differs() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(10));
-        let journal = Journal::open(directory.path(), &plan).expect("new");
+        let journal = open(directory.path(), &plan).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("the same again");
         let told = journal.add(&plan, &row(3, Outcome::Unsafe)).expect_err("another").to_string();
@@ -150,19 +156,16 @@ mod tests {
             "{told}"
         );
         drop(journal);
-        let journal = Journal::open(directory.path(), &plan).expect("the same");
+        let journal = open(directory.path(), &plan).expect("the same");
         assert_eq!((journal.len(), journal.outcome(3), journal.outcome(4)), (1, Some(Outcome::HoldSafe), None));
         assert_eq!(journal.row(3).expect("readable"), Some(row(3, Outcome::HoldSafe)));
     }
 
     #[test]
-    fn folder_belongs_to_one_campaign_and_process() {
-        let (directory, ours) = (tempfile::tempdir().expect("a folder"), plan(10));
-        let journal = Journal::open(directory.path(), &ours).expect("new");
-        let told = Journal::open(directory.path(), &ours).expect_err("locked").to_string();
-        assert!(told.contains("another process is at work there"), "{told}");
-        drop(journal);
-        let told = Journal::open(directory.path(), &plan(11)).expect_err("other").to_string();
+    fn folder_belongs_to_one_campaign() {
+        let directory = tempfile::tempdir().expect("a folder");
+        drop(open(directory.path(), &plan(10)).expect("new"));
+        let told = open(directory.path(), &plan(11)).expect_err("other").to_string();
         assert!(told.contains("is of another campaign: trials: expected 11, got 10"), "{told}");
     }
 
@@ -172,7 +175,7 @@ mod tests {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));
         let line = serde_json::to_string(&row(2, Outcome::HoldSafe)).expect("a line");
         fs::write(directory.path().join(TRIALS), line + "\n").expect("written");
-        let told = Journal::open(directory.path(), &plan).expect_err("refused").to_string();
+        let told = open(directory.path(), &plan).expect_err("refused").to_string();
         assert!(told.contains("trials.jsonl:1: trial 2 of a campaign of 2"), "{told}");
     }
 }

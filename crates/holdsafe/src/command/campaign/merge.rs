@@ -30,7 +30,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         same(part, &plan, &read_plan(part)?)?;
     }
     let dir = out::directory(&args.out, Some(&args.out), "merged")?;
-    let journal = Journal::open(&dir, &plan)?;
+    let journal = Journal::open(&dir, &plan, &context.stop)?;
     let own = dir.canonicalize()?;
     for part in &args.parts {
         if part.canonicalize()? != own {

@@ -90,7 +90,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let label = format!("campaign-{}-{}", &plan.digest()[..12], &context.program[..12]);
     let default = context.root()?.join("runs").join(&label);
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
-    let journal = Journal::open(&dir, &plan)?;
+    let journal = Journal::open(&dir, &plan, &context.stop)?;
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
     let known = Known { journal: &journal, merged: merged(args, &plan)? };
     let jobs = args.jobs.map_or_else(parallel::cores, usize::from);

@@ -73,7 +73,7 @@ impl Listed {
         dir: &Path,
     ) -> Result<Numbered<Counted>, Failure> {
         let (terms, of) = (Terms::of(context, args, config)?, self.sequences.len() as u64);
-        let mut kept = Numbered::open(dir, &terms, of, check(&args.find))?;
+        let mut kept = Numbered::open(dir, &terms, of, check(&args.find), &context.stop)?;
         args.from.iter().try_for_each(|from| kept.add(from))?;
         let mine = |number: &u64| args.partition.is_none_or(|partition| partition.holds(*number));
         let missing: Vec<u64> = (0..of).filter(|number| mine(number) && !kept.has(*number)).collect();
