@@ -4,16 +4,18 @@
     pip install nevergrad==1.0.12
     OPTIMIZER=TwoPointsDE holdsafe search nominal --optimizer tools/optimizer/nevergrad_optimizer.py
 
-OPTIMIZER names an entry of nevergrad's registry (default TwoPointsDE). A sequence is a point of the unit cube: for each of its places one
+OPTIMIZER names an entry of nevergrad's registry (default TwoPointsDE). One that takes no points in parallel is asked for one a round. A sequence is a point of the unit cube: for each of its places one
 number for the action type, or for no action from the second place on, one for the moment, and one for each number of the action. The loss
 falls from 1 for the run without an attack to 0 at the nearest limit of the oracle; a finding has -1, a sequence that did not arrive 2.
 """
 
 import json
 import os
+import random
 import sys
 
 import nevergrad
+import numpy
 
 AT_LIMIT = 1_000_000  # an approach in millionths of the way
 
@@ -64,19 +66,31 @@ def loss(result, nominal):
 
 
 def main():
+    # Words of the libraries are no answers.
+    answers, sys.stdout = sys.stdout, sys.stderr
     begin = json.loads(sys.stdin.readline())
     cube = Cube(begin)
     space = nevergrad.p.Array(shape=(cube.dimensions,), lower=0.0, upper=1.0)
-    space.random_state.seed(begin["seed"])
+    # Some optimizers draw from the generators of the process.
+    seed = begin["seed"] % 2**32
+    random.seed(seed)
+    numpy.random.seed(seed)
+    space.random_state.seed(seed)
     name = os.environ.get("OPTIMIZER", "TwoPointsDE")
-    optimizer = nevergrad.optimizers.registry[name](space, budget=begin["budget"], num_workers=16)
+    if name not in nevergrad.optimizers.registry:
+        sys.exit(f"OPTIMIZER={name}: nevergrad has no such optimizer")
+    kind = nevergrad.optimizers.registry[name]
+    at_once = 1 if kind.no_parallelization else 16
+    optimizer = kind(space, budget=begin["budget"], num_workers=at_once)
     asked = []
     for line in sys.stdin:
         told = json.loads(line)
         for point, result in zip(asked, told["results"]):
             optimizer.tell(point, loss(result, begin["approaches"]))
-        asked = [optimizer.ask() for _ in range(told["most"])]
-        print(json.dumps({"sequences": [cube.sequence(point.value) for point in asked]}), flush=True)
+        if told["most"] == 0:
+            return
+        asked = [optimizer.ask() for _ in range(min(at_once, told["most"]))]
+        print(json.dumps({"sequences": [cube.sequence(point.value) for point in asked]}), file=answers, flush=True)
 
 
 main()

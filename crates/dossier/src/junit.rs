@@ -100,7 +100,7 @@ fn searched(search: &SearchObject, mut properties: Vec<(&'static str, String)>) 
     properties.push(("seed", search.seed.to_string()));
     properties.push(("draws", search.draws.to_string()));
     let hunt = &search.hunt;
-    let how = format!("{} trials, {}, {}", hunt.trials, format!("{:?}", hunt.strategy).to_lowercase(), search.policy);
+    let how = format!("{} trials, {}, {}", hunt.trials, hunt.strategy, search.policy);
     let outcomes = told(&hunt.outcomes);
     let whole = Case { name: how, verdict: Verdict::Passed, out: format!("outcomes: {outcomes}\n") };
     let found = |finding: &FindingRow| {

@@ -181,7 +181,7 @@ fn digest(recording: &Path) -> Result<String, Failure> {
 }
 
 /// Possibly foreign text: on one line, of bounded length, without terminal control characters.
-fn tame(text: &str) -> String {
+pub(crate) fn tame(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(MAX_REASON).collect()
 }
 

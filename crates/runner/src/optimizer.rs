@@ -6,24 +6,55 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel, sync_channel};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
 use std::time::Duration;
 
 use evidence::trial::Outcome;
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::Pid;
 use oracle::Approaches;
 use parallel::progress::Stop;
 use scenario::{AttackSpace, Range};
-use search::{Action, AttackSequence, Lore, Proposer, RunConfig, SearchConfig};
+use search::{Action, AttackSequence, Lore, Proposer, RunConfig, SearchConfig, Unfit};
 use serde::{Deserialize, Serialize};
+
+use super::checked::tame;
 
 /// Longest line that is read, bytes.
 const MAX_LINE: u64 = 1 << 20;
+/// Requests that wait for a program which does not read; the first line and the first round do at once.
+const MAX_REQUESTS: usize = 2;
 /// Time between two looks at a request to stop, while waiting for an answer, and the number of these before an answer is too late: ten minutes.
 const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 6_000;
 /// Looks for its end, once its input has ended: two seconds.
 const LAST_LOOKS: u32 = 20;
+
+/// Fault of a program, for which the search ends.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+enum Fault {
+    #[error("its output ended before the search did{}", exit(*.0))]
+    Ended(Option<i32>),
+    #[error("none within ten minutes")]
+    Late,
+    #[error("before its request was read")]
+    Early,
+    #[error("more than {MAX_LINE} bytes in a line")]
+    Long,
+    #[error("{0}")]
+    Unreadable(String),
+    #[error("{got} sequences; 1 to {most} were asked for")]
+    Count { most: usize, got: usize },
+    #[error("sequence {sequence}: {why}")]
+    Unfit { sequence: usize, why: Unfit },
+    #[error("stopped")]
+    Stopped,
+}
+
+fn exit(code: Option<i32>) -> String {
+    code.map_or_else(String::new, |code| format!(", with exit code {code}"))
+}
 
 /// The first line.
 #[derive(Serialize)]
@@ -49,7 +80,7 @@ struct Move<'a> {
     last: Vec<u32>,
 }
 
-/// A round: the results of the last one, and the most sequences of the next.
+/// A round: the results of the last one, and the most sequences of the next; 0 when there is none.
 #[derive(Serialize)]
 struct Round<'a> {
     most: usize,
@@ -87,10 +118,10 @@ pub struct Optimizer<'a> {
     stop: &'a Stop,
     child: Child,
     /// To its stdin; none once that is closed. A thread writes, since a program that does not read must not stop us.
-    requests: Option<Sender<Vec<u8>>>,
+    requests: Option<SyncSender<Vec<u8>>>,
     /// From its stdout.
-    answers: Receiver<Result<Vec<u8>, String>>,
-    /// Answers so far.
+    answers: Receiver<Result<Vec<u8>, Fault>>,
+    /// Answers asked for so far.
     rounds: u64,
     results: Vec<Told>,
 }
@@ -101,40 +132,24 @@ impl<'a> Optimizer<'a> {
     /// # Errors
     /// Why it does not start, in words.
     pub fn start(program: &Path, config: &'a SearchConfig, run: RunConfig, stop: &'a Stop) -> Result<Self, String> {
-        let name = name(program);
+        let nominal = config.try_sequence(&AttackSequence::default())?;
         let refused = |why: std::io::Error| {
-            format!(
-                "optimizer {}: {why}; name a program that can be executed, such as a script with `#!`",
-                program.display()
-            )
+            let help = "name a program that can be executed, such as a script that begins with `#!`";
+            format!("optimizer {}: {why}; {help}", program.display())
         };
-        let file = program.canonicalize().map_err(refused)?;
-        let mut command = Command::new(file);
-        // Ctrl-C is ours: the program ends with its input.
+        // A name without a folder is a file here, not a program of the path.
+        let mut command = Command::new(std::path::absolute(program).map_err(refused)?);
+        // Ctrl-C is ours: the program ends with its input, or with its group.
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut child = command.spawn().map_err(refused)?;
-        let (requests, to_write) = channel::<Vec<u8>>();
-        let (answered, answers) = sync_channel(1);
-        if let (Some(mut stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) {
-            std::thread::spawn(move || to_write.iter().all(|line| stdin.write_all(&line).is_ok()));
-            std::thread::spawn(move || {
-                let mut stdout = BufReader::new(stdout);
-                while let Some(line) = read_line(&mut stdout) {
-                    if answered.send(line).is_err() {
-                        return;
-                    }
-                }
-            });
-        }
-        let requests = Some(requests);
-        let mut own =
-            Self { name, space: &config.space, stop, child, requests, answers, rounds: 0, results: Vec::new() };
-        let nominal = config.try_sequence(&AttackSequence::default())?;
-        own.begin(run, &nominal.approaches)?;
+        let (requests, answers) = connected(child.stdin.take(), child.stdout.take());
+        let (name, space, requests) = (name(program), &config.space, Some(requests));
+        let mut own = Self { name, space, stop, child, requests, answers, rounds: 0, results: Vec::new() };
+        own.begin(run, &nominal.approaches).map_err(|why| own.told(&why))?;
         Ok(own)
     }
 
-    fn begin(&mut self, run: RunConfig, approaches: &Approaches) -> Result<(), String> {
+    fn begin(&mut self, run: RunConfig, approaches: &Approaches) -> Result<(), Fault> {
         let space = self.space;
         let (first, last) = space.begins();
         let last_of = |of: &scenario::Move| of.ranges().map(Range::last).collect();
@@ -149,61 +164,106 @@ impl<'a> Optimizer<'a> {
             moves: space.moves.iter().map(|of| Move { name: of.name.as_str(), last: last_of(of) }).collect(),
             approaches,
         };
-        self.send(serde_json::to_vec(&line))
+        self.send(&line)
     }
 
-    fn send(&self, line: serde_json::Result<Vec<u8>>) -> Result<(), String> {
-        let mut line = line.map_err(|why| self.fault(&why.to_string()))?;
+    /// Sends a line; one that is ahead of it in the output is no answer to it.
+    fn send(&mut self, line: &impl Serialize) -> Result<(), Fault> {
+        let mut line = serde_json::to_vec(line).map_err(|why| Fault::Unreadable(why.to_string()))?;
         line.push(b'\n');
-        let sent = self.requests.as_ref().is_some_and(|requests| requests.send(line).is_ok());
-        if sent { Ok(()) } else { Err(self.fault("it closed its input")) }
+        for _ in 0..LOOKS {
+            match self.answers.try_recv() {
+                Ok(_) => return Err(Fault::Early),
+                Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
+            }
+            match self.requests.as_ref().map(|requests| requests.try_send(line)) {
+                Some(Err(TrySendError::Full(back))) => line = back,
+                // That it reads no more is told when its answer is missing.
+                Some(Ok(()) | Err(TrySendError::Disconnected(_))) | None => return Ok(()),
+            }
+            match self.answers.recv_timeout(LOOK) {
+                Ok(_) => return Err(Fault::Early),
+                Err(RecvTimeoutError::Timeout) if !self.stop.asked() => {}
+                Err(RecvTimeoutError::Timeout) => return Err(Fault::Stopped),
+                Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
+            }
+        }
+        Err(Fault::Late)
     }
 
     /// The next line of its output.
-    fn answer(&mut self) -> Result<Vec<u8>, String> {
+    fn answer(&mut self) -> Result<Vec<u8>, Fault> {
         for _ in 0..LOOKS {
-            if self.stop.asked() {
-                return Err("stopped".to_owned());
-            }
             match self.answers.recv_timeout(LOOK) {
-                Ok(line) => return line.map_err(|why| self.fault(&why)),
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    let status = self.child.try_wait().ok().flatten().map_or_else(String::new, |s| format!(" ({s})"));
-                    return Err(self.fault(&format!("its output ended{status} before the search did")));
-                }
+                Ok(line) => return line,
+                Err(RecvTimeoutError::Timeout) if !self.stop.asked() => {}
+                Err(RecvTimeoutError::Timeout) => return Err(Fault::Stopped),
+                Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
             }
         }
-        Err(self.fault("no answer within ten minutes"))
+        Err(Fault::Late)
     }
 
-    fn parsed(&self, line: &[u8], most: usize) -> Result<Vec<AttackSequence>, String> {
-        let answer: Answer = serde_json::from_slice(line).map_err(|why| self.fault(&why.to_string()))?;
+    /// Ends it, if its output has ended and it has not; one that was ending has its own code.
+    fn ended(&mut self) -> Fault {
+        Fault::Ended(end(&mut self.child))
+    }
+
+    fn round(&mut self, most: usize) -> Result<Vec<AttackSequence>, Fault> {
+        let results = std::mem::take(&mut self.results);
+        self.send(&Round { most, results: &results })?;
+        let line = self.answer()?;
+        let answer: Answer = serde_json::from_slice(&line).map_err(|why| Fault::Unreadable(why.to_string()))?;
         let got = answer.sequences.len();
         if got == 0 || got > most {
-            return Err(self.fault(&format!("{got} sequences; 1 to {most} were asked for")));
+            return Err(Fault::Count { most, got });
         }
-        let sequence = |(i, actions): (usize, Vec<Proposed>)| {
+        let sequence = |(sequence, actions): (usize, Vec<Proposed>)| {
             let action = |of: Proposed| Action { begins: of.begins, kind: of.r#move, places: of.places };
             AttackSequence::checked(self.space, actions.into_iter().map(action).collect())
-                .map_err(|why| self.fault(&format!("sequence {i}: {why}")))
+                .map_err(|why| Fault::Unfit { sequence, why })
         };
         answer.sequences.into_iter().enumerate().map(sequence).collect()
     }
 
-    fn fault(&self, why: &str) -> String {
-        format!("optimizer {}, answer {}: {why}", self.name, self.rounds)
+    fn told(&self, why: &Fault) -> String {
+        format!("optimizer {}, answer {}: {}", self.name, self.rounds, tame(&why.to_string()))
     }
+}
+
+/// Threads between a program and two channels.
+fn connected(
+    stdin: Option<ChildStdin>,
+    stdout: Option<ChildStdout>,
+) -> (SyncSender<Vec<u8>>, Receiver<Result<Vec<u8>, Fault>>) {
+    let (requests, to_write) = sync_channel::<Vec<u8>>(MAX_REQUESTS);
+    let (answered, answers) = sync_channel(1);
+    if let (Some(mut stdin), Some(stdout)) = (stdin, stdout) {
+        std::thread::spawn(move || to_write.iter().all(|line| stdin.write_all(&line).is_ok()));
+        std::thread::spawn(move || {
+            let mut stdout = BufReader::new(stdout);
+            while let Some(line) = read_line(&mut stdout) {
+                if answered.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    (requests, answers)
+}
+
+/// Ends a program with its process group; gives its exit code if it had one already. One that cannot be ended is not waited for.
+fn end(child: &mut Child) -> Option<i32> {
+    let group = i32::try_from(child.id()).map(Pid::from_raw).ok()?;
+    let killed = killpg(group, Signal::SIGKILL).is_ok();
+    let status = if killed { child.wait().ok() } else { child.try_wait().ok().flatten() };
+    status?.code()
 }
 
 impl Proposer for Optimizer<'_> {
     fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, String> {
         self.rounds += 1;
-        let line = serde_json::to_vec(&Round { most, results: &self.results });
-        self.results.clear();
-        self.send(line)?;
-        let line = self.answer()?;
-        self.parsed(&line, most)
+        self.round(most).map_err(|why| self.told(&why))
     }
 
     fn take(&mut self, Lore { counted, new, .. }: Lore<'_>) {
@@ -214,13 +274,18 @@ impl Proposer for Optimizer<'_> {
 
 impl Drop for Optimizer<'_> {
     fn drop(&mut self) {
-        self.requests = None;
+        let results = std::mem::take(&mut self.results);
+        // A program that does not take the last results goes without them.
+        if let (Some(requests), Ok(mut line)) =
+            (self.requests.take(), serde_json::to_vec(&Round { most: 0, results: &results }))
+        {
+            line.push(b'\n');
+            let _taken = requests.try_send(line);
+        }
         // It is given a moment to end by itself.
         let ended = |own: &Self| matches!(own.answers.recv_timeout(LOOK), Err(RecvTimeoutError::Disconnected));
         let _in_time = (0..LAST_LOOKS).any(|_| ended(self));
-        // One that has ended cannot be killed; one that has only closed its output must not be waited for.
-        let _killed = self.child.kill();
-        let _status = self.child.wait();
+        let _code = end(&mut self.child);
     }
 }
 
@@ -230,12 +295,12 @@ pub fn name(program: &Path) -> String {
 }
 
 /// A line without its end; none where the output has ended.
-fn read_line(from: &mut impl BufRead) -> Option<Result<Vec<u8>, String>> {
+fn read_line(from: &mut impl BufRead) -> Option<Result<Vec<u8>, Fault>> {
     let mut line = Vec::new();
     match from.take(MAX_LINE + 1).read_until(b'\n', &mut line) {
-        Err(why) => Some(Err(why.to_string())),
+        Err(why) => Some(Err(Fault::Unreadable(why.to_string()))),
         Ok(0) => None,
-        Ok(_) if line.len() as u64 > MAX_LINE => Some(Err(format!("a line of more than {MAX_LINE} bytes"))),
+        Ok(_) if line.len() as u64 > MAX_LINE => Some(Err(Fault::Long)),
         Ok(_) => Some(Ok(line)),
     }
 }

@@ -1,6 +1,7 @@
 //! A program that proposes the sequences of a search: asked, told, refused, and ended.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -61,12 +62,38 @@ fn own_optimizer_is_told_its_results() {
     assert_eq!(object["findings"][0]["trial"], 1, "{object}");
     let rounds = lines(&heard);
     let told: Vec<usize> = rounds.iter().map(|round| round["results"].as_array().unwrap().len()).collect();
-    assert_eq!((told.len(), told[0]), (20, 0), "one sequence a round: {told:?}");
+    assert_eq!((told.len(), told[0]), (21, 0), "one sequence a round, and the end: {told:?}");
     assert!(told[1..].iter().all(|n| *n == 1), "{told:?}");
     let result = &rounds[1]["results"][0];
     assert_eq!((&result["class"], &result["finding"]), (&"UNSAFE".into(), &true.into()), "{result}");
-    let most: Vec<&Value> = [0, 4, 19].iter().map(|i| &rounds[*i]["most"]).collect();
-    assert_eq!(most, [16, 16, 1], "a round asks for no more than the budget has left");
+    let most: Vec<&Value> = [0, 4, 19, 20].iter().map(|i| &rounds[*i]["most"]).collect();
+    assert_eq!(most, [16, 16, 1, 0], "a round asks for no more than the budget has left");
+}
+
+/// In the order of the sequences, with two threads; also those behind a finding that ends the search.
+#[test]
+fn results_come_in_order_of_the_sequences() {
+    let dir = tempfile::tempdir().unwrap();
+    let begin = begin(dir.path());
+    let moves = begin["moves"].as_array().unwrap();
+    let hold = moves.iter().position(|of| of["name"] == "hold").unwrap();
+    let action = |places: &Value| json!([{ "move": hold, "begins": begin["begins"][0], "places": places }]);
+    let (weak, strong) = (action(&json!([0, 0])), action(&moves[hold]["last"]));
+    let answer = json!({ "sequences": [weak, strong, weak, weak] });
+    let heard = dir.path().join("heard");
+    let body = format!("while read round; do echo \"$round\" >> {}; echo '{answer}'; done", heard.display());
+    let program = script(dir.path(), &body);
+    for (more, told) in [(&["--jobs", "2"][..], vec![0, 4, 4, 4, 4, 4]), (&["--first", "--jobs", "1"], vec![0, 2])] {
+        let _none_before = fs::remove_file(&heard);
+        let output = holdsafe(&[&search(&program, &dir.path().join(told.len().to_string()))[..], more].concat());
+        assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+        let rounds = lines(&heard);
+        let results = |round: &Value| round["results"].as_array().unwrap().clone();
+        assert_eq!(rounds.iter().map(|round| results(round).len()).collect::<Vec<_>>(), told);
+        let found: Vec<bool> = results(&rounds[1]).iter().map(|result| result["finding"] == true).collect();
+        assert_eq!(found, [false, true, false, false][..found.len()]);
+        assert_eq!(rounds.last().unwrap()["most"], 0, "the last results come without a request");
+    }
 }
 
 /// With exit code 2, and with the name of what is wrong.
@@ -75,7 +102,7 @@ fn unfit_answers_are_refused_with_their_place() {
     let dir = tempfile::tempdir().unwrap();
     let action = |action: &str| format!("read round; echo '{{\"sequences\":[[{action}]]}}'; read round");
     let wrong = [
-        ("exit 7".to_owned(), "its output ended (exit status: 7)"),
+        ("exit 7".to_owned(), "its output ended before the search did, with exit code 7"),
         ("read round; exec >&-; while read round; do :; done".to_owned(), "its output ended"),
         ("read round; echo surprise; read round".to_owned(), "expected value"),
         ("read round; echo '{\"sequences\":[],\"more\":1}'; read round".to_owned(), "unknown field `more`"),
@@ -88,7 +115,12 @@ fn unfit_answers_are_refused_with_their_place() {
         (action(r#"{"move":0,"begins":0,"places":[]}"#), "begins at tick 0; the attack space has"),
         (action(r#"{"move":0,"begins":60,"places":[1,2,3,4,5,6]}"#), "6 places; its move has"),
         (action(r#"{"move":0,"begins":60,"places":[4000000000]}"#), "place 4000000000 of number 0; the last is"),
-        ("read round; head -c 2000000 /dev/zero; read round".to_owned(), "a line of more than 1048576 bytes"),
+        ("read round; head -c 2000000 /dev/zero; read round".to_owned(), "more than 1048576 bytes in a line"),
+        (
+            "while :; do echo '{\"sequences\":[[{\"move\":0,\"begins\":60,\"places\":[1]}]]}'; done".to_owned(),
+            "before its request was read",
+        ),
+        ("read round; printf '{\"\\033[2J\":1}\\n'; read round".to_owned(), "control character"),
     ];
     for (body, message) in wrong {
         let program = script(dir.path(), &body);
@@ -107,21 +139,36 @@ fn unfit_answers_are_refused_with_their_place() {
     assert!(told.contains("ermission denied") && told.contains("can be executed"), "{told}");
 }
 
-/// Also one that reads nothing and answers nothing; and its process is gone.
+/// Also one that reads nothing and answers nothing; and its process and that process's own are gone.
 #[test]
 fn interrupt_ends_silent_optimizer_too() {
     let dir = tempfile::tempdir().unwrap();
-    let id = dir.path().join("id");
-    nix::unistd::mkfifo(&id, nix::sys::stat::Mode::S_IRWXU).unwrap();
-    let program = script(dir.path(), &format!("echo $$ > {}; exec tail -f /dev/null", id.display()));
+    let program = script(dir.path(), "tail -f /dev/null & echo $! >&2; wait");
     let mut search = Command::new(env!("CARGO_BIN_EXE_holdsafe"))
         .args(["--root", root().to_str().unwrap()])
         .args(search(&program, &dir.path().join("out")))
         .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let own: i32 = fs::read_to_string(&id).unwrap().trim().parse().unwrap();
+    let mut id = String::new();
+    BufReader::new(search.stderr.as_mut().unwrap()).read_line(&mut id).unwrap();
     kill(Pid::from_raw(search.id() as i32), Signal::SIGINT).unwrap();
     assert_eq!(search.wait().unwrap().code(), Some(130));
-    assert!(kill(Pid::from_raw(own), None).is_err(), "the optimizer outlives the search");
+    // Gone, or waiting for its new parent to look at it.
+    let state = fs::read_to_string(format!("/proc/{}/stat", id.trim())).unwrap_or_default();
+    assert!(state.is_empty() || state.contains(") Z "), "a process outlives the search: {state}");
+}
+
+#[test]
+fn search_with_an_optimizer_has_no_partitions() {
+    let dir = tempfile::tempdir().unwrap();
+    let program = script(dir.path(), "exit 1");
+    let jobs = dir.path().join("jobs");
+    let [program, jobs] = [&program, &jobs].map(|path| path.to_str().unwrap());
+    let emit = ["emit", "make", "--partitions", "2", "--out", jobs, "--", "search", "nominal", "--optimizer", program];
+    let output = holdsafe(&emit);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(told.contains("depends on the results of earlier ones"), "{told}");
 }

@@ -2,8 +2,8 @@
 //! with `--shrink`, the uniqueness and the length of the minimal cases.
 //!
 //! The strategies take turns seed by seed, so that all see the same machine. CPU time is that of the trials, each on
-//! one thread; that of the run without a sequence is in it where the strategy reads its moments. It measures and
-//! prints; no test asserts its numbers.
+//! one thread; that of the run without a sequence is in it where the strategy reads its moments, that of an optimizer's own process is not.
+//! It measures and prints; no test asserts its numbers.
 
 use std::path::{Path, PathBuf};
 
@@ -103,7 +103,7 @@ impl Bench<'_> {
     pub(super) fn search(&self, sought: &Sought, by: &Source, seed: u64) -> Result<RunResult, Failure> {
         let strategy = match by {
             Source::Strategy(strategy) => *strategy,
-            // Not asked.
+            // It is given the approaches of the run without a sequence, as guided drawing is; their CPU time counts.
             Source::Program(_) => Strategy::Guided,
         };
         let run = RunConfig { strategy, seed, budget: self.budget, first: true };
