@@ -12,9 +12,8 @@ use serde::{Deserialize, Serialize};
 use super::draw::{Drawer, Strategy};
 use super::learned::{Known, Lesson};
 use super::moments::Moments;
-use super::run::{Counted, ROUND};
 use super::sequence::AttackSequence;
-use super::tried::Tried;
+use super::tried::{Counted, Tried};
 
 /// Prefix of a program's name, which could be that of a strategy.
 const PROGRAM: &str = "optimizer:";
@@ -90,7 +89,7 @@ pub trait Proposer {
 
 impl Proposer for Drawer<'_> {
     fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, String> {
-        Ok((0..most.min(ROUND as usize)).map(|_| self.sequence()).collect())
+        Ok((0..most).map(|_| self.sequence()).collect())
     }
 
     fn take(&mut self, Lore { tried, counted, new }: Lore<'_>) {

@@ -3,8 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use evidence::trial::{Outcome, Outcomes};
-use oracle::{AT_LIMIT, Approaches, Limit};
+use evidence::trial::Outcomes;
+use oracle::{AT_LIMIT, Limit};
 use parallel::progress::{Progress, Stop};
 use scenario::AttackSpace;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use super::draw::{Drawer, Strategy};
 use super::moments::Moments;
 use super::propose::{Lore, Proposer, Source};
 use super::sequence::AttackSequence;
-use super::tried::{Cause, SearchConfig, Test, Tried};
+use super::tried::{Cause, Counted, SearchConfig, Test, Tried};
 
 /// Sequences drawn, and tried, at a time.
 pub const ROUND: u64 = 16;
@@ -30,22 +30,6 @@ pub struct RunConfig {
     pub budget: u64,
     /// True to end with the first finding.
     pub first: bool,
-}
-
-/// A tried sequence as the result of a search counts it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Counted {
-    /// Class of its trial.
-    pub outcome: Outcome,
-    /// Its cause, if it is a finding.
-    pub cause: Option<Cause>,
-    /// Its coverage.
-    pub covered: Coverage,
-    /// Its approach to each limit; none if its attack did not arrive.
-    pub approaches: Approaches,
-    /// CPU time of the trial, seconds.
-    pub cpu_seconds: f64,
 }
 
 /// A finding as it was found.
@@ -198,18 +182,6 @@ impl SearchConfig {
             progress.step();
             tried
         })
-    }
-}
-
-impl Counted {
-    fn of(tried: &Tried, test: Test<'_>) -> Self {
-        Self {
-            outcome: tried.trial.outcome,
-            cause: test(tried),
-            covered: tried.coverage.clone(),
-            approaches: tried.brought_near(),
-            cpu_seconds: tried.trial.cpu_seconds,
-        }
     }
 }
 

@@ -8,6 +8,7 @@ use evidence::Property;
 use evidence::trial::{Outcome, Trial};
 use oracle::{Approaches, judged};
 use scenario::{AttackSpace, Scenario, Setup};
+use serde::{Deserialize, Serialize};
 use twin::part::baseline::Baseline;
 use twin::trial::{baseline, conclude, start, start_following};
 
@@ -32,7 +33,7 @@ pub struct SearchConfig {
 }
 
 /// Cause of a finding: shrinking keeps it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Cause {
     /// The class that the oracle gave.
     pub outcome: Outcome,
@@ -67,6 +68,34 @@ pub struct Tried {
     pub approaches: Approaches,
     /// Times at which the unit under test changed mode, milliseconds.
     pub changes_ms: Vec<u32>,
+}
+
+/// A tried sequence as the result of a search counts it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Counted {
+    /// Class of its trial.
+    pub outcome: Outcome,
+    /// Its cause, if it is a finding.
+    pub cause: Option<Cause>,
+    /// Its coverage.
+    pub covered: Coverage,
+    /// Its approach to each limit; none if its attack did not arrive.
+    pub approaches: Approaches,
+    /// CPU time of the trial, seconds.
+    pub cpu_seconds: f64,
+}
+
+impl Counted {
+    pub(super) fn of(tried: &Tried, test: Test<'_>) -> Self {
+        Self {
+            outcome: tried.trial.outcome,
+            cause: test(tried),
+            covered: tried.coverage.clone(),
+            approaches: tried.brought_near(),
+            cpu_seconds: tried.trial.cpu_seconds,
+        }
+    }
 }
 
 impl Tried {

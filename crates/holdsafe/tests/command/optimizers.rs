@@ -34,7 +34,7 @@ fn lines(file: &Path) -> Vec<Value> {
     fs::read_to_string(file).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// What a program is told before the first round.
+/// The first line that a program is told.
 fn begin(dir: &Path) -> Value {
     let heard = dir.join("begin");
     let program = script(dir, &format!("echo \"$begin\" > {}", heard.display()));
@@ -96,7 +96,7 @@ fn results_come_in_order_of_the_sequences() {
     }
 }
 
-/// With exit code 2, and with the name of what is wrong.
+/// With exit code 2, and with the place of the fault.
 #[test]
 fn unfit_answers_are_refused_with_their_place() {
     let dir = tempfile::tempdir().unwrap();
@@ -139,7 +139,7 @@ fn unfit_answers_are_refused_with_their_place() {
     assert!(told.contains("ermission denied") && told.contains("can be executed"), "{told}");
 }
 
-/// Also one that reads nothing and answers nothing; and its process and that process's own are gone.
+/// Also one that neither reads nor answers; its process and that process's own are gone.
 #[test]
 fn interrupt_ends_silent_optimizer_too() {
     let dir = tempfile::tempdir().unwrap();
