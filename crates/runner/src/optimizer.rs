@@ -111,6 +111,9 @@ struct Proposed {
     places: Vec<u32>,
 }
 
+/// A line of its output, or the reason why there is none.
+type Line = Result<Vec<u8>, Fault>;
+
 /// A running optimizer.
 pub struct Optimizer<'a> {
     name: String,
@@ -120,7 +123,7 @@ pub struct Optimizer<'a> {
     /// To its stdin; none once that is closed. A thread writes, since a program that does not read must not stop us.
     requests: Option<SyncSender<Vec<u8>>>,
     /// From its stdout.
-    answers: Receiver<Result<Vec<u8>, Fault>>,
+    answers: Receiver<Line>,
     /// Answers asked for so far.
     rounds: u64,
     results: Vec<Told>,
@@ -192,7 +195,7 @@ impl<'a> Optimizer<'a> {
     }
 
     /// The next line of its output.
-    fn answer(&mut self) -> Result<Vec<u8>, Fault> {
+    fn answer(&mut self) -> Line {
         for _ in 0..LOOKS {
             match self.answers.recv_timeout(LOOK) {
                 Ok(line) => return line,
@@ -232,10 +235,7 @@ impl<'a> Optimizer<'a> {
 }
 
 /// Threads between a program and two channels.
-fn connected(
-    stdin: Option<ChildStdin>,
-    stdout: Option<ChildStdout>,
-) -> (SyncSender<Vec<u8>>, Receiver<Result<Vec<u8>, Fault>>) {
+fn connected(stdin: Option<ChildStdin>, stdout: Option<ChildStdout>) -> (SyncSender<Vec<u8>>, Receiver<Line>) {
     let (requests, to_write) = sync_channel::<Vec<u8>>(MAX_REQUESTS);
     let (answered, answers) = sync_channel(1);
     if let (Some(mut stdin), Some(stdout)) = (stdin, stdout) {
@@ -295,7 +295,7 @@ pub fn name(program: &Path) -> String {
 }
 
 /// A line without its end; none where the output has ended.
-fn read_line(from: &mut impl BufRead) -> Option<Result<Vec<u8>, Fault>> {
+fn read_line(from: &mut impl BufRead) -> Option<Line> {
     let mut line = Vec::new();
     match from.take(MAX_LINE + 1).read_until(b'\n', &mut line) {
         Err(why) => Some(Err(Fault::Unreadable(why.to_string()))),
