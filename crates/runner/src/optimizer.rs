@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::Duration;
 
 use evidence::trial::Outcome;
@@ -111,7 +111,7 @@ struct Proposed {
     places: Vec<u32>,
 }
 
-/// A line of its output, or the reason why there is none.
+/// A line, or the reason why there is none.
 type Line = Result<Vec<u8>, Fault>;
 
 /// A running optimizer.
@@ -133,7 +133,7 @@ impl<'a> Optimizer<'a> {
     /// Starts the program for a search with `config`.
     ///
     /// # Errors
-    /// Why it does not start, in words.
+    /// The reason why it does not start, in words.
     pub fn start(program: &Path, config: &'a SearchConfig, run: RunConfig, stop: &'a Stop) -> Result<Self, String> {
         let nominal = config.try_sequence(&AttackSequence::default())?;
         let refused = |why: std::io::Error| {
@@ -172,23 +172,18 @@ impl<'a> Optimizer<'a> {
 
     /// Sends a line; one that is ahead of it in the output is no answer to it.
     fn send(&mut self, line: &impl Serialize) -> Result<(), Fault> {
-        let mut line = serde_json::to_vec(line).map_err(|why| Fault::Unreadable(why.to_string()))?;
-        line.push(b'\n');
+        let mut line = encoded(line)?;
+        if self.answers.try_recv().is_ok() {
+            return Err(Fault::Early);
+        }
         for _ in 0..LOOKS {
-            match self.answers.try_recv() {
-                Ok(_) => return Err(Fault::Early),
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
-            }
             match self.requests.as_ref().map(|requests| requests.try_send(line)) {
                 Some(Err(TrySendError::Full(back))) => line = back,
                 // That it reads no more is told when its answer is missing.
                 Some(Ok(()) | Err(TrySendError::Disconnected(_))) | None => return Ok(()),
             }
-            match self.answers.recv_timeout(LOOK) {
-                Ok(_) => return Err(Fault::Early),
-                Err(RecvTimeoutError::Timeout) if !self.stop.asked() => {}
-                Err(RecvTimeoutError::Timeout) => return Err(Fault::Stopped),
-                Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
+            if self.look()?.is_some() {
+                return Err(Fault::Early);
             }
         }
         Err(Fault::Late)
@@ -197,14 +192,21 @@ impl<'a> Optimizer<'a> {
     /// The next line of its output.
     fn answer(&mut self) -> Line {
         for _ in 0..LOOKS {
-            match self.answers.recv_timeout(LOOK) {
-                Ok(line) => return line,
-                Err(RecvTimeoutError::Timeout) if !self.stop.asked() => {}
-                Err(RecvTimeoutError::Timeout) => return Err(Fault::Stopped),
-                Err(RecvTimeoutError::Disconnected) => return Err(self.ended()),
+            if let Some(line) = self.look()? {
+                return Ok(line);
             }
         }
         Err(Fault::Late)
+    }
+
+    /// A line of its output, if one comes until the next look.
+    fn look(&mut self) -> Result<Option<Vec<u8>>, Fault> {
+        match self.answers.recv_timeout(LOOK) {
+            Ok(line) => line.map(Some),
+            Err(RecvTimeoutError::Timeout) if self.stop.asked() => Err(Fault::Stopped),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
+        }
     }
 
     /// Ends it, if its output has ended and it has not; one that was ending has its own code.
@@ -232,6 +234,13 @@ impl<'a> Optimizer<'a> {
     fn told(&self, why: &Fault) -> String {
         format!("optimizer {}, answer {}: {}", self.name, self.rounds, tame(&why.to_string()))
     }
+}
+
+/// An object as a line.
+fn encoded(of: &impl Serialize) -> Line {
+    let mut line = serde_json::to_vec(of).map_err(|why| Fault::Unreadable(why.to_string()))?;
+    line.push(b'\n');
+    Ok(line)
 }
 
 /// Threads between a program and two channels.
@@ -276,10 +285,7 @@ impl Drop for Optimizer<'_> {
     fn drop(&mut self) {
         let results = std::mem::take(&mut self.results);
         // A program that does not take the last results goes without them.
-        if let (Some(requests), Ok(mut line)) =
-            (self.requests.take(), serde_json::to_vec(&Round { most: 0, results: &results }))
-        {
-            line.push(b'\n');
+        if let (Some(requests), Ok(line)) = (self.requests.take(), encoded(&Round { most: 0, results: &results })) {
             let _taken = requests.try_send(line);
         }
         // It is given a moment to end by itself.

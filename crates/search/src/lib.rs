@@ -5,8 +5,8 @@
 //! numbers; a *sequence* is an attack sequence, all actions of one trial. A *cause* is the class of a trial with the first property it
 //! broke. `sequence` is the sequence and the scenario that it makes, `tried` one trial of it, `coverage` the situations it showed,
 //! `moments` the times that may matter, `learned` the state of a search run, `draw` the strategies, `climb` the approach to one limit
-//! at a time, `vary` variations of sequences, `propose` where sequences come from, `run` the loop, `exhaust` every sequence up to a length, `shrink` the smallest,
-//! `robust` one away from its edge, `sample` sequences drawn at random for comparison with live runs. The list of properties, their
+//! at a time, `vary` variations of sequences, `propose` their sources, `run` the loop, `exhaust` every sequence up to a length, `shrink`
+//! the smallest, `robust` one away from its edge, `sample` sequences drawn at random for comparison with live runs. The list of properties, their
 //! verdicts and approaches are `oracle`'s.
 
 mod climb;

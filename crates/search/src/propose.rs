@@ -1,4 +1,4 @@
-//! Where the sequences of a search run come from: a strategy of this crate, or an optimizer outside it, which is asked for them a round at
+//! Sources of the sequences of a search run: a strategy of this crate, or an optimizer outside it, which is asked for them a round at
 //! a time and told their results.
 //!
 //! Talking to a program is left to the caller; a sequence from outside is checked by [`AttackSequence::checked`].
@@ -80,7 +80,7 @@ pub trait Proposer {
     /// The sequences of a round: at least one, at most `most`.
     ///
     /// # Errors
-    /// Why it cannot go on, in words.
+    /// The reason why it cannot go on, in words.
     fn propose(&mut self, most: usize) -> Result<Vec<AttackSequence>, String>;
 
     /// Takes the result of the first sequence that was proposed and has none yet.
