@@ -32,6 +32,8 @@ def p2_p3_processes(log):
         node = ev["node"]
         if bounds_of(log, node) is None or not (ev["killed"] if ev["is"] == "ended" else ev["on"]):
             continue
+        if ev["is"] == "suspended" and any(died <= t < again for died, again in log.dead(node)):
+            continue  # what has ended is not stopped: its end owes the response
         runs = runs_again(log, ev, t)
         killed = ev["is"] == "ended"
         if log.mode_at(t) not in NOMINAL_MODES and not own_step(log, t):
@@ -86,11 +88,12 @@ def platform_responds(log, node, zero, runs):
 def plant_stops(log, zero, runs):
     """Under a dead unit the last set-point's lease ends, in any case within Th, and the plant stands when the brakes have had their time."""
     lease = log.bounds["set_point_lease_ms"] * 1000 + SLACK
-    ends = zero + lease + sum(end - start for start, end in log.stopped("sim") if zero <= start <= zero + lease)
+    ends = zero + lease + stood_still(log, zero, zero + lease)
     leased = next((at for at, tr in log.truth() if ends < at < runs and tr["leased"]), None)
     if leased is not None:
         yield "P3", leased, "the plant is leased for longer than its last set-point was"
     due = zero + log.bounds["to_hold_safe_ms"] * 1000
+    due += stood_still(log, zero, due)
     if due > runs:
         return
     if not any(at >= due for at, _ in log.truth()):
@@ -106,10 +109,14 @@ def stands(log, zero, runs):
     b = log.bounds
     braking = b["max_speed_mm_s"] * 1_000_000 // b["braking_mm_s2"]
     due = zero + b["to_hold_safe_ms"] * 1000 + braking + SAMPLE
-    # In a world that stands still nothing brakes.
-    due += sum(end - start for start, end in log.stopped("sim") if zero <= start <= due)
+    due += stood_still(log, zero, due)
     if any(due < at < runs and not tr["safe"] for at, tr in log.truth()):
         yield "P3", due, "the plant has not come to rest"
+
+
+def stood_still(log, since, until):
+    """For how long the plant's world did not go on, of stops that began in this time: nothing brakes in it, and no lease ends."""
+    return sum(end - start for start, end in log.stopped("sim") if since <= start <= until)
 
 
 def holds_again(log, t, runs):

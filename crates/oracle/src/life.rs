@@ -37,6 +37,11 @@ pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     ended.map(|w| (w.at, again(w.at).map_or(Micros::MAX, |w| w.at))).collect()
 }
 
+/// True if `node` did not live at that time.
+pub(super) fn is_dead(evidence: &Evidence, node: NodeId, at: Micros) -> bool {
+    dead(evidence, node).iter().any(|(from, to)| (*from..*to).contains(&at))
+}
+
 /// True if a process left no mark in that time: no entry of its own, no input of its core. The broker, which leaves none, is
 /// heard of by the bytes that clients' ingresses saw come out of it.
 pub(super) fn silent(evidence: &Evidence, node: NodeId, (from, to): Span) -> bool {

@@ -55,6 +55,9 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
             _ => continue,
         };
         let Some(owed) = owed(evidence.under, node) else { continue };
+        if matches!(w.entry.event, Any::Instrument(Note::Suspended { .. })) && life::is_dead(evidence, node, w.at) {
+            continue; // What has ended is not stopped: its end owes the response.
+        }
         let runs = runs_again(evidence, w);
         let given = |at: Micros| at >= w.at && at < runs;
         let hold = || {
@@ -298,8 +301,7 @@ impl Death<'_> {
     /// Time at which the unit's mode shows the result of a bound that ends at `at`: where it hung then, once it runs again; never of a
     /// unit that is dead itself: the plant is looked at for that.
     fn judged(&self, at: Micros) -> Option<Micros> {
-        let dead =
-            life::dead(self.evidence, self.evidence.under.node()).iter().any(|(from, to)| (*from..*to).contains(&at));
+        let dead = life::is_dead(self.evidence, self.evidence.under.node(), at);
         let judges = can_judge(self.evidence, self.evidence.under.node(), at);
         (!dead && judges <= self.evidence.duration).then_some(judges)
     }
@@ -325,6 +327,7 @@ impl Death<'_> {
     /// had their time.
     fn plant_stops(&self, zero: Micros) -> Vec<Finding> {
         let due = zero + self.evidence.bounds.to_hold_safe_ms * 1000;
+        let due = due + self.world_stood_still(zero, due);
         let leased = self.leased_beyond(zero);
         let mut found = Vec::from_iter(leased.clone());
         if due > self.runs {

@@ -2,7 +2,7 @@
 
 use evidence::Property;
 use evidence::trial::Outcome;
-use instrument::Note;
+use instrument::{Any, Note, Suspension};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
@@ -29,6 +29,33 @@ fn p3_plant_continues_after_unit_death() {
     assert_eq!((verdict.findings.as_slice(), verdict.outcome), (&[][..], Outcome::HoldSafe));
     let plant = verdict.responses[0].plant.unwrap();
     assert_eq!((plant.lease_ended_ms, plant.standing_ms), (Some(300.0), Some(1300.0)));
+}
+
+/// No plant brakes and no lease ends while the world of the plant stands still.
+#[test]
+fn p3_counts_no_time_of_a_hung_world() {
+    let mut log = Log::whole();
+    log.killed(5000, NodeId::UNIT_A).cut_display(5000);
+    for (at, on) in [(5000, true), (6300, false)] {
+        log.add(at, NodeId::CAMPAIGN, Note::Suspended { node: NodeId::SIM, how: Suspension::Hang, on });
+    }
+    log.without(5000, 6300, |w| matches!(w.entry.event, Any::Instrument(Note::Truth { .. })));
+    let mut late = log.clone();
+    late.plant_stops(7400);
+    assert!(late.breaks_with_dead(NodeId::UNIT_A).contains(&Property::P3), "its lease goes on in a world that runs");
+    log.plant_stops(6400);
+    assert_eq!(log.breaks_with_dead(NodeId::UNIT_A), []);
+}
+
+#[test]
+fn p3_nothing_is_owed_for_a_stop_of_a_dead_unit() {
+    let mut log = Log::whole();
+    log.killed(5000, NodeId::UNIT_A).cut_display(5000).plant_stops(5300);
+    for (at, on) in [(6000, true), (8000, false)] {
+        log.add(at, NodeId::CAMPAIGN, Note::Suspended { node: NodeId::UNIT_A, how: Suspension::Hang, on });
+    }
+    assert_eq!(log.breaks_with_dead(NodeId::UNIT_A), []);
+    assert_eq!(log.judge_with(vec![NodeId::UNIT_A]).responses.len(), 1);
 }
 
 #[test]
