@@ -61,8 +61,8 @@ pub enum ListRefused {
     /// Longer than [`MAX_LIST`].
     #[error("a revocation list of at most {MAX_LIST} bytes expected, got {0}")]
     Length(usize),
-    /// Not a list with a number.
-    #[error("a numbered revocation list expected, got something else")]
+    /// Not a list with a number, in the encoding that certificates are verified with.
+    #[error("a numbered revocation list in DER expected, got something else")]
     Unreadable,
     /// Not signed by the authority of this end's certificate.
     #[error("a revocation list of this run's authority expected, got another's")]
