@@ -246,18 +246,26 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// Held while a program is written and started, and by every other fork: a fork in between would keep it open for
-    /// writing, and so busy.
-    pub(crate) static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    /// Held while a program is written and started, by every other fork, and by tests that lock files: a fork in between
+    /// would keep the program open for writing, and so busy, and a lock held.
+    pub(crate) fn alone() -> std::sync::MutexGuard<'static, ()> {
+        static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
+        WRITING.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
 
     /// A child that runs `script` in place of a service.
     fn child(folder: &tempfile::TempDir, script: &str) -> Child {
-        let _writing = WRITING.lock().unwrap();
+        heard(folder, script).0
+    }
+
+    /// The same with its lines.
+    fn heard(folder: &tempfile::TempDir, script: &str) -> (Child, std::sync::mpsc::Receiver<(NodeId, Line)>) {
+        let _alone = alone();
         let program = folder.path().join("holdsafe-script");
         std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o700)).unwrap();
-        let (lines, _unheard) = std::sync::mpsc::channel();
-        Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap()
+        let (lines, heard) = std::sync::mpsc::channel();
+        (Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap(), heard)
     }
 
     /// One that ended is not.
@@ -282,7 +290,9 @@ pub(super) mod tests {
         let mut silent = child(&folder, "exec cat >/dev/null");
         assert_eq!(silent.ended_by(), None);
         assert!(!silent.ended() && silent.kill());
-        assert_eq!(child(&folder, "kill -SYS $$").ended_by(), Some(31));
+        let (mut killed, lines) = heard(&folder, "kill -SYS $$");
+        assert_eq!(lines.recv().unwrap(), (NodeId::SIM, Line::Ended));
+        assert_eq!(killed.ended_by(), Some(31));
     }
 
     #[test]

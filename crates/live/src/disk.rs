@@ -71,9 +71,9 @@ mod tests {
     /// That of no process is not.
     #[test]
     fn file_limit_of_a_process_is_adjustable() {
-        let writing = crate::child::tests::WRITING.lock().unwrap();
+        let alone = crate::child::tests::alone();
         let mut running = std::process::Command::new("cat").stdin(std::process::Stdio::piped()).spawn().unwrap();
-        drop(writing);
+        drop(alone);
         let usual = fill(running.id()).unwrap();
         assert_eq!(usual, getrlimit(Resource::Fsize));
         assert_eq!(fill(running.id()).unwrap().current, Some(0));

@@ -163,13 +163,9 @@ pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    // While one test removes leftovers it holds each run's mark, and another would take that run for a living one.
+    use crate::child::tests::alone;
     use crate::remains::SCRATCH;
-
-    /// While one test removes leftovers it holds each run's mark, and another would take that run for a living one.
-    fn alone() -> std::sync::MutexGuard<'static, ()> {
-        static ONE: std::sync::Mutex<()> = std::sync::Mutex::new(());
-        ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-    }
 
     /// A run with a file in shared memory and a folder.
     fn run(name: &str) -> (Remains, PathBuf) {

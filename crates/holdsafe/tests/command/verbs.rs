@@ -120,7 +120,7 @@ fn run_shows_a_live_trial() {
     let (_folder, scenario) = short();
     let output = {
         let _alone = alone();
-        started(&["run", "--live", "--watch", &scenario, "--json"])
+        started(&["run", "--live", "--watch", "--retries", "5", &scenario, "--json"])
     };
     let object: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((&object["kind"], output.status.code()), (&"trial".into(), Some(0)), "{output:?}");
