@@ -106,6 +106,10 @@ fn every_mutant_has_one_place_in_sources() {
             let text = |key: &str| place.get(key).and_then(toml::Value::as_str).expect(key).to_owned();
             let times = fs::read_to_string(root().join(text("file"))).unwrap().matches(&text("find")).count();
             assert_eq!(times, 1, "{list}: `{}` in {}", text("find"), text("file"));
+            for part in ["find", "replace"].map(text) {
+                // Each is put between braces.
+                assert_eq!(part.matches('{').count(), part.matches('}').count(), "{list}: `{part}`");
+            }
         });
         assert!(found.count() >= mutants.len() && mutants.len() > 20, "{list}");
     }
