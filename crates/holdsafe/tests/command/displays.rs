@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use console::process::player::Player;
@@ -10,6 +11,7 @@ use serde_json::Value;
 
 use super::evidence::object;
 use super::exports::told;
+use super::live::TRIES;
 use super::readers::flip_a_bit;
 use super::{alone, holdsafe, root};
 
@@ -57,15 +59,13 @@ fn packets(run: &str) -> std::thread::JoinHandle<Vec<(u16, usize)>> {
     })
 }
 
-/// It is watched from beside to its end.
-#[test]
-fn live_run_is_watched_and_shown_again() {
-    let (folder, scenario) = short();
-    let out = folder.path().join("run");
+/// Pictures and packets of a live run that is watched from beside to its end; none if the host stalled it, which is no
+/// evidence.
+fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<(u16, usize)>)> {
     let run = out.to_str().unwrap();
-    let alone = alone();
+    let _alone = alone();
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
-    live.args(["--root", root().to_str().unwrap(), "live", &scenario, "--out", run]).stdout(Stdio::null());
+    live.args(["--root", root().to_str().unwrap(), "live", scenario, "--out", run, "--json"]).stdout(Stdio::piped());
     let mut live = live.spawn().unwrap();
     let log = out.join("mouth/console.cbor");
     while !log.exists() {
@@ -76,10 +76,24 @@ fn live_run_is_watched_and_shown_again() {
     let mut watch = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     let mut watch = watch.args(["watch", run, "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let lines = BufReader::new(watch.stdout.take().unwrap()).lines();
-    let pictures: Vec<Value> = lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
-    assert!(watch.wait().unwrap().success() && live.wait().unwrap().success());
-    drop(alone);
-    let packets = packets.join().unwrap();
+    let pictures = lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
+    assert!(watch.wait().unwrap().success());
+    let (packets, live) = (packets.join().unwrap(), live.wait_with_output().unwrap());
+    let trial: Value = serde_json::from_slice(&live.stdout).unwrap();
+    if trial["host_stall_ms"].is_number() {
+        return None;
+    }
+    assert!(live.status.success(), "{trial}");
+    Some((pictures, packets))
+}
+
+#[test]
+fn live_run_is_watched_and_shown_again() {
+    let (folder, scenario) = short();
+    let mut outs = (1..=TRIES).map(|number| folder.path().join(format!("run-{number}")));
+    let first = outs.find_map(|out| watched(&scenario, &out).map(|seen| (out, seen)));
+    let (out, (pictures, packets)) = first.unwrap_or_else(|| panic!("the host stalled each of {TRIES} live runs"));
+    let run = out.to_str().unwrap();
     let of = |apid: u16| packets.iter().filter(|packet| packet.0 == apid).collect::<Vec<_>>();
     assert!(of(64).len() >= 2 && of(65).iter().all(|packet| packet.1 == 79) && of(65).len() >= 2, "{packets:?}");
     let fresh = |picture: &&Value| picture["units"][0]["state"]["freshness"] == "fresh";

@@ -21,7 +21,7 @@ use super::displays::short;
 use super::{alone, root};
 
 /// Trials that a busy host may spoil before one is taken as it is.
-const TRIES: u64 = 5;
+pub(super) const TRIES: u64 = 5;
 
 /// True if the host, and not the platform, explains the findings: the launcher overslept, or a service was kept from
 /// running so long that its entries came late to the recording.
