@@ -115,8 +115,8 @@ def stands(log, zero, runs):
 
 
 def stood_still(log, since, until):
-    """For how long the plant's world did not go on, of stops that began in this time: nothing brakes in it, and no lease ends."""
-    return sum(end - start for start, end in log.stopped("sim") if since <= start <= until)
+    """For how long the plant's world did not go on from then on, of stops that began by the end: nothing brakes in it, no lease ends."""
+    return sum(max(0, end - max(start, since)) for start, end in log.stopped("sim") if start <= until)
 
 
 def holds_again(log, t, runs):

@@ -368,13 +368,13 @@ impl Death<'_> {
 }
 
 impl Death<'_> {
-    /// Time for which the plant's world did not go on, of stops that began from `from` to `to`: no plant brakes in it meanwhile.
+    /// Time from `from` on for which the plant's world did not go on, of stops that began until `to`: no plant brakes in it meanwhile.
     fn world_stood_still(&self, from: Micros, to: Micros) -> Micros {
         let began = self.evidence.entries.iter().filter(|w| {
             matches!(w.entry.event, Any::Instrument(Note::Suspended { node, on: true, .. }) if node == self.evidence.under.sim)
-                && (from..=to).contains(&w.at)
+                && w.at <= to
         });
-        began.map(|w| runs_again(self.evidence, w) - w.at).sum()
+        began.map(|w| runs_again(self.evidence, w).saturating_sub(w.at.max(from))).sum()
     }
 }
 

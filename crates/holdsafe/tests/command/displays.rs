@@ -37,8 +37,11 @@ pub(super) fn short() -> (tempfile::TempDir, String) {
     (folder, path)
 }
 
-/// Packets that a ground system reads of a run until it is over: application process and length of each.
-fn packets(run: &str) -> std::thread::JoinHandle<Vec<(u16, usize)>> {
+/// Application process and length of a packet.
+type Packet = (u16, usize);
+
+/// Packets that a ground system reads of a run until it is over.
+fn packets(run: &str) -> std::thread::JoinHandle<Vec<Packet>> {
     let mut watch = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     let mut watch = watch.args(["watch", run, "--packets", "--json"]).stdout(Stdio::piped()).spawn().unwrap();
     let mut line = String::new();
@@ -61,7 +64,7 @@ fn packets(run: &str) -> std::thread::JoinHandle<Vec<(u16, usize)>> {
 
 /// Pictures and packets of a live run that is watched from beside to its end; none if the host stalled it, which is no
 /// evidence.
-fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<(u16, usize)>)> {
+fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<Packet>)> {
     let run = out.to_str().unwrap();
     let _alone = alone();
     let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
