@@ -53,7 +53,7 @@ fn p3_counts_no_time_of_a_hung_world() {
 }
 
 #[test]
-fn p3_nothing_is_owed_for_a_stop_of_a_dead_unit() {
+fn p3_stop_of_a_dead_unit_owes_nothing() {
     let mut log = Log::whole();
     log.killed(5000, NodeId::UNIT_A).cut_display(5000).plant_stops(5300);
     for (at, on) in [(6000, true), (8000, false)] {
