@@ -6,6 +6,7 @@
 mod ablate;
 mod assess;
 mod campaign;
+#[cfg(feature = "parquet")]
 mod columns;
 mod cost;
 mod curve;
@@ -24,6 +25,7 @@ mod table;
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use assess::{AssessObject, Assessed, InjectionRow, TestRow, assess_table};
 pub use campaign::{CampaignObject, CampaignRow, ClaimRow, Claims, Fold, RateBounds, Tallies, campaign_table};
+#[cfg(feature = "parquet")]
 pub use columns::{TableError, TrialTable};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use aws_lc_rs::signature::{Ed25519KeyPair, KeyPair};
+use ring::signature::{Ed25519KeyPair, KeyPair};
 use ed25519_dalek::{Signature, VerifyingKey};
 use minicbor::Encoder;
 use minicbor::bytes::ByteSlice;

@@ -7,20 +7,8 @@ mod acts;
 mod bench;
 mod display;
 mod images;
-#[cfg(feature = "gui")]
-mod looks;
 mod properties;
 #[cfg(feature = "process")]
 mod recordings;
-#[cfg(feature = "gui")]
-mod scenes;
 mod script;
-#[cfg(feature = "gui")]
-mod sensors;
-#[cfg(feature = "gui")]
-mod snapshots;
-#[cfg(feature = "gui")]
-mod window;
 mod world;
-#[cfg(feature = "gui")]
-mod yard;

@@ -5,6 +5,7 @@ mod journal;
 mod merge;
 mod run;
 mod space;
+mod table;
 
 use runner::Context;
 use runner::failure::{Exit, Failure};

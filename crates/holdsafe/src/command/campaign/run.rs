@@ -4,7 +4,6 @@
 //! interruption. Threads and partitions decide which of them runs a trial, and have no other effect.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
@@ -14,7 +13,7 @@ use results::campaign::Plan;
 use results::campaign::claim::Claim;
 use results::campaign::partition::Partition;
 use results::campaign::row::Row;
-use results::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
+use results::report::{CampaignObject, Fold, campaign_table};
 use runner::bring::Bring;
 use runner::engage::Engage;
 use runner::failure::{Exit, Failure};
@@ -25,6 +24,7 @@ use sha2::{Digest, Sha256};
 
 use super::journal::{Journal, each_row, read_plan, same};
 use super::space::{self, Draw, Grid};
+use super::table::{self, TrialFile};
 use crate::command::emit::Shares;
 
 #[derive(Debug, clap::Args)]
@@ -192,8 +192,7 @@ pub(super) fn conclude(
     journal: &Journal,
     partition: Partition,
 ) -> Result<CampaignObject, Failure> {
-    let broken = |e: TableError| Failure::new(Exit::Environment, e.to_string());
-    let mut table = TrialTable::new(File::create(dir.join("trials.parquet.new"))?, plan).map_err(broken)?;
+    let mut table = TrialFile::create(dir, plan)?;
     let mut digest = Sha256::new_with_prefix("holdsafe campaign\n");
     digest.update(plan.digest());
     let mut rows = Vec::new();
@@ -204,13 +203,12 @@ pub(super) fn conclude(
         for i in 0..wanted {
             let Some(row) = journal.row(plan.number(v, i))? else { continue };
             digest.update(line(plan, v, i, &row)?);
-            table.put(v, i, row.clone()).map_err(broken)?;
+            table.add_trial(v, i, &row)?;
             fold.take(plan, variation, i, row);
         }
         rows.push(fold.row(plan, v, variation, wanted));
     }
-    table.finish().map_err(broken)?;
-    fs::rename(dir.join("trials.parquet.new"), dir.join("trials.parquet"))?;
+    table.finish()?;
     let campaign = CampaignObject::new(plan, hex(&digest.finalize()), rows);
     out::write_result(dir, "campaign.json", "campaign", &campaign)?;
     Ok(campaign)
@@ -229,6 +227,9 @@ pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> 
         return out::print_json("campaign", campaign);
     }
     out::say(format_args!("{}{}", campaign_table(campaign), dir.display()));
+    if !table::IS_BUILT {
+        link::note!("{}", table::LEFT_OUT);
+    }
     Ok(())
 }
 

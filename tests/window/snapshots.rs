@@ -14,7 +14,7 @@ const FEW: [&str; 4] = ["authority", "hold-safe", "armed", "lost"];
 
 #[test]
 fn what_is_drawn_is_as_in_its_snapshot() {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/console/snapshots");
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("snapshots");
     for (name, scene) in SCENES.iter().filter(|(name, _)| FEW.contains(name)) {
         let seated = seat(scene());
         let mut drawn = String::new();

@@ -8,12 +8,12 @@
 #![expect(clippy::unwrap_used, reason = "a gallery that cannot be drawn is to end with the reason")]
 
 #[expect(dead_code, reason = "the tests use the rest of it")]
-#[path = "../../tests/console/bench.rs"]
+#[path = "../../../crates/console/tests/console/bench.rs"]
 mod bench;
 mod living;
-#[path = "../../tests/console/scenes.rs"]
+#[path = "../scenes.rs"]
 mod scenes;
-#[path = "../../tests/console/yard.rs"]
+#[path = "../yard.rs"]
 mod yard;
 
 use std::path::{Path, PathBuf};
