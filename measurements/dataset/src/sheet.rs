@@ -130,7 +130,7 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
 }
 
 /// Brightness of a depth, millimetres: near is bright; black is no return.
-pub fn near(mm: u16) -> u8 {
+fn near(mm: u16) -> u8 {
     if mm == 0 { 0 } else { (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8 }
 }
 

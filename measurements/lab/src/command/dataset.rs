@@ -24,7 +24,7 @@ pub(super) struct Args {
     /// Write here; the folder is made.
     #[arg(value_name = "DIR", required_unless_present = "sheet")]
     dir: Option<PathBuf>,
-    /// Conditions, as in crates/dataset/cells.toml; all of them without it.
+    /// Conditions, as in measurements/dataset/cells.toml; all of them without it.
     #[arg(long, value_name = "NAME")]
     cell: Vec<String>,
     /// Split of seeds, shapes, paints and grounds.

@@ -33,7 +33,7 @@ pub struct Args {
     /// Rides of each cell, five seconds each; the first has the number that --seed gives.
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(2..=100_000))]
     rides: u64,
-    /// Conditions, as in crates/dataset/cells.toml; clear alone without it. The noise model is of clear air.
+    /// Conditions, as in measurements/dataset/cells.toml; clear alone without it. The noise model is of clear air.
     #[arg(long, value_name = "NAME", default_values_t = ["clear".to_owned()])]
     cell: Vec<String>,
     /// Split of seeds, shapes, paints and grounds.

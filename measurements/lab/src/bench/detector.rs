@@ -20,7 +20,7 @@ pub struct Args {
     /// Frames of each cell and split; the first has the number that --seed gives.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(2..=100_000))]
     frames: u64,
-    /// Conditions, as in crates/dataset/cells.toml; all of them without it.
+    /// Conditions, as in measurements/dataset/cells.toml; all of them without it.
     #[arg(long, value_name = "NAME")]
     cell: Vec<String>,
     #[command(flatten)]

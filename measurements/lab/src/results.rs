@@ -174,6 +174,6 @@ mod tests {
     fn the_committed_page_is_the_generated_one() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let committed = fs::read_to_string(root.join(PAGE)).unwrap();
-        assert!(committed == page(&root.join(FOLDER)).unwrap(), "run `cargo run -p lab -- results`");
+        assert!(committed == page(&root.join(FOLDER)).unwrap(), "run `lab results`");
     }
 }

@@ -19,7 +19,7 @@ use runner::search_config::stopped_or_unfit;
 use runner::{Context, batch, out, search_config};
 use scenario::{Weakness, Weaknesses};
 use search::{Cause, Proposer, RunConfig, RunResult, SearchConfig, Source, Strategy, Tried, ends_in};
-use stats::waiting::Wait;
+use crate::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {

@@ -6,8 +6,7 @@
 
 use serde::Serialize;
 use statrs::function::beta::beta_reg;
-
-use super::LEVEL;
+use stats::LEVEL;
 
 /// Time until the event, or the waiting time without it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
-
-use crate::LEVEL;
+use stats::LEVEL;
 
 /// Least-squares slope, with a two-sided 95 % interval that takes the distances from the line as independent and normal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

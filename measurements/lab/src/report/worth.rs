@@ -8,7 +8,7 @@ use scenario::Weakness;
 use search::{Source, Strategy};
 use serde::Serialize;
 use stats::LEVEL;
-use stats::waiting::{Known, Median, Ratio, Wait};
+use crate::waiting::{Known, Median, Ratio, Wait};
 
 /// A weakness is hard where the median of uniform drawing is at least so many trials.
 const HARD: f64 = 1_000.0;

@@ -16,7 +16,7 @@ use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, out, plan};
 use serde::Serialize;
-use stats::slope::Slope;
+use crate::slope::Slope;
 
 /// Time between samples.
 const EVERY: Duration = Duration::from_secs(2);

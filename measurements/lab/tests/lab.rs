@@ -4,13 +4,13 @@
 
 #[path = "lab/documented.rs"]
 mod documented;
-#[path = "../../holdsafe/tests/command/documents.rs"]
+#[path = "../../../crates/holdsafe/tests/command/documents.rs"]
 mod documents;
 #[path = "lab/forms.rs"]
 mod forms;
 #[path = "lab/frames.rs"]
 mod frames;
-#[path = "../../holdsafe/tests/command/golden.rs"]
+#[path = "../../../crates/holdsafe/tests/command/golden.rs"]
 mod golden;
 #[path = "lab/links.rs"]
 mod links;

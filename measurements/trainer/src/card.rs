@@ -217,7 +217,7 @@ fn card(sensors: &Sensors, made: &Made, rows: &[Quality], points: &str, runtime:
          A single-shot convolutional detector, 160 × 120 RGB to a grid of cells of objectness, four classes (vehicle, \
          person, decoy, obstacle) and a box. {bytes} bytes, SHA-256 `{sha256}`.\n\n\
          **Made by** `trainer train`, `refine`, `harden`, `calibrate` and `measure` from rendered frames of the cells marked as learnt in \
-         `crates/dataset/cells.toml`{height}:\n\n{}\n\
+         `measurements/dataset/cells.toml`{height}:\n\n{}\n\
          **Measured** through `{runtime}` on frames that nothing was learnt from: seeds held out, and *novel* shapes, paints \
          and grounds; cells marked * are conditions that nothing was learnt from. An object counts from 3 columns, 6 rows \
          and 20 pixels. mAP is the mean average precision at an intersection over union of 0.5, with its 95 % bootstrap interval over \
@@ -239,10 +239,10 @@ fn fused_card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> Str
         "# Model card: the fused detector\n\n\
          A single-shot convolutional detector of the colour detector's form over seven planes of 160 × 120 (colour, three bands of warmth as the \
          thermal stage has them, nearness by depth) to the same grid. {} bytes, SHA-256 `{}`.\n\n\
-         **Made by** `trainer train`, `refine` and `calibrate fused` from rendered frames of the cells marked as learnt in `crates/dataset/cells.toml`, a third of \
+         **Made by** `trainer train`, `refine` and `calibrate fused` from rendered frames of the cells marked as learnt in `measurements/dataset/cells.toml`, a third of \
          their decoys and obstacles heated evenly; from the second round on half of the decoys are painted like vehicles, and a third bears patterns of \
          heat, half of those with a shifted coat. Planes are made worse at random: noise, haze, faint warmth, depth that ends early, a \
-         sense that is missing (`crates/trainer/src/worse.rs`).\n\n{}\n\
+         sense that is missing (`measurements/trainer/src/worse.rs`).\n\n{}\n\
          **Measured** by its own proposals, and corroborated with the colour detector's disputes (`perception::fused`), through `{runtime}`, as the colour \
          detector's card says.\n\n{}\n\
          **The threshold** beside others, on {TUNING} tuning frames of each cell that is learnt from.\n\n{points}\n\
