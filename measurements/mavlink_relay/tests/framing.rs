@@ -1,11 +1,25 @@
-//! Framing and signatures: what is read is written again, and hostile bytes are refused by name.
+//! Framing and signatures: what is read is written again, and hostile bytes are refused by name. `promise` is also tried on the seeds of
+//! `fuzz/corpus/mavlink`, and on damaged ones; coverage-guided inputs are left to `fuzz/`.
 
-use mavlink_relay::frame::{Frame, FrameRefused, LONGEST, SIGNED, Version};
+mod promise;
+
+use std::fs;
+use std::path::Path;
+
+use mavlink_relay::frame::{Frame, LONGEST, SIGNED, Version};
 use mavlink_relay::message::{COMMAND_LONG, seed};
 use mavlink_relay::signature::{self, Key, is_signed_by};
 use proptest::prelude::*;
 
 const KEY: Key = [7; 32];
+
+/// The seeds of the fuzzer's target.
+fn seeds() -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/mavlink");
+    let mut files: Vec<_> = fs::read_dir(folder).expect("seeds").map(|entry| entry.expect("a seed").path()).collect();
+    files.sort();
+    files.iter().map(|file| fs::read(file).expect("a seed")).collect()
+}
 
 fn frame(version: Version, message: u32, payload: Vec<u8>) -> Frame {
     let (sequence, system, component) = (3, 1, 1);
@@ -41,11 +55,23 @@ proptest! {
         if let (Some(byte), Some(marker)) = (bytes.first_mut(), [0xfd, 0xfe].get(first)) {
             *byte = *marker;
         }
-        match Frame::read(&bytes) {
-            Ok((frame, length)) => prop_assert_eq!(frame.write(), &bytes[..length]),
-            Err(FrameRefused::Short { expected, got }) => prop_assert!(expected > got && got == bytes.len()),
-            Err(refused) => prop_assert!(refused.to_string().starts_with("byte ")),
-        }
+        promise::mavlink(&bytes);
+    }
+
+    #[test]
+    fn damaged_seeds_are_refused_or_kept(
+        of: prop::sample::Index, other: prop::sample::Index, ends in any::<[prop::sample::Index; 3]>(),
+        noise in prop::collection::vec(any::<u8>(), 0..9),
+    ) {
+        let seeds = seeds();
+        let (mut bytes, other) = (of.get(&seeds).clone(), other.get(&seeds));
+        let [start, end, from] = ends;
+        let start = start.index(bytes.len() + 1);
+        let end = start + end.index(bytes.len() - start + 1);
+        bytes.splice(start..end, noise);
+        promise::mavlink(&bytes);
+        bytes.splice(start.., other[from.index(other.len() + 1)..].iter().copied());
+        promise::mavlink(&bytes);
     }
 
     #[test]
@@ -58,6 +84,13 @@ proptest! {
         let valid = Frame::read(&bytes).is_ok_and(|(frame, _)| is_signed_by(&frame, &KEY));
         prop_assert!(!valid);
     }
+}
+
+#[test]
+fn seeds_include_accepted_and_refused_frames() {
+    assert!(!promise::mavlink(&[]));
+    let taken: Vec<bool> = seeds().iter().map(|bytes| promise::mavlink(bytes)).collect();
+    assert!(taken.contains(&true) && taken.contains(&false), "{taken:?}");
 }
 
 #[test]

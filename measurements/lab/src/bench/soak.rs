@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use crate::slope::Slope;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Outcome;
 use results::report::new_table;
@@ -16,7 +17,6 @@ use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::{Context, out, plan};
 use serde::Serialize;
-use crate::slope::Slope;
 
 /// Time between samples.
 const EVERY: Duration = Duration::from_secs(2);

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::minima;
 use crate::report::{StrategyRow, WeaknessRow, WorthObject, worth_table};
+use crate::waiting::Wait;
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Outcome;
 use parallel::progress::{Progress, Talk};
@@ -19,7 +20,6 @@ use runner::search_config::stopped_or_unfit;
 use runner::{Context, batch, out, search_config};
 use scenario::{Weakness, Weaknesses};
 use search::{Cause, Proposer, RunConfig, RunResult, SearchConfig, Source, Strategy, Tried, ends_in};
-use crate::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {

@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
+use crate::waiting::{Known, Median, Ratio, Wait};
 use evidence::trial::Outcome;
 use results::report::new_table;
 use scenario::Weakness;
 use search::{Source, Strategy};
 use serde::Serialize;
 use stats::LEVEL;
-use crate::waiting::{Known, Median, Ratio, Wait};
 
 /// A weakness is hard where the median of uniform drawing is at least so many trials.
 const HARD: f64 = 1_000.0;

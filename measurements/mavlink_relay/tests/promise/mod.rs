@@ -5,7 +5,7 @@ use mavlink_relay::message;
 
 /// An accepted frame is its bytes when written again, and a frame with a sound checksum is accepted again in MAVLink 1; a refusal has
 /// a place within the bytes. Panics where this does not hold; true if the bytes are accepted.
-pub fn mavlink(bytes: &[u8]) -> bool {
+pub(crate) fn mavlink(bytes: &[u8]) -> bool {
     match Frame::read(bytes) {
         Ok((frame, length)) => {
             assert!(length <= LONGEST && frame.write() == bytes[..length], "another frame");
