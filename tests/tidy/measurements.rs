@@ -49,6 +49,8 @@ fn optimised(manifest: &Table) -> BTreeMap<String, i64> {
 
 #[test]
 fn measurements_know_the_listed_crates() {
+    let members = &read("measurements/Cargo.toml")["workspace"]["members"];
+    assert_eq!(*members, toml::Value::from(MEASUREMENTS.to_vec()));
     let ours: Vec<String> = crates().into_iter().chain(MEASUREMENTS.map(str::to_owned)).collect();
     for (name, may) in MAY_KNOW {
         for dependency in dependencies(&format!("measurements/{name}")).iter().filter(|d| ours.contains(d)) {

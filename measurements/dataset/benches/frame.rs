@@ -1,7 +1,7 @@
 //! Cost of one frame from the first ray to the track, stage by stage: CPU time of one thread, random held-out scenes.
 //!
-//! Run with `cargo bench --manifest-path measurements/Cargo.toml --bench frame`. With `-- --python PYTHON` the same rays and images go to MuJoCo's `mj_multiRay` and to
-//! Python's onnxruntime in one run (`tools/referee/frame.py`), between two measurements here, and the scene to `mj_step` with a
+//! Run with `cargo bench --manifest-path measurements/Cargo.toml --bench frame`. With `-- --python PYTHON` the same rays and images go
+//! to MuJoCo's `mj_multiRay` and to Python's onnxruntime in one run (`tools/referee/frame.py`), between two measurements here, and the scene to `mj_step` with a
 //! vehicle of the same size on it; with `-- --runtime LIBRARY` the model runs in that ONNX Runtime library here too.
 
 use std::error::Error;
