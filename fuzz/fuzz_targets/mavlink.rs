@@ -1,6 +1,9 @@
-//! `mavlink`, coverage-guided: see `holdsafe_tests::parsers`.
+//! `mavlink`, coverage-guided: see `measurements/mavlink_relay/tests/promise/mod.rs`.
 #![no_main]
 
+#[path = "../../measurements/mavlink_relay/tests/promise/mod.rs"]
+mod promise;
+
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    holdsafe_tests::parsers::links::mavlink(bytes);
+    promise::mavlink(bytes);
 });

@@ -6,20 +6,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::crates::folders;
 use super::{code, root, sources};
 
 #[test]
 fn no_crate_has_a_circle_of_modules() {
-    let folders =
-        std::fs::read_dir(root().join("crates")).expect("crates/").map(|entry| entry.expect("an entry").path());
     let mut circles = Vec::new();
-    for folder in folders.filter(|folder| folder.join("src/lib.rs").is_file()) {
-        let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
-        let src = format!("crates/{name}/src/");
+    for folder in folders().into_iter().filter(|folder| root().join(folder).join("src/lib.rs").is_file()) {
+        let src = format!("{folder}/src/");
         let files: Vec<_> =
             sources(&src).into_iter().map(|(file, text)| (file[src.len()..].to_owned(), text)).collect();
         let left = circle(Graph::of(&files).edges);
-        circles.extend(left.into_iter().map(|((from, to), file)| format!("{name}: {from} → {to} ({file})")));
+        circles.extend(left.into_iter().map(|((from, to), file)| format!("{folder}: {from} → {to} ({file})")));
     }
     assert!(circles.is_empty(), "modules that depend on each other:\n{}", circles.join("\n"));
 }

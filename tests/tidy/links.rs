@@ -11,7 +11,8 @@ use crate::root;
 const SKIPPED: [&str; 3] = ["target", "runs", "corpus"];
 
 /// Folders of the root with files that documents quote. `tests/` is left out: crates have one too.
-const ROOTS: [&str; 7] = ["crates/", "docs/", "platforms/", "policies/", "references/", "scenarios/", "tools/"];
+const ROOTS: [&str; 8] =
+    ["crates/", "docs/", "measurements/", "platforms/", "policies/", "references/", "scenarios/", "tools/"];
 
 /// Every Markdown file of the repository.
 fn pages() -> Vec<PathBuf> {

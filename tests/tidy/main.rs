@@ -8,6 +8,7 @@ mod crates;
 mod domains;
 mod figures;
 mod links;
+mod measurements;
 mod results;
 mod supply;
 mod words;
@@ -19,14 +20,14 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
 }
 
-/// Every Rust source below `folder`, with its path from the root.
+/// Every Rust source below `folder`, with its path from the root; build folders aside.
 fn sources(folder: &str) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let mut waiting = vec![root().join(folder)];
     while let Some(directory) = waiting.pop() {
         for entry in fs::read_dir(&directory).expect("a readable folder") {
             let path = entry.expect("a readable entry").path();
-            if path.is_dir() {
+            if path.is_dir() && path.file_name().is_some_and(|name| name != "target") {
                 waiting.push(path);
             } else if path.extension().is_some_and(|e| e == "rs") {
                 let name = path.strip_prefix(root()).expect("below the root").display().to_string();
@@ -36,6 +37,11 @@ fn sources(folder: &str) -> Vec<(String, String)> {
     }
     found.sort();
     found
+}
+
+/// Sources of the product's crates and of the authors' measurements.
+fn crate_sources() -> Vec<(String, String)> {
+    ["crates", "measurements"].into_iter().flat_map(sources).collect()
 }
 
 /// Code without its comments.
@@ -85,8 +91,8 @@ fn no_core_knows_clock_socket_tokio_or_link() {
 /// The macros of the standard library panic when the stream is gone. The trainer is a tool of authors.
 #[test]
 fn one_module_writes_lines_for_a_person() {
-    for (file, text) in sources("crates") {
-        let own = file.contains("/src/") && !file.starts_with("crates/trainer/");
+    for (file, text) in crate_sources() {
+        let own = file.contains("/src/") && !file.starts_with("measurements/trainer/");
         let printed = ["println!(", "print!("].iter().any(|word| code(&text).contains(word));
         assert!(!own || !printed, "{file} prints by itself: use link::terminal, or link::note!");
     }
@@ -117,7 +123,7 @@ fn every_mutant_has_one_place_in_sources() {
 
 #[test]
 fn only_the_window_knows_how_anything_is_drawn() {
-    for (file, text) in sources("crates").into_iter().filter(|(file, _)| file.contains("/src/")) {
+    for (file, text) in crate_sources().into_iter().filter(|(file, _)| file.contains("/src/")) {
         let draws = ["eframe", "egui"].iter().any(|name| code(&text).contains(name));
         assert!(!draws || file.starts_with("crates/console/src/gui/"), "{file} draws: only the console's window may");
     }
@@ -127,7 +133,7 @@ fn only_the_window_knows_how_anything_is_drawn() {
 fn cores_are_forked_at_one_place() {
     let call = ".fork(world)";
     // The adversary is several cores in one, and forks as the one that it is.
-    let callers: Vec<String> = sources("crates")
+    let callers: Vec<String> = crate_sources()
         .into_iter()
         .filter(|(file, _)| !file.starts_with("crates/adversary/"))
         .filter(|(_, text)| code(text).lines().any(|l| l.contains(call) && l.contains("core")))
@@ -139,13 +145,13 @@ fn cores_are_forked_at_one_place() {
 /// Only the twin shares them, and the judge of one recording over and over.
 #[test]
 fn verified_signatures_are_shared_by_few_crates() {
-    let sharers: Vec<String> = sources("crates")
+    let sharers: Vec<String> = crate_sources()
         .into_iter()
         .filter(|(file, text)| code(text).contains("Verified::default") && !file.ends_with("twin/src/verified.rs"))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(sharers, ["crates/lab/src/bench/tamper.rs", "crates/twin/src/assemble.rs"]);
-    let implementers: Vec<String> = sources("crates")
+    assert_eq!(sharers, ["crates/twin/src/assemble.rs", "measurements/lab/src/bench/tamper.rs"]);
+    let implementers: Vec<String> = crate_sources()
         .into_iter()
         .filter(|(_, text)| code(text).contains("impl Verifier for"))
         .map(|(file, _)| file)
@@ -169,7 +175,7 @@ fn peer_and_origin_meet_in_attribution_alone() {
 
 #[test]
 fn every_file_says_what_it_is() {
-    for (file, text) in ["crates", "fuzz", "tests"].into_iter().flat_map(sources) {
+    for (file, text) in ["crates", "fuzz", "measurements", "tests"].into_iter().flat_map(sources) {
         let fixture = file.contains("/compile_fail/");
         assert!(
             fixture || text.starts_with("//!"),
@@ -222,7 +228,7 @@ fn the_pinned_toolchain_is_the_stated_minimum() {
 fn nothing_is_left_over() {
     // Its measurements and a thousand sessions take minutes, and a launcher that is killed is a part of a test.
     let by_hand = |file: &str, marker: &str| marker == "#[ignore" && file.starts_with("crates/confine/tests/");
-    for (file, text) in sources("crates") {
+    for (file, text) in crate_sources() {
         for marker in ["todo!(", "unimplemented!(", "dbg!(", "#[ignore"] {
             let left = code(&text).contains(marker) && !by_hand(&file, marker);
             assert!(!left, "{file} has a left-over `{marker}`");

@@ -6,13 +6,13 @@ use std::fs;
 use super::{code, root, sources};
 
 /// Crates whose tests hold objects against golden files.
-const HELD_IN: [&str; 4] = ["results", "live", "holdsafe", "lab"];
+const HELD_IN: [&str; 4] = ["crates/results", "crates/live", "crates/holdsafe", "measurements/lab"];
 
 /// The kinds that the programs name where they print or write an object.
 fn kinds() -> BTreeSet<String> {
     // A trial's end is written by `live`, its kind in the object.
     let mut kinds = BTreeSet::from(["verdict".to_owned()]);
-    for (_, text) in ["holdsafe", "lab"].iter().flat_map(|name| sources(&format!("crates/{name}/src"))) {
+    for (_, text) in ["crates/holdsafe", "measurements/lab"].iter().flat_map(|name| sources(&format!("{name}/src"))) {
         let code = code(&text);
         let words = |from: &str| from.split('"').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
         kinds.extend(code.split("print_json(\"").skip(1).filter_map(|rest| Some(rest.split_once('"')?.0.to_owned())));
@@ -29,12 +29,12 @@ fn every_printed_kind_has_a_golden_file() {
     let (kinds, version) = (kinds(), evidence::SCHEMA_VERSION);
     assert!(kinds.len() > 30 && kinds.contains("matrix") && kinds.contains("runs"), "{kinds:?}");
     for kind in &kinds {
-        let named = HELD_IN.map(|name| format!("crates/{name}/tests/golden/{kind}-v{version}.json"));
+        let named = HELD_IN.map(|name| format!("{name}/tests/golden/{kind}-v{version}.json"));
         let held = named.iter().filter(|file| root().join(file).exists()).count();
         assert_eq!(held, 1, "{kind} has no golden file of version {version}, or several");
     }
     for folder in HELD_IN {
-        for file in fs::read_dir(root().join(format!("crates/{folder}/tests/golden"))).expect("a folder") {
+        for file in fs::read_dir(root().join(format!("{folder}/tests/golden"))).expect("a folder") {
             let name = file.expect("an entry").file_name().to_string_lossy().into_owned();
             let kind = name.rsplit_once("-v").map(|(kind, _)| kind.to_owned());
             assert!(kind.is_some_and(|kind| kinds.contains(&kind)), "{folder}: {name} is of no kind that is printed");

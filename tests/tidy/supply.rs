@@ -5,8 +5,8 @@
 use std::fs;
 use std::process::Command;
 
-use crate::crates::crates;
-use crate::{code, root, sources};
+use crate::crates::folders;
+use crate::{code, crate_sources, root};
 
 /// The threat model of the tool.
 const PAGE: &str = "docs/reviewer/tool-threats.md";
@@ -56,11 +56,11 @@ fn no_file_in_git_has_a_private_key() {
 /// Those that count at the allocator.
 #[test]
 fn only_benchmarks_have_unsafe_code() {
-    for name in crates() {
-        let manifest = fs::read_to_string(root().join(format!("crates/{name}/Cargo.toml"))).expect("a manifest");
-        assert!(manifest.contains("[lints]\nworkspace = true"), "crates/{name} does not take the workspace's lints");
+    for folder in folders() {
+        let manifest = fs::read_to_string(root().join(&folder).join("Cargo.toml")).expect("a manifest");
+        assert!(manifest.contains("[lints]\nworkspace = true"), "{folder} does not take the workspace's lints");
     }
-    for (file, text) in sources("crates") {
+    for (file, text) in crate_sources() {
         let lifted = code(&text).contains("(unsafe_code");
         assert!(!lifted || file.contains("/benches/"), "{file} lifts the lint against `unsafe`");
     }

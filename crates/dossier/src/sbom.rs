@@ -1,8 +1,8 @@
 //! A CycloneDX 1.6 bill of materials: every package that `Cargo.lock` names, and, with the manifest of a run, every file that its results
 //! depend on.
 //!
-//! It names the packages that may be linked, not those that are: the lock covers every platform, the tests and the trainer, and tells no
-//! licences of others. A package's hash is that of its archive in the registry. There is no time in it, and the serial number is made
+//! It names the packages that may be linked, not those that are: the lock covers every platform and the tests, and tells no licences
+//! of others. A package's hash is that of its archive in the registry. There is no time in it, and the serial number is made
 //! from the rest, so the same lock and manifest give the same bytes.
 
 use std::collections::BTreeMap;

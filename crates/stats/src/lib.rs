@@ -6,8 +6,6 @@
 pub mod mean;
 pub mod paired;
 pub mod sequential;
-pub mod slope;
-pub mod waiting;
 
 use statrs::function::beta::beta_reg;
 use statrs::function::gamma::gamma_ur;

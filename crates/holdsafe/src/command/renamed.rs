@@ -114,7 +114,7 @@ fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
     // `exec` returns only on failure.
     let why = program.map_or_else(|why| why, |lab| process::Command::new(lab).args(&words[1..]).exec());
     let message = format!(
-        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); `cargo build --release -p lab` builds it"
+        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); `cargo build --release --manifest-path measurements/Cargo.toml --target-dir target` builds it"
     );
     Failure::new(Exit::Usage, message).tell(json)
 }

@@ -1,4 +1,4 @@
-//! Input over sockets before any core sees it: DTLS records, certificates, topics, byte streams through a relay, MAVLink frames.
+//! Input over sockets before any core sees it: DTLS records, certificates, topics, byte streams through a relay.
 
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -14,8 +14,6 @@ use link::guard::observe::Verdict;
 use link::guard::record::{HEADER, Split, split};
 use link::loopback::LoopbackAddr;
 use link::pki::{self, Authority, Credential, Role};
-use mavlink_relay::frame::{Frame, FrameRefused, LONGEST};
-use mavlink_relay::message;
 use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output, Side, Subject};
 use wire::id::{Boot, NodeId, PeerId, SessionId, WorldId};
@@ -178,28 +176,6 @@ pub fn relay(bytes: &[u8]) -> bool {
     assert_eq!(lengths(&came), lengths(&went));
     assert!(flips || came == went, "other bytes came out");
     !went.is_empty()
-}
-
-/// An accepted frame is its bytes when written again, and a frame with a sound checksum is accepted again in MAVLink 1; a refusal has
-/// a place within the bytes.
-pub fn mavlink(bytes: &[u8]) -> bool {
-    match Frame::read(bytes) {
-        Ok((frame, length)) => {
-            assert!(length <= LONGEST && frame.write() == bytes[..length], "another frame");
-            let older = message::downgraded(&frame).write();
-            let (again, all) = Frame::read(&older).expect("a frame in MAVLink 1");
-            assert!(all == older.len() && again.is_sound(message::seed(frame.message)) || frame.message > 0xff);
-            true
-        }
-        Err(FrameRefused::Short { expected, got }) => {
-            assert!(got == bytes.len() && expected > got && expected <= LONGEST);
-            false
-        }
-        Err(refused) => {
-            assert!(refused.to_string().starts_with("byte "));
-            false
-        }
-    }
 }
 
 const START: Instant = Instant(5_000_000);

@@ -1,7 +1,6 @@
 //! A frame for a person's eyes: colour, depth, thermal and LiDAR, each with the stages' detections.
 
 use console::sidecar::{Image, Mark, Sight};
-use dataset::sheet::near;
 use perception::corroborate::Limits;
 use perception::lidar::returns;
 use perception::stages::Stages;
@@ -66,6 +65,11 @@ fn pixel(right: f32, ahead: f32) -> [f32; 2] {
 /// A plane of 16-bit numbers in grey.
 fn shades(plane: &[u8], shade: fn(u16) -> u8) -> Vec<u8> {
     plane.chunks_exact(2).flat_map(|b| [shade(u16::from_le_bytes([b[0], b[1]])); 3]).collect()
+}
+
+/// Brightness of a depth in millimetres; zero, no return, is black.
+fn near(mm: u16) -> u8 {
+    if mm == 0 { 0 } else { (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8 }
 }
 
 /// Hundredths of a kelvin.

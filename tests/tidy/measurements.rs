@@ -1,0 +1,104 @@
+//! The workspaces of the measurements and of the fuzzer: built of the product's versions and, where figures depend on it, optimised as the
+//! product is. Whether they compile, and their tests, are left to `tools/release/measurements`.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+
+use toml::Table;
+
+use super::crates::{crates, dependencies};
+use super::root;
+
+/// The crates of the measurements.
+pub(super) const MEASUREMENTS: [&str; 4] = ["dataset", "lab", "mavlink_relay", "trainer"];
+
+/// Crates of ours that a crate of the measurements may depend on; `lab` may depend on all. `mavlink_relay` attacks other authors'
+/// link, with none of our messages.
+const MAY_KNOW: [(&str, &[&str]); 3] = [
+    ("mavlink_relay", &[]),
+    ("dataset", &["wire", "sim", "perception"]),
+    ("trainer", &["wire", "sim", "perception", "dataset", "parallel"]),
+];
+
+/// The one registry that packages come from.
+const REGISTRY: &str = "registry+https://github.com/rust-lang/crates.io-index";
+
+fn read(file: &str) -> Table {
+    fs::read_to_string(root().join(file)).expect(file).parse().expect(file)
+}
+
+/// Packages of a lock that come from elsewhere, with their versions.
+fn locked(file: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for package in read(file)["package"].as_array().expect("packages") {
+        let text = |key: &str| package.get(key).and_then(|value| value.as_str());
+        let Some(source) = text("source") else { continue };
+        assert_eq!(source, REGISTRY, "{file}: {:?}", text("name"));
+        let version = text("version").expect("a version").to_owned();
+        found.entry(text("name").expect("a name").to_owned()).or_default().insert(version);
+    }
+    found
+}
+
+/// Optimisation by package in a manifest's release profile.
+fn optimised(manifest: &Table) -> BTreeMap<String, i64> {
+    let profile = manifest["profile"]["release"]["package"].as_table().expect("packages");
+    let level = |settings: &toml::Value| settings["opt-level"].as_integer().expect("a level");
+    profile.iter().map(|(name, settings)| (name.clone(), level(settings))).collect()
+}
+
+#[test]
+fn measurements_know_the_listed_crates() {
+    let members = &read("measurements/Cargo.toml")["workspace"]["members"];
+    assert_eq!(*members, toml::Value::from(MEASUREMENTS.to_vec()));
+    let ours: Vec<String> = crates().into_iter().chain(MEASUREMENTS.map(str::to_owned)).collect();
+    for (name, may) in MAY_KNOW {
+        for dependency in dependencies(&format!("measurements/{name}")).iter().filter(|d| ours.contains(d)) {
+            assert!(may.contains(&dependency.as_str()), "{name} may not depend on {dependency}");
+        }
+    }
+}
+
+/// One digest of sources and versions names the program for both workspaces.
+#[test]
+fn locks_agree_on_versions() {
+    let product = locked("Cargo.lock");
+    for file in ["measurements/Cargo.lock", "fuzz/Cargo.lock"] {
+        let other = locked(file);
+        // The window of macOS, which nobody builds here.
+        let ours = product.iter().filter(|(name, _)| !name.starts_with("objc2"));
+        let shared = ours.filter_map(|(name, versions)| Some((name, versions, other.get(name)?)));
+        for (name, versions, others) in shared {
+            assert!(!versions.is_disjoint(others), "{file}: {name} in {others:?}, the product's is {versions:?}");
+        }
+    }
+}
+
+/// To the measurements' workspace the product's crates are dependencies, which its profile names one by one.
+#[test]
+fn measured_code_is_optimised_as_shipped() {
+    let (product, measured) = (optimised(&read("Cargo.toml")), optimised(&read("measurements/Cargo.toml")));
+    let lock = read("measurements/Cargo.lock");
+    let built: BTreeSet<&str> =
+        lock["package"].as_array().expect("packages").iter().filter_map(|package| package["name"].as_str()).collect();
+    let ours = crates();
+    let names = product.keys().chain(&ours).map(String::as_str).filter(|name| *name == "*" || built.contains(name));
+    for name in names.collect::<BTreeSet<_>>() {
+        let level = |levels: &BTreeMap<String, i64>, unnamed: i64| levels.get(name).copied().unwrap_or(unnamed);
+        let shipped = level(&product, 3);
+        assert_eq!(
+            level(&measured, measured["*"]),
+            shipped,
+            "{name} in the release profile of measurements/Cargo.toml"
+        );
+    }
+}
+
+#[test]
+fn workspaces_share_toolchain_and_lints() {
+    let (product, measured, fuzz) = (read("Cargo.toml"), read("measurements/Cargo.toml"), read("fuzz/Cargo.toml"));
+    for part in ["package", "lints"] {
+        assert_eq!(measured["workspace"][part], product["workspace"][part], "{part}");
+    }
+    assert_eq!(fuzz["package"]["rust-version"], product["workspace"]["package"]["rust-version"]);
+}
