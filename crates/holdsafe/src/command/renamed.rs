@@ -60,6 +60,10 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
 /// The answer to a word that is no verb, if a former verb is nearer to it than every current one; the parser suggests
 /// the names of those.
 fn meant(command: &Command, word: &str) -> Option<String> {
+    // `--version`, which the parser adds by itself, is near to `verify`.
+    if word.starts_with('-') {
+        return None;
+    }
     let today = || command.get_subcommands().map(Command::get_name);
     let near = scenario::closest(word, today().chain(RENAMED.iter().map(|(old, _)| *old)))?;
     let (_, new) = RENAMED.iter().find(|(old, _)| *old == near)?;
@@ -150,6 +154,7 @@ mod tests {
         for line in [
             "holdsafe",
             "holdsafe --json",
+            "holdsafe --version",
             "holdsafe run live",
             "holdsafe --root live run replay",
             "holdsafe campaign --json run loss",
