@@ -190,7 +190,11 @@ impl Batch<'_> {
     /// Folder of a trial's recording, if it is kept. The stacks leave none.
     fn folder(&self, job: &Job<'_>) -> Option<PathBuf> {
         let variation = &job.planned.variation;
-        let mut folder = self.out.filter(|_| job.keep && self.mode != Mode::Stack)?.join(self.mode.name()).join(variation.scenario.name.as_str());
+        let mut folder = self
+            .out
+            .filter(|_| job.keep && self.mode != Mode::Stack)?
+            .join(self.mode.name())
+            .join(variation.scenario.name.as_str());
         if let Some(cell) = &variation.cell {
             folder.push(cell.replace('/', "."));
         }

@@ -110,7 +110,7 @@ impl ReferenceRow {
     ) -> Self {
         let expected = scenario.expected.to_vec();
         let judged = trials.iter().filter(|t| t.host_stall_ms.is_none());
-        let unexpected = judged.filter(|t| !expected.contains(&t.outcome)).count() as u64;
+        let unexpected = judged.filter(|t| t.outcome.is_unexpected(&expected)).count() as u64;
         let not_judged_ms = trials.iter().filter_map(|t| t.host_stall_ms).collect();
         let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
         let summary = Summary::of(trials);

@@ -51,7 +51,7 @@ pub fn scenario_line(scenario: &str, rows: &[&ReferenceRow]) -> String {
     let mode = rows.first().map_or("", |row| row.mode.name());
     let platforms: BTreeSet<&str> = rows.iter().filter_map(|row| row.platform.as_deref()).collect();
     let platforms: String = platforms.iter().map(|platform| format!(", {platform}")).collect();
-    let mut counts = BTreeMap::new();
+    let mut counts: BTreeMap<Outcome, u64> = BTreeMap::new();
     for (class, n) in rows.iter().flat_map(|row| &row.summary.outcomes) {
         *counts.entry(*class).or_default() += n;
     }
