@@ -271,7 +271,7 @@ fn domains(results: &Results) -> Answer {
             continue;
         }
         let trials: usize = shared.iter().map(|row| row.summary.n).sum();
-        let others: Vec<&&&ReferenceRow> = shared.iter().filter(|row| row.unexpected > 0).collect();
+        let others: Vec<&&&ReferenceRow> = shared.iter().filter(|row| !row.is_as_expected()).collect();
         carried += usize::from(others.is_empty());
         lines.push(format!(
             "{domain}: {} of {} rows in the classes that are stated for them, {trials} trials",

@@ -12,6 +12,8 @@ mod displays;
 mod documented;
 #[path = "command/documents.rs"]
 mod documents;
+#[path = "command/evaluations.rs"]
+mod evaluations;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/exports.rs"]

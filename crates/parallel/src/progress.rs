@@ -26,8 +26,31 @@ pub struct Progress {
 impl Progress {
     /// Of `total` steps.
     pub fn new(label: &str, total: usize, talk: Talk) -> Self {
-        let shown = talk == Talk::Normal && std::io::stderr().is_terminal();
-        Self { bar: shown.then(|| bar(label, total as u64)) }
+        Self { bar: is_shown(talk).then(|| bar(label, total as u64)) }
+    }
+
+    /// A line of text in place of a bar, for a command that says itself what is left.
+    pub fn line(talk: Talk) -> Self {
+        let line = || {
+            let style = ProgressStyle::with_template("{wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+            ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_style(style)
+        };
+        Self { bar: is_shown(talk).then(line) }
+    }
+
+    /// Shows this text.
+    pub fn show(&self, text: impl FnOnce() -> String) {
+        if let Some(bar) = &self.bar {
+            bar.set_message(text());
+        }
+    }
+
+    /// Prints something while the bar is out of its way.
+    pub fn print(&self, print: impl FnOnce()) {
+        match &self.bar {
+            Some(bar) => bar.suspend(print),
+            None => print(),
+        }
     }
 
     /// One step is done.
@@ -43,6 +66,10 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+fn is_shown(talk: Talk) -> bool {
+    talk == Talk::Normal && std::io::stderr().is_terminal()
 }
 
 fn bar(label: &str, total: u64) -> ProgressBar {

@@ -40,4 +40,4 @@ pub use rare::{Asked, RareObject, rare_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, HostSpoilt, LatencySummary, RunObject, RunsObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};
-pub use table::{latency_table, new_table, reference_line, reference_table, run_table, started};
+pub use table::{latency_table, new_table, reference_table, run_table, scenario_line, started};

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::FateName;
 use evidence::trial::{Outcome, Trial};
+use live::store;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 use parallel::progress::{Progress, Stop, Talk};
@@ -18,6 +19,7 @@ use super::failure::{Exit, Failure};
 use super::kept::Shelf;
 use super::out;
 use super::plan::{self, Planned};
+use super::recording::Unfinished;
 use super::retry::retried;
 use crate::error::EngineError;
 
@@ -29,6 +31,14 @@ struct Job<'a> {
     planned: &'a Planned,
     seed: u64,
     keep: bool,
+}
+
+/// One trial of a batch whose trials are kept.
+struct Place<'a> {
+    /// In the order of the batch.
+    number: u64,
+    job: Job<'a>,
+    shelf: &'a Shelf,
 }
 
 /// A batch of trials, `n` of each variation.
@@ -58,7 +68,11 @@ impl Batch<'_> {
         self.check_free()?;
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         let progress = Progress::new(self.label, jobs.len(), talk);
-        let trials = on_threads(self.threads(), &jobs, &progress, stop, |job| self.one(job, stop));
+        let trials = on_threads(self.threads(), &jobs, stop, |job| {
+            let trial = self.one(job, stop)?;
+            progress.step();
+            Ok(trial)
+        });
         progress.finish();
         trials
     }
@@ -72,10 +86,23 @@ impl Batch<'_> {
         progress: &Progress,
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
-        let mut ran = self.keep(shelves, |_| true, threads, progress, stop)?.into_iter();
+        self.run_kept_each(shelves, threads, |_, _| progress.step(), stop)
+    }
+
+    /// The same; `done` is given each trial that has run, with its number in this batch.
+    pub fn run_kept_each(
+        &self,
+        shelves: &[Shelf],
+        threads: usize,
+        done: impl Fn(u64, &Trial) + Sync,
+        stop: &Stop,
+    ) -> Result<Vec<Trial>, Failure> {
+        let found: Vec<Option<&Trial>> = self.shelved(shelves).map(|place| self.finished(&place)).collect();
+        let missing = self.shelved(shelves).zip(&found).filter(|(_, found)| found.is_none()).map(|(place, _)| place);
+        let mut ran = self.run_missing(&missing.collect::<Vec<_>>(), threads, done, stop)?.into_iter();
         // New results come in the order of the plan, so they fill the gaps in turn.
-        let taken = self.shelved(shelves).map(|(job, shelf)| match shelf.get(job.seed) {
-            Some(kept) => Ok(kept.clone()),
+        let taken = found.into_iter().map(|found| match found {
+            Some(trial) => Ok(trial.clone()),
             None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
         });
         taken.collect()
@@ -91,19 +118,53 @@ impl Batch<'_> {
         progress: &Progress,
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
-        let held = self.shelved(shelves).zip(0..).filter(|(_, number)| holds(*number)).map(|(of, _)| of);
-        let missing: Vec<(Job<'_>, &Shelf)> = held.filter(|(job, shelf)| shelf.get(job.seed).is_none()).collect();
-        on_threads(threads, &missing, progress, stop, |(job, shelf)| {
-            let trial = self.one(job, stop)?;
-            shelf.put(&trial)?;
+        let held = self.shelved(shelves).filter(|place| holds(place.number) && self.finished(place).is_none());
+        self.run_missing(&held.collect::<Vec<_>>(), threads, |_, _| progress.step(), stop)
+    }
+
+    /// Number of the trials that are not finished.
+    pub fn missing(&self, shelves: &[Shelf]) -> usize {
+        self.shelved(shelves).filter(|place| self.finished(place).is_none()).count()
+    }
+
+    /// Number of the finished live trials whose recording is gone: their results stand, and nothing can be looked up in them.
+    pub fn unrecorded(&self, shelves: &[Shelf]) -> usize {
+        let gone = |place: &Place<'_>| self.finished(place).is_some_and(|trial| !self.is_recorded(place, trial));
+        self.shelved(shelves).filter(gone).count()
+    }
+
+    fn run_missing(
+        &self,
+        missing: &[Place<'_>],
+        threads: usize,
+        done: impl Fn(u64, &Trial) + Sync,
+        stop: &Stop,
+    ) -> Result<Vec<Trial>, Failure> {
+        on_threads(threads, missing, stop, |place| {
+            let trial = self.one_kept(place, stop)?;
+            done(place.number, &trial);
             Ok(trial)
         })
     }
 
+    /// The finished trial of a place. A simulated one whose recording is gone is none: it runs again, and gives the same. A live one
+    /// would not, so that it stands without its recording.
+    fn finished<'a>(&self, place: &Place<'a>) -> Option<&'a Trial> {
+        let trial = place.shelf.get(place.job.seed)?;
+        (self.mode == Mode::Live || self.is_recorded(place, trial)).then_some(trial)
+    }
+
+    /// True if the recording of a trial lies in its folder, or none is to be kept.
+    fn is_recorded(&self, place: &Place<'_>, trial: &Trial) -> bool {
+        let Some(folder) = self.folder(&place.job) else { return true };
+        store::read_held(&folder).is_ok_and(|(_, digest)| trial.held.as_ref() == Some(&digest))
+    }
+
     /// Every trial, each with the shelf of its variation.
-    fn shelved<'a>(&'a self, shelves: &'a [Shelf]) -> impl Iterator<Item = (Job<'a>, &'a Shelf)> {
+    fn shelved<'a>(&'a self, shelves: &'a [Shelf]) -> impl Iterator<Item = Place<'a>> {
         let each = self.planned.iter().zip(shelves);
-        each.flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)))
+        let all = each.flat_map(|(planned, shelf)| self.jobs(planned).map(move |job| (job, shelf)));
+        all.zip(0..).map(|((job, shelf), number)| Place { number, job, shelf })
     }
 
     /// Trials at a time, unless the user asks for another number.
@@ -126,10 +187,14 @@ impl Batch<'_> {
         jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::unused(&folder)))
     }
 
-    /// Folder of a trial's recording, if it is kept.
+    /// Folder of a trial's recording, if it is kept. The stacks leave none.
     fn folder(&self, job: &Job<'_>) -> Option<PathBuf> {
         let variation = &job.planned.variation;
-        let mut folder = self.out.filter(|_| job.keep)?.join(self.mode.name()).join(variation.scenario.name.as_str());
+        let mut folder = self
+            .out
+            .filter(|_| job.keep && self.mode != Mode::Stack)?
+            .join(self.mode.name())
+            .join(variation.scenario.name.as_str());
         if let Some(cell) = &variation.cell {
             folder.push(cell.replace('/', "."));
         }
@@ -138,12 +203,32 @@ impl Batch<'_> {
     }
 
     fn one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
-        let mut setup = job.planned.setup.clone();
-        if let Some(folder) = self.folder(job) {
-            out::unused(&folder)?;
-            std::fs::create_dir_all(&folder)?;
-            setup.run_dir = Some(folder);
+        let folder = self.folder(job);
+        if let Some(folder) = &folder {
+            out::unused(folder)?;
+            std::fs::create_dir_all(folder)?;
         }
+        self.one_in(job, folder, stop)
+    }
+
+    /// Runs a trial and puts it on its shelf. Its recording comes to its place first: a trial on the shelf has one.
+    fn one_kept(&self, Place { job, shelf, .. }: &Place<'_>, stop: &Stop) -> Result<Trial, Failure> {
+        let unfinished = self.folder(job).map(Unfinished::begin).transpose()?;
+        let mut trial = self.one_in(job, unfinished.as_ref().map(|of| of.folder().to_owned()), stop)?;
+        trial.host_spoilt_ms.splice(0..0, shelf.spoilt_ms(job.seed).iter().copied());
+        match (unfinished, trial.host_stall_ms) {
+            (Some(recording), None) => recording.finish()?,
+            (Some(recording), Some(_)) => recording.put_aside()?,
+            (None, _) => {}
+        }
+        shelf.put(&trial)?;
+        Ok(trial)
+    }
+
+    /// Runs a trial whose recording goes to `run_dir`.
+    fn one_in(&self, job: &Job<'_>, run_dir: Option<PathBuf>, stop: &Stop) -> Result<Trial, Failure> {
+        let recorded = run_dir.or_else(|| job.planned.setup.run_dir.clone());
+        let setup = Setup { run_dir: recorded, ..job.planned.setup.clone() };
         let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
         // The CPU time of ended children is known for all together only, so a live trial has an equal share of the time
         // used while it ran.
@@ -196,6 +281,12 @@ fn unproven(trial: &Trial) -> impl Iterator<Item = String> + '_ {
     open.map(|row| format!("not proven: {}, from {} ms at the earliest", row.what, row.from_ms))
 }
 
+/// Reasons for a trial's class in brackets, behind a space; nothing where the class says it all.
+pub fn reasons(trial: &Trial) -> String {
+    let reasons: Vec<String> = trial.findings.iter().cloned().chain(unproven(trial)).collect();
+    if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) }
+}
+
 /// True if an untrue receipt was believed: of actors who only claimed to act.
 fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
@@ -214,8 +305,7 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
         })
         .collect();
     for (trial, planned) in odd.iter().take(MAX_TOLD) {
-        let reasons: Vec<String> = trial.findings.iter().cloned().chain(unproven(trial)).collect();
-        let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) };
+        let why = reasons(trial);
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
         link::note!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
         link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));
@@ -265,7 +355,6 @@ pub fn each(
 fn on_threads<J: Sync>(
     threads: usize,
     jobs: &[J],
-    progress: &Progress,
     stop: &Stop,
     one: impl Fn(&J) -> Result<Trial, Failure> + Sync,
 ) -> Result<Vec<Trial>, Failure> {
@@ -273,9 +362,7 @@ fn on_threads<J: Sync>(
         if stop.asked() {
             return Err(EngineError::Stopped.into());
         }
-        let trial = one(job)?;
-        progress.step();
-        Ok(trial)
+        one(job)
     })
 }
 

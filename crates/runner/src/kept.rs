@@ -2,7 +2,8 @@
 //!
 //! One file for each variation, mode and build, one line a trial, written when the trial is judged. A file's name holds
 //! the digest of everything but the seed that the outcome depends on (this program, scenario and scene, policy, bounds,
-//! platform), so that no trial is taken for another.
+//! platform), so that no trial is taken for another. A live trial that the host spoilt has a line and is not finished: it runs
+//! again, and the trial that takes its place counts it.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -29,6 +30,8 @@ pub struct Kept {
 /// The finished trials of one variation in one mode.
 pub struct Shelf {
     done: BTreeMap<u64, Trial>,
+    /// Stalls of the host that spoilt earlier attempts, by seed.
+    spoilt: BTreeMap<u64, Vec<f64>>,
     lines: Lines,
 }
 
@@ -99,12 +102,18 @@ impl Kept {
 
 impl Shelf {
     fn open(path: &Path) -> Result<Self, Failure> {
-        let mut done = BTreeMap::new();
+        let (mut done, mut spoilt) = (BTreeMap::new(), BTreeMap::new());
         let lines = Lines::open(path, |_, line: Line| {
-            done.insert(line.trial.seed, line.into_trial());
+            let trial = line.into_trial();
+            if let Some(ms) = trial.host_stall_ms {
+                // The line of a later attempt has the earlier ones, too.
+                spoilt.insert(trial.seed, [trial.host_spoilt_ms.as_slice(), &[ms]].concat());
+            } else {
+                done.insert(trial.seed, trial);
+            }
             Ok(())
         })?;
-        Ok(Self { done, lines })
+        Ok(Self { done, spoilt, lines })
     }
 
     /// Adds the trials of another file. In the twin a trial has one result, on any machine.
@@ -114,7 +123,7 @@ impl Shelf {
             others.push(line.into_trial());
             Ok(())
         })?;
-        for trial in others {
+        for trial in others.into_iter().filter(|trial| trial.host_stall_ms.is_none()) {
             let timeless = |trial: &Trial| Trial { cpu_seconds: 0.0, ..trial.clone() };
             match self.done.get(&trial.seed) {
                 Some(own) if mode != Mode::Live && timeless(own) != timeless(&trial) => {
@@ -135,6 +144,11 @@ impl Shelf {
     /// The finished trial of this seed.
     pub fn get(&self, seed: u64) -> Option<&Trial> {
         self.done.get(&seed)
+    }
+
+    /// Stalls of the host that spoilt earlier attempts at the trial of this seed, in milliseconds.
+    pub(crate) fn spoilt_ms(&self, seed: u64) -> &[f64] {
+        self.spoilt.get(&seed).map_or(&[], Vec::as_slice)
     }
 
     /// Number of the seeds from `first` without a finished trial.
@@ -205,5 +219,19 @@ mod tests {
         drop(shelf);
         let shelf = Shelf::open(&path).expect("the same file");
         assert_eq!(shelf.get(2).map(|t| t.outcome), Some(Outcome::Rejected));
+    }
+
+    #[test]
+    fn spoilt_trial_is_missing_and_counted() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let path = directory.path().join("a.jsonl");
+        let mut spoilt = Trial::example(1, Outcome::Invalid);
+        (spoilt.host_stall_ms, spoilt.host_spoilt_ms) = (Some(312.0), vec![140.0]);
+        Shelf::open(&path).expect("a new file").put(&spoilt).expect("written");
+        let shelf = Shelf::open(&path).expect("the same file");
+        assert_eq!((shelf.get(1), shelf.missing(1, 1), shelf.spoilt_ms(1)), (None, 1, [140.0, 312.0].as_slice()));
+        shelf.put(&Trial::example(1, Outcome::HoldSafe)).expect("written");
+        let shelf = Shelf::open(&path).expect("the same file");
+        assert_eq!((shelf.missing(1, 1), shelf.spoilt_ms(2)), (0, [].as_slice()));
     }
 }

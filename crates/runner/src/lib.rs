@@ -2,7 +2,7 @@
 //!
 //! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario,
 //! `bring` loads a custom detector, `search_config` prepares a search, `optimizer` runs a program that proposes its sequences. `engine` runs one trial in any mode, `batch`
-//! many, with `retry`, `kept` and `lines` for resuming, `parts` and `numbered` for several machines; `out` writes the run directory. `runs` finds recorded runs,
+//! many, with `retry`, `kept`, `recording` and `lines` for resuming, `parts` and `numbered` for several machines; `out` writes the run directory. `runs` finds recorded runs,
 //! `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
 //! begins a program of verbs, `interrupt` watches for Ctrl-C.
 
@@ -24,6 +24,7 @@ pub mod parts;
 pub mod plan;
 pub mod probe;
 pub mod recorded;
+mod recording;
 pub mod retry;
 pub mod runs;
 pub mod search_config;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use results::campaign::Content;
 use results::mode::Mode;
-use scenario::{Scenario, Setup, Variation, load_platform};
+use scenario::{Hosts, Scenario, Setup, Variation, load_platform};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
 
@@ -209,7 +209,8 @@ pub fn under(context: &Context, planned: &Planned, policy: &Path) -> Result<Plan
     prepare(context, planned.variation.clone(), &wanted)
 }
 
-/// Bounds, platform, sensing and guest, in words that are hashed. A run with the shipped detector and without a guest keeps its words.
+/// Bounds, platform, sensing, guest and networks, in words that are hashed. A run with the shipped detector, without a guest and on one
+/// loopback interface keeps its words.
 fn platform(setup: &Setup) -> String {
     let words = format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered);
     let words = match &setup.detector {
@@ -219,6 +220,10 @@ fn platform(setup: &Setup) -> String {
     let words = match &setup.guest {
         Some(guest) => format!("{words} {} {:?}", guest.conduct.name(), guest.program.digests),
         None => words,
+    };
+    let words = match setup.hosts {
+        Hosts::Loopback => words,
+        Hosts::Namespaces => format!("{words} hosts in namespaces"),
     };
     match &setup.misset {
         Some(misset) => format!("{words} misset {misset:?}"),

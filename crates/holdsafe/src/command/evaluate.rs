@@ -1,8 +1,12 @@
-//! `holdsafe evaluate`, also without a verb: the reference evaluation; `--reproduce` checks that the committed results
-//! still come out.
+//! `holdsafe evaluate`: the reference evaluation; `--reproduce` checks that the committed results still come out.
 
+mod parts;
 mod reference;
+mod remaining;
 mod reproduce;
+mod tell;
+
+use std::path::PathBuf;
 
 use runner::Context;
 use runner::failure::{Exit, Failure};
@@ -18,14 +22,20 @@ pub(super) struct Args {
     /// Only the live runs, with the hosts in network namespaces of their own, on a wire with the adversary at its bridge.
     #[arg(long, conflicts_with = "reproduce")]
     apart: bool,
+    /// A smoke check of a minute or two: every scenario and cell 3 times in the twin or on the stacks, and no live run.
+    #[arg(long, conflicts_with_all = ["reproduce", "apart"])]
+    quick: bool,
+    /// Keep finished trials, recordings and the result here, and resume from there [default: runs/reference, and a name of its own
+    /// with --quick, --domain or --apart].
+    #[arg(long, value_name = "DIR", conflicts_with = "reproduce")]
+    out: Option<PathBuf>,
+    /// Print the whole table, too, which is written to table.txt in any case.
+    #[arg(long, conflicts_with = "reproduce")]
+    table: bool,
     #[command(flatten)]
     of: reproduce::Reproduce,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    if args.reproduce {
-        reproduce::run(context, &args.of)
-    } else {
-        reference::run(context, args.domain.as_deref(), args.apart)
-    }
+    if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args) }
 }

@@ -55,7 +55,7 @@ pub struct Reference {
     pub rows: Vec<ReferenceRow>,
     /// Live latencies beside the paper's.
     pub live_latency_ms: Vec<LiveLatency>,
-    /// True if every trial of every row lies within its expected classes.
+    /// True if every trial of every row lies within its expected classes; a trial that is not judged does not.
     pub as_expected: bool,
 }
 
@@ -77,8 +77,12 @@ pub struct ReferenceRow {
     pub mode: Mode,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
-    /// Trials outside them.
+    /// Judged trials outside them.
     pub unexpected: u64,
+    /// By how much the host stalled each trial that it spoilt, milliseconds: these are INVALID, not judged, and say nothing of the
+    /// platform. Live only.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_judged_ms: Vec<f64>,
     /// The trials.
     pub summary: Summary,
     /// Upper bound on the unsafe rate that holds together with those of all other rows.
@@ -105,7 +109,9 @@ impl ReferenceRow {
         trials: &[&Trial],
     ) -> Self {
         let expected = scenario.expected.to_vec();
-        let unexpected = trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64;
+        let judged = trials.iter().filter(|t| t.host_stall_ms.is_none());
+        let unexpected = judged.filter(|t| t.outcome.is_unexpected(&expected)).count() as u64;
+        let not_judged_ms = trials.iter().filter_map(|t| t.host_stall_ms).collect();
         let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
         let summary = Summary::of(trials);
         let bound = summary.unsafe_upper_95;
@@ -119,9 +125,21 @@ impl ReferenceRow {
             mode,
             expected,
             unexpected,
+            not_judged_ms,
             summary,
             unsafe_upper_95_simultaneous: bound,
         }
+    }
+
+    /// True if every trial was judged and lies within the expected classes.
+    pub fn is_as_expected(&self) -> bool {
+        self.unexpected == 0 && self.not_judged_ms.is_empty()
+    }
+
+    /// Scenario, platform and cell.
+    pub fn name(&self) -> String {
+        let parts = [Some(&self.scenario), self.platform.as_ref(), self.cell.as_ref()];
+        parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join(" ")
     }
 }
 
@@ -134,7 +152,7 @@ impl Reference {
             let valid = row.summary.n as u64 - count(Outcome::Invalid);
             row.unsafe_upper_95_simultaneous = rate_upper(count(Outcome::Unsafe), valid, level);
         }
-        let as_expected = rows.iter().all(|row| row.unexpected == 0);
+        let as_expected = rows.iter().all(ReferenceRow::is_as_expected);
         let live_latency_ms = PAPER.iter().filter_map(|paper| LiveLatency::of(paper, &rows)).collect();
         Self { schema_version: SCHEMA_VERSION, seed, rows, live_latency_ms, as_expected }
     }

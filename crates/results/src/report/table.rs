@@ -15,7 +15,7 @@ const LEGEND: &str = "\
 ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59), from the injection's receipt.
 unsafe below: exact one-sided 95 % bound. refused: records, by reason.";
 
-/// The table of the reference evaluation.
+/// The table of the reference evaluation, for a file: as wide as its cells, so that no word in it is broken.
 pub fn reference_table(reference: &Reference) -> String {
     let mut table = new_table(&[
         "scenario",
@@ -27,6 +27,7 @@ pub fn reference_table(reference: &Reference) -> String {
         "to revoked ms",
         "false trips",
     ]);
+    table.set_content_arrangement(ContentArrangement::Disabled);
     for row in &reference.rows {
         table.add_row(reference_row(row));
     }
@@ -37,22 +38,36 @@ pub fn reference_table(reference: &Reference) -> String {
     )
 }
 
-/// One row of the reference evaluation as a line, to be printed while others still run.
-pub fn reference_line(row: &ReferenceRow) -> String {
-    let verdict = if row.unexpected == 0 { "ok" } else { "UNEXPECTED" };
-    let cells = reference_row(row);
-    format!("{verdict:10} {:48} {:12} {}", cells[0], cells[1], cells[2])
+/// The rows of one scenario as a line; those of several modes are to be given apart, for their n are never added.
+pub fn scenario_line(scenario: &str, rows: &[&ReferenceRow]) -> String {
+    let verdict = if rows.iter().any(|row| row.unexpected > 0) {
+        "UNEXPECTED"
+    } else if rows.iter().all(|row| row.is_as_expected()) {
+        "ok"
+    } else {
+        "not judged"
+    };
+    let n: usize = rows.iter().map(|row| row.summary.n).sum();
+    let mode = rows.first().map_or("", |row| row.mode.name());
+    let platforms: BTreeSet<&str> = rows.iter().filter_map(|row| row.platform.as_deref()).collect();
+    let platforms: String = platforms.iter().map(|platform| format!(", {platform}")).collect();
+    let mut counts: BTreeMap<Outcome, u64> = BTreeMap::new();
+    for (class, n) in rows.iter().flat_map(|row| &row.summary.outcomes) {
+        *counts.entry(*class).or_default() += n;
+    }
+    format!("{verdict:10} {scenario:29} {:24} {}", format!("{mode} {n}{platforms}"), outcomes(&counts))
 }
 
 fn reference_row(row: &ReferenceRow) -> Vec<String> {
-    let parts = [Some(&row.scenario), row.platform.as_ref(), row.cell.as_ref()];
-    let name = parts.into_iter().flatten().map(String::as_str).collect::<Vec<_>>().join(" ");
     let mut outcomes = outcomes(&row.summary.outcomes);
     if row.unexpected > 0 {
         outcomes.push_str(&format!(" ({} unexpected)", row.unexpected));
     }
+    if !row.not_judged_ms.is_empty() {
+        outcomes.push_str(&format!(" ({} not judged: the host stalled)", row.not_judged_ms.len()));
+    }
     vec![
-        name,
+        row.name(),
         format!("{}, {}{}", row.evidence.name(), row.summary.n, if row.counts { "" } else { " *" }),
         outcomes,
         unsafe_below(&row.summary),
@@ -225,6 +240,43 @@ mod tests {
         let widest = text.lines().map(|line| line.chars().count()).max();
         assert!(widest.is_some_and(|widest| widest <= usize::from(WIDTH)), "{widest:?}: {text}");
         assert!(text.contains("from the injection's receipt"), "{text}");
+    }
+
+    fn reference_rows(trials: &[Trial]) -> Vec<ReferenceRow> {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let scenario = scenario::load(&root.join("scenarios/telemetry/loss.toml")).unwrap();
+        let trials: Vec<&Trial> = trials.iter().collect();
+        let places = [(None, None), (Some("air".to_owned()), Some("verbatim/present/session-only".to_owned()))];
+        places.into_iter().map(|place| ReferenceRow::new(&scenario, place, Mode::Twin, &trials)).collect()
+    }
+
+    #[test]
+    fn no_word_of_the_reference_table_is_broken() {
+        let mut trials: Vec<_> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        trials.extend((0..3).map(|s| Trial::example(s, Outcome::FalseTrip)));
+        let reference = Reference::new(7, reference_rows(&trials));
+        let table = reference_table(&reference);
+        for cell in reference.rows.iter().flat_map(reference_row) {
+            assert!(table.lines().any(|line| line.contains(&cell)), "{cell} is broken: {table}");
+        }
+        let lines = table.lines().filter(|line| line.starts_with('│')).count();
+        assert_eq!(lines, reference.rows.len() + 1, "a line a row, and the headings");
+    }
+
+    #[test]
+    fn spoilt_trials_are_no_failures_of_the_platform() {
+        let rows = |trial: Trial| reference_rows(&[trial]);
+        let spoilt = Trial { host_stall_ms: Some(312.0), ..Trial::example(1, Outcome::Invalid) };
+        for (trial, verdict) in [
+            (Trial::example(1, Outcome::HoldSafe), "ok"),
+            (Trial::example(1, Outcome::Invalid), "UNEXPECTED"),
+            (spoilt, "not judged"),
+        ] {
+            let rows = rows(trial);
+            let line = scenario_line("loss", &rows.iter().collect::<Vec<_>>());
+            assert!(line.starts_with(verdict) && line.contains("twin 2, air"), "{line}");
+            assert_eq!(Reference::new(1, rows).as_expected, verdict == "ok");
+        }
     }
 
     #[test]

@@ -1,228 +1,234 @@
-//! The reference evaluation. Every shipped scenario at least 59 times in the twin, or on the real stacks in
-//! memory where it has no platform, and once live; those that other platforms share on these too; each row as it comes, a table, and a run
-//! directory.
+//! The reference evaluation: every part 59 times in the twin, or on the real stacks in memory where it has no platform, and then
+//! once live. Finished trials are kept, so that it resumes after any interruption. Its end is told by `tell`.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use evidence::trial::Trial;
-use parallel::progress::Talk;
+use link::clock;
+use parallel::progress::{Progress, Talk};
 use results::mode::Mode;
-use results::report::{Reference, ReferenceRow, latency_table, reference_line, reference_table};
+use results::report::{ReferenceRow, scenario_line};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Chosen, Planned, Wanted, platform_of};
-use runner::{Context, batch, out, plan};
-use scenario::{Hosts, Scenario, load_platform};
+use runner::kept::{Kept, Shelf};
+use runner::plan::{self, Planned};
+use runner::{Context, lines, out};
 
-/// The paper's findings, which the table begins with; the others follow by name.
-const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
-/// Twin trials of each scenario and of each cell: the fewest that bound a 95th percentile.
-const TWIN_TRIALS: u64 = 59;
-/// Repetitions of a live run that a stall of the host alone makes INVALID; the tables name the repeated ones.
-const RETRIES: u32 = 2;
-/// Live runs side by side for each core. One takes about 40 % of a core: three networks for each frame, and what waits for them.
-const LIVE_PER_CORE: usize = 1;
+use super::Args;
+use super::parts::{Part, QUICK_TRIALS, TRIALS, plan_parts};
+use super::remaining::{LIVE_PER_CORE, Remaining, expect_seconds};
+use super::tell::{Judged, finish};
 
-pub(super) fn run(context: &Context, domain: Option<&str>, apart: bool) -> Result<Exit, Failure> {
-    let root = context.root()?;
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
-    let mut plans = match domain {
-        Some(name) => on(context, &platform_of(context, name)?, true)?,
-        None => everywhere(context)?,
-    };
-    if apart {
-        plans.retain(|part| !part.live.is_empty());
-        for part in &mut plans {
-            part.twin.clear();
-            part.live.iter_mut().for_each(|of| of.setup.hosts = Hosts::Namespaces);
-        }
-    }
-    if plans.is_empty() {
-        return Err(Failure::new(Exit::NoEvidence, format!("no scenario in {}", root.join("scenarios").display())));
-    }
-    let dir = out::directory(&root, None, "reference")?;
+    let parts = plan_parts(context, args)?;
+    let dir = make_directory(context, args)?;
+    let _lock = lines::lock(&dir, &context.stop)?;
     let all: Vec<Planned> =
-        plans.iter().flat_map(|part| if apart { part.live.clone() } else { part.twin.clone() }).collect();
+        parts.iter().flat_map(|part| if args.apart { part.live.clone() } else { part.simulated.clone() }).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
-    let mut told = Told { dir: &dir, json: context.json, exit: Exit::Fine, rows: Vec::new() };
-    let batch = |label: &str, mode: Mode, planned: &[Planned], n: u64, (out, jobs): (&Path, usize)| {
-        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs, out: Some(out) };
-        batch.run(context.talk, &context.stop)
+    let evaluation = Evaluation {
+        context,
+        dir: &dir,
+        kept: Kept::below(&dir)?,
+        n: if args.quick { QUICK_TRIALS } else { TRIALS },
+        cores: parallel::cores(),
+        remaining: Mutex::default(),
+        progress: Progress::line(context.talk),
     };
-    for Part { scenario, platform, twin, .. } in plans.iter().filter(|part| !part.twin.is_empty()) {
-        let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
-        let out = kept_in(&dir, platform);
-        let mut trials = Vec::new();
-        // One variation at a time, so that its verdict is printed before the next one runs.
-        for one in twin {
-            let cell = one.variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
-            let label = format!("{}{cell} ({})", labelled(scenario, platform), mode.name());
-            let own = batch(&label, mode, std::slice::from_ref(one), TWIN_TRIALS, (&out, 1))?;
-            told.row(one, platform, mode, &own);
-            trials.extend(own);
-        }
-        told.keep(&labelled(scenario, platform), mode, twin, &trials)?;
-    }
-    plans.retain(|part| !part.live.is_empty());
-    let live: Vec<Planned> = plans.iter().flat_map(|part| part.live.clone()).collect();
-    let trials = batch("live", Mode::Live, &live, 1, (&dir, LIVE_PER_CORE * parallel::cores()))?;
-    let mut left = trials.as_slice();
-    for Part { scenario, platform, live, .. } in &plans {
-        let own = left.split_off(..live.len()).unwrap_or_default();
-        live.iter().for_each(|one| told.row(one, platform, Mode::Live, own));
-        told.keep(&labelled(scenario, platform), Mode::Live, live, own)?;
-    }
-    let exit = told.exit;
-    finish(context, &Reference::new(context.seed, told.rows), &dir)?;
-    Ok(exit)
+    evaluation.count(&parts)?;
+    evaluation.announce();
+    let judged = evaluation.run_all(&parts).map_err(|failure| evaluation.explain_stop(failure))?;
+    evaluation.progress.finish();
+    finish(context, args, &dir, &judged)
 }
 
-/// A scenario of the evaluation, on its own platform or another one.
-struct Part {
-    scenario: Scenario,
-    platform: Option<String>,
-    twin: Vec<Planned>,
-    live: Vec<Planned>,
+/// The folder that was named, or that of this kind of evaluation.
+fn make_directory(context: &Context, args: &Args) -> Result<PathBuf, Failure> {
+    let root = context.root()?;
+    let domain = args.domain.as_deref().map(|name| plan::stem(Path::new(name)));
+    let more = [domain, args.apart.then(|| "apart".to_owned()), args.quick.then(|| "quick".to_owned())];
+    let name: Vec<String> = ["reference".to_owned()].into_iter().chain(more.into_iter().flatten()).collect();
+    let default = root.join("runs").join(name.join("-"));
+    out::directory(&root, Some(args.out.as_deref().unwrap_or(&default)), "reference")
 }
 
-/// Every shipped scenario on its own platform, in the twin and live; and in the twin on each platform that owes the same classes.
-fn everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
-    let mut parts = Vec::new();
-    for file in scenario::shipped(&context.root()?)? {
-        let (scenario, twin) = plan::plan(context, &file, &Wanted::default())?;
-        let live = if scenario.is_of_stacks() { Vec::new() } else { live(context, &scenario, None)? };
-        parts.push(Part { scenario, platform: None, twin, live });
-    }
-    let first = |part: &Part| FIRST.iter().position(|name| *name == part.scenario.name.as_str());
-    parts.sort_by_key(|part| first(part).unwrap_or(FIRST.len()));
-    for file in scenario::platform_files(&context.root()?)? {
-        if load_platform(&file)?.owes.is_some() {
-            let asked = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let shared = on(context, &Chosen { asked, file }, false)?;
-            parts.extend(shared.into_iter().filter(|part| part.platform.is_some()));
-        }
-    }
-    Ok(parts)
-}
-
-/// The scenarios of `chosen` and those that it shares with the platform of which it owes the classes, live too if wanted.
-fn on(context: &Context, chosen: &Chosen, also_live: bool) -> Result<Vec<Part>, Failure> {
-    let platform = load_platform(&chosen.file)?;
-    let mut parts = Vec::new();
-    for file in scenario::shipped(&context.root()?)? {
-        let scenario = context.scenario(&file)?;
-        let (own, shared) = (
-            *scenario.platform == *platform.name,
-            platform.owes.as_ref().is_some_and(|owes| **owes == *scenario.platform),
-        );
-        if scenario.is_of_stacks() || !(own || shared) {
-            continue;
-        }
-        let wanted = Wanted { platform: shared.then(|| chosen.clone()), ..Wanted::default() };
-        let mut twin = plan::of_scenario(context, &scenario, &wanted)?;
-        // A scenario that states no class there says nothing of it.
-        twin.retain(|planned| !planned.variation.scenario.expected.is_empty());
-        if twin.is_empty() {
-            continue;
-        }
-        let live = if also_live { live(context, &scenario, wanted.platform.clone())? } else { Vec::new() };
-        parts.push(Part { scenario, platform: shared.then(|| platform.name.as_str().to_owned()), twin, live });
-    }
-    Ok(parts)
-}
-
-fn live(context: &Context, scenario: &Scenario, platform: Option<Chosen>) -> Result<Vec<Planned>, Failure> {
-    let wanted = Wanted { platform, rendered: true, where_trained: true, ..Wanted::default() };
-    let mut planned = one_of_each_policy(plan::of_scenario(context, scenario, &wanted)?);
-    planned.iter_mut().for_each(|of| of.setup.retries = RETRIES);
-    Ok(planned)
-}
-
-/// Folder of the twin's recordings: a scenario is kept once for each platform that it runs on.
-fn kept_in(dir: &Path, platform: &Option<String>) -> PathBuf {
-    platform.as_ref().map_or_else(|| dir.to_owned(), |platform| dir.join(platform))
-}
-
-fn labelled(scenario: &Scenario, platform: &Option<String>) -> String {
-    let name = scenario.name.as_str();
-    platform.as_ref().map_or_else(|| name.to_owned(), |platform| format!("{name}.{platform}"))
-}
-
-/// The first variation under each policy: a scenario without cells has one, the teammate table one a policy.
-fn one_of_each_policy(mut planned: Vec<Planned>) -> Vec<Planned> {
-    let mut seen = std::collections::BTreeSet::new();
-    planned.retain(|p| seen.insert(p.setup.policy_name.clone()));
-    planned
-}
-
-/// The rows so far, printed and written.
-struct Told<'a> {
+struct Evaluation<'a> {
+    context: &'a Context,
     dir: &'a Path,
-    json: bool,
-    exit: Exit,
-    rows: Vec<ReferenceRow>,
+    kept: Kept,
+    /// Simulated trials of each variation.
+    n: u64,
+    cores: usize,
+    remaining: Mutex<Remaining>,
+    progress: Progress,
 }
 
-impl Told<'_> {
-    /// The row of one variation, whose trials are among these.
-    fn row(&mut self, planned: &Planned, platform: &Option<String>, mode: Mode, trials: &[Trial]) {
-        let variation = &planned.variation;
-        let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == variation.cell).collect();
-        let row = ReferenceRow::new(&variation.scenario, (platform.clone(), variation.cell.clone()), mode, &own);
-        if !self.json {
-            out::say(format_args!("{}", reference_line(&row)));
-        }
-        self.rows.push(row);
+impl Evaluation<'_> {
+    fn remaining(&self) -> MutexGuard<'_, Remaining> {
+        self.remaining.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes and judges all trials of a scenario.
-    fn keep(&mut self, name: &str, mode: Mode, planned: &[Planned], trials: &[Trial]) -> Result<(), Failure> {
-        out::write_trials(self.dir, &format!("{name}.{}.jsonl", mode.name()), trials)?;
-        self.exit = batch::graver(self.exit, batch::judge(mode, planned, trials));
-        Ok(())
+    fn batch<'b>(&self, mode: Mode, planned: &'b [Planned], out: &'b Path) -> Batch<'b> {
+        let n = if mode == Mode::Live { 1 } else { self.n };
+        let (seed, jobs) = (self.context.seed, LIVE_PER_CORE * self.cores);
+        Batch { label: "evaluate", mode, planned, n, seed, jobs, out: Some(out) }
     }
-}
 
-fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Failure> {
-    out::write_result(dir, "reference.json", "reference", reference)?;
-    if context.json {
-        out::print_json("reference", reference)?;
-    } else {
-        out::say(format_args!("{}", reference_table(reference)));
-        if !reference.live_latency_ms.is_empty() {
-            out::say(format_args!("{}", latency_table(&reference.live_latency_ms)));
-        }
+    fn open_shelves(&self, mode: Mode, planned: &[Planned]) -> Result<Vec<Shelf>, Failure> {
+        planned.iter().map(|planned| self.kept.shelf(mode, planned)).collect()
     }
-    if context.talk == Talk::Normal {
-        link::note!("seed {}, run directory {}", context.seed, dir.display());
+
+    fn expect_seconds(&self, mode: Mode, part: &Part) -> f64 {
+        expect_seconds(mode, &part.scenario, self.cores)
     }
-    Ok(())
-}
 
-#[cfg(test)]
-mod tests {
-    use std::collections::BTreeSet;
-
-    use parallel::progress::Stop;
-
-    use super::*;
-
-    #[test]
-    fn recordings_of_the_evaluation_have_places_of_their_own() {
-        let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
-        let (talk, stop) = (Talk::Quiet, Stop::default());
-        let context = Context { json: false, seed: 1, talk, root: Some(root), stop, program: "" };
-        let parts = everywhere(&context).unwrap();
-        let mut places = BTreeSet::new();
-        for Part { scenario, platform, twin, .. } in &parts {
-            let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
-            for one in twin {
-                let (folder, name) = (kept_in(Path::new("run"), platform), scenario.name.as_str());
-                let cell = one.variation.cell.clone();
-                assert!(places.insert((folder.join(mode.name()).join(name), cell)), "{name} on {platform:?}");
+    /// Counts all trials and those that are missing.
+    fn count(&self, parts: &[Part]) -> Result<(), Failure> {
+        let mut unrecorded = 0;
+        for part in parts {
+            let recordings = part.recordings(self.dir);
+            let live = (Mode::Live, &part.live, self.dir);
+            for (mode, planned, out) in [(part.mode(), &part.simulated, recordings.as_path()), live] {
+                let (batch, shelves) = (self.batch(mode, planned, out), self.open_shelves(mode, planned)?);
+                let (all, each_s) = (planned.len() * batch.n as usize, self.expect_seconds(mode, part));
+                self.remaining().share(mode).add(all, batch.missing(&shelves), each_s);
+                unrecorded += batch.unrecorded(&shelves);
             }
         }
-        assert!(parts.iter().any(|part| part.platform.is_some()), "no other platform shares a scenario");
+        if unrecorded > 0 {
+            let kept = self.dir.join("kept");
+            link::note!(
+                "the recordings of {unrecorded} finished live runs are gone: their results stand, and nothing can be looked up in them; \
+                 without {} all runs again",
+                kept.display()
+            );
+        }
+        Ok(())
     }
+
+    /// Says before anything runs how long it will take.
+    fn announce(&self) {
+        if self.context.talk != Talk::Normal {
+            return;
+        }
+        let (remaining, dir) = (self.remaining(), self.dir.display());
+        if remaining.simulated.missing() + remaining.live.missing() == 0 {
+            link::note!("evaluate: {}: all were there already, in {dir}", remaining.describe_all());
+            return;
+        }
+        let there = match remaining.simulated.finished + remaining.live.finished {
+            0 => String::new(),
+            _ => format!(", of which {} are there already", remaining.describe_finished()),
+        };
+        let (time, cores) = (remaining.describe_time(), self.cores);
+        link::note!("evaluate: {}{there}; {time} on {cores} cores", remaining.describe_all());
+        link::note!("Ctrl-C is safe: what is finished is kept in {dir}, and the same command goes on from there");
+    }
+
+    /// Runs what is missing, and judges all: simulated trials scenario by scenario, and then the live runs.
+    fn run_all(&self, parts: &[Part]) -> Result<Vec<Judged>, Failure> {
+        self.remaining().simulated.begin(clock::trace_us());
+        let mut judged: Vec<Vec<Judged>> = parts.iter().map(|_| Vec::new()).collect();
+        for scenario in group_by_scenario(parts) {
+            let (mut line, mut has_run) = (Vec::new(), false);
+            for (place, part) in scenario {
+                has_run |= self.simulate(part, &mut judged[place])?;
+                line.extend(judged[place].iter().map(|judged| judged.row.clone()));
+            }
+            if has_run {
+                self.print_line(&line);
+            }
+        }
+        let mut all: Vec<Judged> = judged.into_iter().flatten().collect();
+        self.remaining().live.begin(clock::trace_us());
+        all.extend(self.run_live(parts)?);
+        Ok(all)
+    }
+
+    /// Adds the rows of a part's simulated trials; true if any of these had to run.
+    fn simulate(&self, part: &Part, rows: &mut Vec<Judged>) -> Result<bool, Failure> {
+        let (mode, out) = (part.mode(), part.recordings(self.dir));
+        let (batch, shelves) = (self.batch(mode, &part.simulated, &out), self.open_shelves(mode, &part.simulated)?);
+        let (has_run, each_s) = (batch.missing(&shelves) > 0, self.expect_seconds(mode, part));
+        let count = |_, _: &Trial| self.count_one(mode, each_s);
+        let trials = batch.run_kept_each(&shelves, batch.threads(), count, &self.context.stop)?;
+        self.write_trials(part, mode, &trials)?;
+        // Trials come by variation and then by seed.
+        let each = part.simulated.iter().zip(trials.chunks(self.n as usize));
+        rows.extend(each.map(|(planned, trials)| Judged::new(part, planned, mode, trials)));
+        Ok(has_run)
+    }
+
+    /// Runs all live runs, several side by side.
+    fn run_live(&self, parts: &[Part]) -> Result<Vec<Judged>, Failure> {
+        let each = parts.iter().flat_map(|part| part.live.iter().map(move |planned| (part, planned)));
+        let of: Vec<(&Part, &Planned)> = each.collect();
+        let live: Vec<Planned> = of.iter().map(|(_, planned)| Planned::clone(planned)).collect();
+        let (batch, shelves) = (self.batch(Mode::Live, &live, self.dir), self.open_shelves(Mode::Live, &live)?);
+        let count = |number: u64, trial: &Trial| {
+            let Some((part, planned)) = of.get(number as usize) else { return };
+            self.count_one(Mode::Live, self.expect_seconds(Mode::Live, part));
+            let row = Judged::new(part, planned, Mode::Live, std::slice::from_ref(trial)).row;
+            // The others have the line of their simulated trials.
+            if part.simulated.is_empty() || !row.is_as_expected() {
+                self.print_line(&[row]);
+            }
+        };
+        let trials = batch.run_kept_each(&shelves, batch.threads(), count, &self.context.stop)?;
+        let mut left = trials.as_slice();
+        for part in parts.iter().filter(|part| !part.live.is_empty()) {
+            let own = left.split_off(..part.live.len()).unwrap_or_default();
+            self.write_trials(part, Mode::Live, own)?;
+        }
+        let each = of.iter().zip(trials.chunks(1));
+        Ok(each.map(|((part, planned), trial)| Judged::new(part, planned, Mode::Live, trial)).collect())
+    }
+
+    fn write_trials(&self, part: &Part, mode: Mode, trials: &[Trial]) -> Result<(), Failure> {
+        out::write_trials(self.dir, &format!("{}.{}.jsonl", part.label(), mode.name()), trials)
+    }
+
+    /// Counts a trial that has run, and shows what is left.
+    fn count_one(&self, mode: Mode, expected_s: f64) {
+        let mut remaining = self.remaining();
+        remaining.share(mode).finish(expected_s, clock::trace_us());
+        let show = || format!("evaluate: {}, {} left", remaining.describe_finished(), remaining.describe_time());
+        self.progress.show(show);
+    }
+
+    /// Prints the line of a scenario's rows, all of one mode.
+    fn print_line(&self, rows: &[ReferenceRow]) {
+        let rows: Vec<&ReferenceRow> = rows.iter().collect();
+        if let Some(first) = rows.first().filter(|_| !self.context.json) {
+            self.progress.print(|| out::say(format_args!("{}", scenario_line(&first.scenario, &rows))));
+        }
+    }
+
+    /// The message after Ctrl-C; another failure stays as it is.
+    fn explain_stop(&self, failure: Failure) -> Failure {
+        self.progress.finish();
+        if failure.exit() != Exit::Interrupted {
+            return failure;
+        }
+        let (finished, dir) = (self.remaining().describe_finished(), self.dir.display());
+        let message = format!("stopped; {finished} are finished and kept in {dir}, and none of them runs again");
+        let resume = format!("to go on, the same command again: {}", runner::own_line());
+        Failure::new(Exit::Interrupted, format!("{message}\n{resume}"))
+    }
+}
+
+/// The parts with simulated trials, each with its place among all, by scenario in the order of their first.
+fn group_by_scenario(parts: &[Part]) -> Vec<Vec<(usize, &Part)>> {
+    let mut groups: Vec<Vec<(usize, &Part)>> = Vec::new();
+    for (place, part) in parts.iter().enumerate().filter(|(_, part)| !part.simulated.is_empty()) {
+        let same = |group: &&mut Vec<(usize, &Part)>| group.iter().any(|(_, other)| other.name() == part.name());
+        match groups.iter_mut().find(same) {
+            Some(group) => group.push((place, part)),
+            None => groups.push(vec![(place, part)]),
+        }
+    }
+    groups
 }

@@ -1,0 +1,126 @@
+//! The folder of a trial's recording in a command that resumes: under a name of its own until the recording is complete, then
+//! under the trial's.
+//!
+//! Only a folder of that first name is ever removed, and only while it is not complete. A complete recording is evidence:
+//! where another takes its place, it is moved aside. The content of a recording is `live::store`'s business.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use live::store::HELD;
+
+use super::failure::{Exit, Failure};
+use super::out;
+
+/// Ending of the folder of a recording that is being made.
+const UNFINISHED: &str = "unfinished";
+/// Ending of the folder of a recording in whose place another came, with a number behind it.
+const EARLIER: &str = "earlier";
+/// The same of a trial that the host spoilt.
+const SPOILT: &str = "spoilt";
+/// Folders with one of these endings beside one trial, at most.
+const MOST_ASIDE: u32 = 1_000;
+
+/// A recording that is being made.
+pub(crate) struct Unfinished {
+    folder: PathBuf,
+    place: PathBuf,
+}
+
+impl Unfinished {
+    /// Makes the folder of a recording whose place is `place`. The unfinished one of an interrupted start is removed.
+    pub(crate) fn begin(place: PathBuf) -> Result<Self, Failure> {
+        let folder = place.with_extension(UNFINISHED);
+        if folder.join(HELD).exists() {
+            // Its trial was judged, and not put on the shelf any more.
+            fs::rename(&folder, free(&place, EARLIER)?)?;
+        } else if folder.exists() {
+            fs::remove_dir_all(&folder)?;
+        }
+        fs::create_dir_all(&folder)?;
+        Ok(Self { folder, place })
+    }
+
+    /// The folder for now.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Moves the recording to its place, and what lies there aside.
+    pub(crate) fn finish(self) -> Result<(), Failure> {
+        if out::unused(&self.place).is_err() {
+            fs::rename(&self.place, free(&self.place, EARLIER)?)?;
+        }
+        Ok(fs::rename(self.folder, self.place)?)
+    }
+
+    /// Moves the recording of a trial that the host spoilt aside.
+    pub(crate) fn put_aside(self) -> Result<(), Failure> {
+        Ok(fs::rename(self.folder, free(&self.place, SPOILT)?)?)
+    }
+}
+
+/// The first free folder beside `place` with this ending.
+fn free(place: &Path, ending: &str) -> Result<PathBuf, Failure> {
+    let mut all = (1..=MOST_ASIDE).map(|n| place.with_extension(format!("{ending}-{n}")));
+    all.find(|folder| !folder.exists()).ok_or_else(|| {
+        let message = format!(
+            "{}: {MOST_ASIDE} recordings lie aside; remove those whose name holds `.{ending}-`",
+            place.display()
+        );
+        Failure::new(Exit::Environment, message)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A recording that is being made at `place`, with this in a file of it; complete if it is said to be.
+    fn made(place: &Path, content: &str, complete: bool) -> Unfinished {
+        let made = Unfinished::begin(place.to_owned()).unwrap();
+        fs::write(made.folder().join("events.jsonl"), content).unwrap();
+        if complete {
+            fs::write(made.folder().join(HELD), content).unwrap();
+        }
+        made
+    }
+
+    fn content(folder: &Path) -> Option<String> {
+        fs::read_to_string(folder.join("events.jsonl")).ok()
+    }
+
+    #[test]
+    fn what_an_interruption_left_is_removed() {
+        let root = tempfile::tempdir().unwrap();
+        let place = root.path().join("live/loss/1");
+        let _interrupted = made(&place, "half", false);
+        made(&place, "whole", true).finish().unwrap();
+        assert_eq!(content(&place).as_deref(), Some("whole"));
+        assert_eq!(fs::read_dir(place.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn complete_recording_is_never_overwritten() {
+        let root = tempfile::tempdir().unwrap();
+        let place = root.path().join("1");
+        for n in ["first", "second", "third"] {
+            made(&place, n, true).finish().unwrap();
+        }
+        let _not_on_the_shelf = made(&place, "fourth", true);
+        made(&place, "fifth", true).finish().unwrap();
+        let aside = |n: u32| content(&place.with_extension(format!("earlier-{n}"))).unwrap();
+        assert_eq!([1, 2, 3, 4].map(aside), ["first", "second", "fourth", "third"]);
+        assert_eq!(content(&place).as_deref(), Some("fifth"));
+    }
+
+    #[test]
+    fn recording_of_a_spoilt_trial_lies_aside() {
+        let root = tempfile::tempdir().unwrap();
+        let place = root.path().join("1");
+        made(&place, "spoilt", true).put_aside().unwrap();
+        made(&place, "judged", true).finish().unwrap();
+        assert_eq!(content(&place.with_extension("spoilt-1")).as_deref(), Some("spoilt"));
+        assert_eq!(content(&place).as_deref(), Some("judged"));
+    }
+}
