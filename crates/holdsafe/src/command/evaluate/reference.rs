@@ -24,7 +24,6 @@ const RETRIES: u32 = 2;
 const LIVE_PER_CORE: usize = 1;
 
 pub(super) fn run(context: &Context, domain: Option<&str>, apart: bool) -> Result<Exit, Failure> {
-    let root = context.root()?;
     // Every file is read before anything runs.
     let mut plans = match domain {
         Some(name) => on(context, &platform_of(context, name)?, true)?,
@@ -38,9 +37,10 @@ pub(super) fn run(context: &Context, domain: Option<&str>, apart: bool) -> Resul
         }
     }
     if plans.is_empty() {
-        return Err(Failure::new(Exit::NoEvidence, format!("no scenario in {}", root.join("scenarios").display())));
+        let folder = context.root()?.join("scenarios");
+        return Err(Failure::new(Exit::NoEvidence, format!("no scenario in {}", folder.display())));
     }
-    let dir = out::directory(&root, None, "reference")?;
+    let dir = out::directory(&context.runs_folder()?, None, "reference")?;
     let all: Vec<Planned> =
         plans.iter().flat_map(|part| if apart { part.live.clone() } else { part.twin.clone() }).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
@@ -205,6 +205,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use parallel::progress::Stop;
+    use runner::shipped::Shipped;
 
     use super::*;
 
@@ -212,7 +213,8 @@ mod tests {
     fn recordings_of_the_evaluation_have_places_of_their_own() {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (Talk::Quiet, Stop::default());
-        let context = Context { json: false, seed: 1, talk, root: Some(root), stop, program: "" };
+        let context =
+            Context { json: false, seed: 1, talk, root: Some(root), stop, program: "", shipped: Shipped::default() };
         let parts = everywhere(&context).unwrap();
         let mut places = BTreeSet::new();
         for Part { scenario, platform, twin, .. } in &parts {
