@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::PoisonError;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::{golden, root};
+use super::{MACHINE, golden, root};
 
 /// A directory without a checkout, and a cache of its own.
 struct Bare {
@@ -23,6 +24,7 @@ impl Bare {
     fn holdsafe(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
         command.args(arguments).current_dir(self.here.path()).env("XDG_CACHE_HOME", self.cache.path());
+        let _shared = MACHINE.read().unwrap_or_else(PoisonError::into_inner);
         let output = command.output().unwrap();
         golden::hold(&output.stdout);
         output
@@ -102,20 +104,23 @@ fn altered_file_is_noticed_and_written_anew() {
 #[test]
 fn named_root_and_checkout_precede_built_in_files() {
     let bare = Bare::new();
-    let doctor = |bare: &Bare, arguments: &[&str]| {
-        let output = bare.holdsafe(&[arguments, &["doctor", "--json"]].concat());
-        let object: Value = serde_json::from_slice(&output.stdout).unwrap();
-        (object["root"].as_str().unwrap().to_owned(), object["needs"][0]["found"].as_str().unwrap().to_owned())
+    let checked = |arguments: &[&str]| {
+        let object = bare.object(&[arguments, &["scenario", "check", "loss", "--json"]].concat());
+        PathBuf::from(object["files"][0]["file"].as_str().unwrap())
     };
-    let (reason, found) = doctor(&bare, &["--root", &checkout()]);
-    assert!(reason == "named" && found.contains(&checkout()), "{reason}: {found}");
-    let (reason, found) = doctor(&bare, &[]);
-    assert!(reason == "built-in" && found.contains(bare.unpacked().to_str().unwrap()), "{reason}: {found}");
-    for folder in ["scenarios/telemetry", "platforms"] {
-        fs::create_dir_all(bare.here.path().join(folder)).unwrap();
+    let reason = || {
+        let doctor: Value = serde_json::from_slice(&bare.holdsafe(&["doctor", "--json"]).stdout).unwrap();
+        doctor["root"].as_str().unwrap().to_owned()
+    };
+    assert!(checked(&["--root", &checkout()]).starts_with(checkout()));
+    assert!(checked(&[]).starts_with(bare.unpacked()));
+    assert_eq!(reason(), "built-in");
+    for folder in ["scenarios", "platforms"] {
+        fs::create_dir(bare.here.path().join(folder)).unwrap();
     }
-    let here = ["run", "loss", "--trials", "1"];
-    assert_eq!(bare.holdsafe(&here).status.code(), Some(2), "this directory's scenarios are none");
+    assert_eq!(reason(), "checkout");
+    let run = bare.holdsafe(&["run", "loss", "--trials", "1"]);
+    assert_ne!(run.status.code(), Some(0), "this checkout is empty, and no other files take its place");
 }
 
 #[test]
