@@ -1,4 +1,5 @@
-//! Names the program by its sources: SHA-256 over every file that a trial is made of, the same for every build of them.
+//! Names the program by its sources: SHA-256 over every file that a trial is made of, the same for every build of them. Lists the files
+//! that `holdsafe` brings along: the shipped scenarios and everything that they name.
 //!
 //! Partitions of a campaign may come from several machines and builds; only those of one program are merged.
 
@@ -44,6 +45,11 @@ const MADE_OF: [&str; 33] = [
     "crates/holdsafe/src",
 ];
 
+/// Places of the files that `holdsafe` reads below a checkout's root, and brings along for where there is none.
+const SHIPPED: [&str; 4] = ["scenarios", "platforms", "policies", "references"];
+/// Their endings: other files beside them, such as those of an editor, are not shipped.
+const ENDINGS: [&str; 2] = ["toml", "jsonl"];
+
 fn main() -> std::io::Result<()> {
     // Read when the script runs: a cache may bring this very script from another clone.
     let here = std::env::var_os("CARGO_MANIFEST_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
@@ -60,7 +66,25 @@ fn main() -> std::io::Result<()> {
     }
     let hex: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     println!("cargo::rustc-env=HOLDSAFE_PROGRAM={hex}");
-    Ok(())
+    // `lab` has this script too, and works in a checkout alone.
+    if std::env::var_os("CARGO_PKG_NAME").is_some_and(|name| name == "holdsafe") { list_shipped(&root) } else { Ok(()) }
+}
+
+/// Writes the shipped files as an expression: a slice of paths below the root with contents.
+fn list_shipped(root: &Path) -> std::io::Result<()> {
+    let mut list = String::from("&[\n");
+    for place in SHIPPED {
+        println!("cargo::rerun-if-changed={}", root.join(place).display());
+        for file in files(&root.join(place))? {
+            if file.extension().is_some_and(|ending| ENDINGS.iter().any(|shipped| ending == *shipped)) {
+                let path = file.strip_prefix(root).unwrap_or(&file);
+                let [path, file] = [path, &file].map(|path| path.display().to_string());
+                list.push_str(&format!("({path:?}, include_bytes!({file:?})),\n"));
+            }
+        }
+    }
+    let out = std::env::var_os("OUT_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
+    fs::write(Path::new(&out).join("files.rs"), list + "]\n")
 }
 
 /// Every file at or below a path, in the order of their names.

@@ -25,10 +25,14 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use runner::failure::Exit;
+use runner::shipped::ShippedFile;
 use runner::start::{self, Common};
 
 /// SHA-256 over the sources that this program was built from, the same for every build of them.
 const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
+
+/// Shipped scenarios, platforms, policies and references, as the build script lists them.
+const FILES: &[ShippedFile] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 const EXIT_CODES: &str = "Exit codes:
   0    every trial within its expected classes
@@ -106,7 +110,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Ok(cli) => cli,
         Err(exit) => return exit,
     };
-    let context = cli.common.context(PROGRAM);
+    let context = cli.common.context(PROGRAM, FILES);
     let result = match cli.verb.unwrap_or_default() {
         Verb::Evaluate(args) => evaluate::run(&context, &args),
         Verb::Run(args) => run::run(&context, &args),

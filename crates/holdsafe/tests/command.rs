@@ -40,6 +40,8 @@ mod rare;
 mod readers;
 #[path = "command/recordings.rs"]
 mod recordings;
+#[path = "command/shipped.rs"]
+mod shipped;
 #[path = "command/verbs.rs"]
 mod verbs;
 #[path = "command/verification.rs"]

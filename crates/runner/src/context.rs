@@ -7,6 +7,7 @@ use results::catalogue::Catalogue;
 use scenario::{Problems, Scenario};
 
 use crate::failure::{Exit, Failure};
+use crate::shipped::Shipped;
 
 /// Context of a verb beside its own arguments.
 #[derive(Clone, Debug)]
@@ -23,24 +24,65 @@ pub struct Context {
     pub stop: Stop,
     /// SHA-256 over the sources of the program.
     pub program: &'static str,
+    /// Files that the program brings, for where no directory has them.
+    pub shipped: Shipped,
+}
+
+/// The directory with the scenarios, by the reason for it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Root {
+    /// Named with `--root`.
+    Named(PathBuf),
+    /// A checkout: this directory, or the nearest one above.
+    Checkout(PathBuf),
+    /// The program's own files, unpacked. Nothing is written there, and no other machine has it.
+    BuiltIn(PathBuf),
+}
+
+impl Root {
+    /// The directory.
+    pub fn path(&self) -> &Path {
+        let (Root::Named(path) | Root::Checkout(path) | Root::BuiltIn(path)) = self;
+        path
+    }
 }
 
 impl Context {
+    /// The named root; else a checkout here or above; else the program's own files.
+    ///
+    /// # Errors
+    /// There is none of these, or the files cannot be unpacked.
+    pub fn choose_root(&self) -> Result<Root, Failure> {
+        if let Some(root) = &self.root {
+            return Ok(Root::Named(root.clone()));
+        }
+        let here = std::env::current_dir().ok();
+        if let Some(checkout) = here.and_then(|here| scenario::find_root(&here)) {
+            return Ok(Root::Checkout(checkout));
+        }
+        let none = "no scenarios/ and platforms/ here or above; name their directory with --root DIR";
+        let built_in = self.shipped.folder().unwrap_or_else(|| Err(Failure::new(Exit::Usage, none)));
+        built_in.map(Root::BuiltIn)
+    }
+
     /// The directory with the scenarios.
     ///
     /// # Errors
-    /// There is none here or above.
+    /// As [`Context::choose_root`].
     pub fn root(&self) -> Result<PathBuf, Failure> {
-        let found = match &self.root {
-            Some(root) => Some(root.clone()),
-            None => std::env::current_dir().ok().and_then(|here| scenario::find_root(&here)),
+        Ok(self.choose_root()?.path().to_owned())
+    }
+
+    /// The folder of runs without an `--out`: below a named root or a checkout, else below the current directory.
+    ///
+    /// # Errors
+    /// As [`Context::choose_root`], or there is no current directory.
+    pub fn runs_folder(&self) -> Result<PathBuf, Failure> {
+        let above = match self.choose_root()? {
+            Root::Named(root) | Root::Checkout(root) => root,
+            Root::BuiltIn(_) => std::env::current_dir()?,
         };
-        found.ok_or_else(|| {
-            Failure::new(
-                Exit::Usage,
-                "no scenarios/ and platforms/ here or above; name their directory with --root DIR",
-            )
-        })
+        Ok(above.join("runs"))
     }
 
     /// The scenario in this file, which may extend the shipped ones.

@@ -64,7 +64,8 @@ impl Manifest {
     }
 }
 
-/// Places of the files that a result depends on.
+/// Places of the files that a result depends on. Those that a root lacks are left out: built-in files have no models among them,
+/// which the program's digest covers.
 const INPUTS: [&str; 4] = ["scenarios", "platforms", "policies", "crates/perception/models"];
 
 /// SHA-256 of each file below `root` that a result depends on, by its path.
@@ -92,14 +93,13 @@ fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, Str
     Ok(())
 }
 
-/// Makes `wanted`, or the first free `runs/<label>-N` below `root`.
-pub fn directory(root: &Path, wanted: Option<&Path>, label: &str) -> Result<PathBuf, Failure> {
+/// Makes `wanted`, or the first free `<label>-N` in the folder of runs.
+pub fn directory(runs: &Path, wanted: Option<&Path>, label: &str) -> Result<PathBuf, Failure> {
     if let Some(dir) = wanted {
         fs::create_dir_all(dir)?;
         return Ok(dir.to_owned());
     }
-    let runs = root.join("runs");
-    fs::create_dir_all(&runs)?;
+    fs::create_dir_all(runs)?;
     for n in 1..10_000 {
         let dir = runs.join(format!("{label}-{n}"));
         match fs::create_dir(&dir) {

@@ -8,6 +8,7 @@ use clap::{ArgAction, FromArgMatches};
 use parallel::progress::Talk;
 
 use crate::failure::{Exit, Failure, colour};
+use crate::shipped::{Shipped, ShippedFile};
 use crate::{Context, interrupt};
 
 /// Options of every command.
@@ -25,14 +26,14 @@ pub struct Common {
     /// Say nothing on stderr but failures.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Directory with scenarios/, platforms/ and policies/; found from here upwards when not given.
+    /// Directory with scenarios/, platforms/ and policies/ [default: found from here upwards, else built in].
     #[arg(long, global = true, value_name = "DIR")]
     root: Option<PathBuf>,
 }
 
 impl Common {
-    /// Starts the log and watches for Ctrl-C; gives the context of a verb of the program with this digest.
-    pub fn context(self, program: &'static str) -> Context {
+    /// Starts the log and watches for Ctrl-C; gives the context of a verb of the program with this digest, which brings these files.
+    pub fn context(self, program: &'static str, files: &'static [ShippedFile]) -> Context {
         start_log(&self);
         Context {
             json: self.json,
@@ -41,6 +42,7 @@ impl Common {
             root: self.root,
             stop: interrupt::watch(),
             program,
+            shipped: Shipped::new(files),
         }
     }
 }

@@ -6,11 +6,11 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use ring::signature::{Ed25519KeyPair, KeyPair};
 use ed25519_dalek::{Signature, VerifyingKey};
 use minicbor::Encoder;
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
+use ring::signature::{Ed25519KeyPair, KeyPair};
 
 use crate::codec;
 use crate::id::NodeId;

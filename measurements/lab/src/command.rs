@@ -50,7 +50,7 @@ pub fn main(arguments: Vec<OsString>) -> Exit {
         Ok(cli) => cli,
         Err(exit) => return exit,
     };
-    let context = cli.common.context(PROGRAM);
+    let context = cli.common.context(PROGRAM, &[]);
     let result = match cli.verb {
         Verb::Measure(measurement) => bench::run(&context, &measurement),
         Verb::Dataset(args) => dataset::run(&context, &args),

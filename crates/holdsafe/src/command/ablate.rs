@@ -96,7 +96,7 @@ struct Bench<'a> {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let switches = switches(args)?;
     let attacks = attacks(context, args, &switches)?;
-    let default = context.root()?.join("runs").join("ablation");
+    let default = context.runs_folder()?.join("ablation");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "ablation")?;
     let bench = Bench { context, kept: Kept::below(&dir)?.with(&args.parts.from)?, threads: args.parts.threads() };
     let bases: Vec<Planned> = attacks.iter().map(|attack| attack.base.clone()).collect();

@@ -13,7 +13,7 @@ use live::{hosts, leftovers};
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
 use runner::failure::{Exit, Failure};
-use runner::{Context, out};
+use runner::{Context, Root, out};
 use serde::Serialize;
 
 use scheduling::Scheduling;
@@ -35,13 +35,17 @@ struct Need {
 struct Told {
     schema_version: u32,
     ready: bool,
+    /// The reason for the directory of the scenarios, where there is one: named, checkout or built-in.
+    root: Option<&'static str>,
     needs: Vec<Need>,
     scheduling: Scheduling,
 }
 
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
+    let chosen = context.choose_root();
+    let root = chosen.as_ref().ok().map(reason);
     let needs = vec![
-        files(context),
+        files(chosen),
         shared_memory(),
         leftovers(),
         loopback(),
@@ -68,18 +72,30 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
         }
     }
     if context.json {
-        out::print_json("doctor", &Told { schema_version: SCHEMA_VERSION, ready, needs, scheduling })?;
+        out::print_json("doctor", &Told { schema_version: SCHEMA_VERSION, ready, root, needs, scheduling })?;
     }
     Ok(if ready { Exit::Fine } else { Exit::Environment })
 }
 
-fn files(context: &Context) -> Need {
-    let listed = context.root().and_then(|root| Ok((scenario::shipped(&root)?, root)));
+fn reason(root: &Root) -> &'static str {
+    match root {
+        Root::Named(_) => "named",
+        Root::Checkout(_) => "checkout",
+        Root::BuiltIn(_) => "built-in",
+    }
+}
+
+fn files(chosen: Result<Root, Failure>) -> Need {
+    let listed = chosen.and_then(|root| Ok((scenario::shipped(root.path())?, root)));
     let (met, found) = match listed {
-        Ok((files, root)) => (!files.is_empty(), format!("{} scenarios in {}", files.len(), root.display())),
+        Ok((files, root)) => {
+            let found = format!("{} scenarios in {} ({})", files.len(), root.path().display(), reason(&root));
+            (!files.is_empty(), found)
+        }
         Err(failure) => (false, failure.to_string()),
     };
-    Need { need: "scenarios", met, found, remedy: "run below the repository, or name it with --root DIR" }
+    let remedy = "run in a checkout, name one with --root DIR, or leave both to the files that are built in";
+    Need { need: "scenarios", met, found, remedy }
 }
 
 fn shared_memory() -> Need {

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use evidence::SCHEMA_VERSION;
 use runner::failure::{Exit, Failure};
-use runner::{Context, out, quoted};
+use runner::{Context, Root, out, quoted};
 
 use self::jobs::{Engine, Jobs};
 use super::{ablate, campaign, estimate, matrix, search};
@@ -206,8 +206,7 @@ impl Work {
 
 /// The command line that every job begins with.
 fn command(context: &Context, words: &[String]) -> Result<String, Failure> {
-    let root = quoted(utf8(&context.root()?.canonicalize()?)?);
-    let mut command = format!("{} --root {root} --seed {} --quiet", program()?, context.seed);
+    let mut command = format!("{}{} --seed {} --quiet", program()?, root_option(context)?, context.seed);
     words.iter().for_each(|word| _ = write!(command, " {}", quoted(word)));
     Ok(command)
 }
@@ -227,15 +226,23 @@ fn part_script(jobs: &Jobs, command: &str, options: &str) -> Result<String, Fail
 /// The trials that are there now, merged apart from the result, and the page of them. It may run at any time.
 fn look_script(context: &Context, jobs: &Jobs) -> Result<String, Failure> {
     let (dir, program, here) = (quoted(&jobs.dir), program()?, here()?);
-    let root = quoted(utf8(&context.root()?.canonicalize()?)?);
+    let root = root_option(context)?;
     Ok(format!(
         "#!/bin/sh\n# The campaign so far: result and page in so-far/.\ncd {here} || exit 5\nset --\n\
          for part in {dir}/parts/*; do\n    test ! -f \"$part/plan.json\" || set -- \"$@\" \"$part\"\ndone\n\
          test $# -gt 0 || {{ echo 'no partition has begun'; exit 0; }}\n\
          {program} --quiet campaign merge \"$@\" --out {dir}/so-far\ncode=$?\n\
          test $code -eq 0 -o $code -eq 3 -o $code -eq 4 || exit $code\n\
-         exec {program} --root {root} --quiet report {dir}/so-far --renew {RENEW_S} --out {dir}/so-far/report.html\n"
+         exec {program}{root} --quiet report {dir}/so-far --renew {RENEW_S} --out {dir}/so-far/report.html\n"
     ))
+}
+
+/// The root as an option of a job; none for built-in files, which each machine unpacks for itself.
+fn root_option(context: &Context) -> Result<String, Failure> {
+    match context.choose_root()? {
+        Root::Named(root) | Root::Checkout(root) => Ok(format!(" --root {}", quoted(utf8(&root.canonicalize()?)?))),
+        Root::BuiltIn(_) => Ok(String::new()),
+    }
 }
 
 fn here() -> Result<String, Failure> {

@@ -89,7 +89,7 @@ impl Part {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (rows, parts) = planned(context, args)?;
-    let default = context.root()?.join("runs").join("matrix");
+    let default = context.runs_folder()?.join("matrix");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "matrix")?;
     let kept = Kept::below(&dir)?.with(&args.parts.from)?;
     manifest(context, &dir, &parts)?;

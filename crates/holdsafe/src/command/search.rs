@@ -135,7 +135,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if parted && listed.is_none() {
         return Err(listed::learns());
     }
-    let directory = || out::directory(&context.root()?, args.out.as_deref(), "search");
+    let directory = || out::directory(&context.runs_folder()?, args.out.as_deref(), "search");
     let (dir, result) = match listed {
         Some(listed) => {
             let dir = directory()?;

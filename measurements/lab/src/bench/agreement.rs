@@ -36,7 +36,7 @@ pub struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let default = context.root()?.join("runs").join("agreement");
+    let default = context.runs_folder()?.join("agreement");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "agreement")?;
     let kept = Kept::below(&dir)?;
     let lot = Lot { draws: args.draws, each: args.each };

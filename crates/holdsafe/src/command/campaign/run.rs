@@ -88,7 +88,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (plan, planned) = space::lay_out(context, args)?;
     let partition = args.partition.unwrap_or(Partition::WHOLE);
     let label = format!("campaign-{}-{}", &plan.digest()[..12], &context.program[..12]);
-    let default = context.root()?.join("runs").join(&label);
+    let default = context.runs_folder()?.join(&label);
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
     let journal = Journal::open(&dir, &plan, &context.stop)?;
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;

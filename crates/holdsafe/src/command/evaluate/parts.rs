@@ -144,13 +144,16 @@ fn one_of_each_policy(mut planned: Vec<Planned>) -> Vec<Planned> {
 mod tests {
     use parallel::progress::{Stop, Talk};
 
+    use runner::shipped::Shipped;
+
     use super::*;
 
     #[test]
     fn recordings_of_the_evaluation_have_places_of_their_own() {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (Talk::Quiet, Stop::default());
-        let context = Context { json: false, seed: 1, talk, root: Some(root), stop, program: "" };
+        let context =
+            Context { json: false, seed: 1, talk, root: Some(root), stop, program: "", shipped: Shipped::default() };
         let parts = plan_parts(&context, &Args::default()).unwrap();
         let mut places = BTreeSet::new();
         for part in &parts {

@@ -8,7 +8,7 @@ use results::mode::Mode;
 use results::reproduction::{Again, Reference, References};
 use runner::failure::{Exit, Failure};
 use runner::plan::{Planned, Wanted};
-use runner::{Context, engine, out, plan};
+use runner::{Context, Root, engine, out, plan};
 use serde::Serialize;
 
 /// Folder of the references below the root, a file for each architecture.
@@ -55,13 +55,18 @@ struct Reproduced {
 }
 
 pub(super) fn run(context: &Context, args: &Reproduce) -> Result<Exit, Failure> {
-    let root = context.root()?;
+    let chosen = context.choose_root()?;
+    if let (Root::BuiltIn(_), true) = (&chosen, args.renew) {
+        let message = "built-in references are not renewed; run this in a checkout, or name one with --root DIR";
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let root = chosen.path();
     let file = root.join(FOLDER).join(format!("{}.jsonl", architecture()));
-    let planned = planned(context, args, &root)?;
+    let planned = planned(context, args, root)?;
     if args.renew {
         return renew(context, &planned, &file);
     }
-    let references = read(&root, &file)?;
+    let references = read(root, &file)?;
     let made = made(context, &planned, references.seed, |reference, evidence| {
         let then = references.find(&reference.scenario, reference.cell.as_deref());
         then.map(|then| then.again(reference, &evidence.entries))

@@ -192,13 +192,16 @@ mod tests {
 
     use runner::plan::{self, Wanted};
 
+    use runner::shipped::Shipped;
+
     use super::*;
 
     /// A live row of trials of `loss`.
     fn row(trials: &[Trial]) -> Judged {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (parallel::progress::Talk::Quiet, parallel::progress::Stop::default());
-        let context = Context { json: false, seed: 1, talk, root: Some(root), stop, program: "" };
+        let context =
+            Context { json: false, seed: 1, talk, root: Some(root), stop, program: "", shipped: Shipped::default() };
         let file = plan::file_of(&context, "loss").unwrap();
         let (scenario, simulated) = plan::plan(&context, &file, &Wanted::default()).unwrap();
         let part = Part { scenario, platform: None, simulated, live: Vec::new() };

@@ -60,7 +60,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if !args.live {
         parts.iter_mut().try_for_each(|part| probe::probe(&mut part.planned, context.seed))?;
     }
-    let default = context.root()?.join("runs").join("guests");
+    let default = context.runs_folder()?.join("guests");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "guests")?;
     let kept = Kept::below(&dir)?;
     let all: Vec<Planned> = parts.iter().flat_map(|part| part.planned.clone()).collect();

@@ -129,7 +129,7 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
 }
 
-/// Folder of each shipped scenario, by name; none outside a checkout, which has no file to point at.
+/// Folder of each shipped scenario, by name; none where the scenarios cannot be listed.
 fn folders(context: &Context) -> BTreeMap<String, String> {
     let shipped = context.root().ok().and_then(|root| scenario::shipped(&root).ok()).unwrap_or_default();
     let folder = |path: &PathBuf| Some((plan::stem(path), path.parent()?.file_name()?.to_str()?.to_owned()));

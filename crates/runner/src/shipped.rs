@@ -1,0 +1,261 @@
+//! Files that a program brings: the shipped scenarios and everything that they name, for a directory without a checkout.
+//!
+//! They are unpacked into the user's cache, in a folder named by their content, and held against the program's own bytes before each
+//! use. The choice between them, a checkout and a named directory is left to `context`.
+
+use std::collections::BTreeSet;
+use std::fs::{self, DirBuilder, Permissions};
+use std::io::{self, Error, ErrorKind};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use evidence::log::hex;
+use nix::unistd::mkdtemp;
+use rustix::process::geteuid;
+use sha2::{Digest, Sha256};
+
+use crate::failure::{Exit, Failure};
+
+/// Path of a file below the root, and its content.
+pub type ShippedFile = (&'static str, &'static [u8]);
+
+/// Bytes of the files' digest that name their folder.
+const NAMED_BY: usize = 8;
+
+/// Files that a program brings, and the folder that this process has unpacked them into.
+#[derive(Clone, Debug, Default)]
+pub struct Shipped {
+    files: &'static [ShippedFile],
+    unpacked: Arc<OnceLock<Result<PathBuf, Failure>>>,
+}
+
+impl Shipped {
+    /// Files of a program; none where it needs a checkout.
+    pub fn new(files: &'static [ShippedFile]) -> Self {
+        Self { files, unpacked: Arc::default() }
+    }
+
+    /// The folder with the files, checked once in a process; `None` where the program brings none.
+    pub fn folder(&self) -> Option<Result<PathBuf, Failure>> {
+        let unpacked = || self.unpacked.get_or_init(|| unpack(self.files, &caches())).clone();
+        (!self.files.is_empty()).then(unpacked)
+    }
+}
+
+/// Folders that may take the files, in order: one in the user's cache, one of the user's own in the temporary directory.
+fn caches() -> Vec<PathBuf> {
+    // The XDG base directory specification has relative paths ignored.
+    let named = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let cache = named("XDG_CACHE_HOME").or_else(|| Some(named("HOME")?.join(".cache")));
+    let temporary = std::env::temp_dir().join(format!("holdsafe.{}", geteuid().as_raw()));
+    cache.map(|cache| cache.join("holdsafe")).into_iter().chain([temporary]).collect()
+}
+
+/// Unpacks the files into the first of the caches that is the user's own; gives their folder.
+fn unpack(files: &[ShippedFile], caches: &[PathBuf]) -> Result<PathBuf, Failure> {
+    let mut refused = Vec::new();
+    let own = caches.iter().find(|cache| {
+        let private = make_private(cache).map_err(|why| refused.push(format!("{}: {why}", cache.display())));
+        private.is_ok()
+    });
+    let unusable = |why: &str| {
+        let remedy = "set XDG_CACHE_HOME to a folder of yours, or name a checkout with --root DIR";
+        Failure::new(Exit::Environment, format!("no place for the shipped files: {why}; {remedy}"))
+    };
+    let folder = own.ok_or_else(|| unusable(&refused.join("; ")))?.join(digest(files));
+    let put_right =
+        make_private(&folder).and_then(|()| nothing_else(&folder, files)).and_then(|()| mend(&folder, files));
+    put_right.map_err(|why| unusable(&format!("{}: {why}", folder.display())))?;
+    Ok(folder)
+}
+
+/// Makes a folder that no other user can change, or checks that it is one: another user may have made it, or a link in its place.
+fn make_private(folder: &Path) -> io::Result<()> {
+    let mut builder = DirBuilder::new();
+    builder.mode(0o700).recursive(true);
+    folder.parent().map_or(Ok(()), |parent| builder.create(parent))?;
+    match builder.recursive(false).create(folder) {
+        Err(why) if why.kind() == ErrorKind::AlreadyExists => {}
+        made => made?,
+    }
+    let about = folder.symlink_metadata()?;
+    let why = match (about.is_dir(), about.uid() == geteuid().as_raw(), about.mode() & 0o022 == 0) {
+        (true, true, true) => return Ok(()),
+        (false, _, _) => "not a folder, perhaps a link to one",
+        (true, false, _) => "of another user",
+        (true, true, false) => "may be changed by other users",
+    };
+    Err(Error::new(ErrorKind::PermissionDenied, why))
+}
+
+/// The start of the SHA-256 over paths and content, hexadecimal.
+fn digest(files: &[ShippedFile]) -> String {
+    let mut digest = Sha256::new();
+    for (path, bytes) in files {
+        digest.update(format!("{path}\n{}\n", bytes.len()));
+        digest.update(bytes);
+    }
+    hex(&digest.finalize()[..NAMED_BY])
+}
+
+/// Checks that the folders of the files have no other entries: a scenario more would be taken for a shipped one.
+fn nothing_else(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
+    let paths: BTreeSet<&Path> = files.iter().map(|(path, _)| Path::new(path)).collect();
+    let above = paths.iter().flat_map(|path| path.ancestors().skip(1));
+    // The root's own entries are not listed by any reader.
+    let folders: BTreeSet<&Path> = above.filter(|folder| !folder.as_os_str().is_empty()).collect();
+    let foreign = |path: &Path, why: &str| {
+        let why = format!("{} {why}; remove the folder, which is then unpacked anew", path.display());
+        Error::new(ErrorKind::InvalidData, why)
+    };
+    for folder in &folders {
+        let entries = match root.join(folder).symlink_metadata() {
+            Ok(about) if !about.is_dir() => return Err(foreign(folder, "is no folder")),
+            Ok(_) => fs::read_dir(root.join(folder))?,
+            Err(why) if why.kind() == ErrorKind::NotFound => continue,
+            Err(why) => return Err(why),
+        };
+        for entry in entries {
+            let path = folder.join(entry?.file_name());
+            if !paths.contains(path.as_path()) && !folders.contains(path.as_path()) {
+                return Err(foreign(&path, "is no file of the program"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Writes each file that is missing or not as the program has it.
+fn mend(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
+    let damaged: Vec<&ShippedFile> = files.iter().filter(|(path, bytes)| !is_whole(&root.join(path), bytes)).collect();
+    if damaged.is_empty() {
+        return Ok(());
+    }
+    let staging = mkdtemp(root.with_extension("XXXXXX").as_path())?;
+    let written = damaged.iter().try_for_each(|(path, bytes)| {
+        let written = write(&staging.join("file"), &root.join(path), bytes);
+        written.map_err(|why| Error::new(why.kind(), format!("{path}: {why}")))
+    });
+    written.and(fs::remove_dir_all(&staging))
+}
+
+/// True if a file has these bytes; a file with others is reported.
+fn is_whole(file: &Path, bytes: &[u8]) -> bool {
+    let Ok(about) = file.symlink_metadata() else { return false };
+    let whole = about.is_file() && link::files::read(file, bytes.len() as u64).is_ok_and(|read| read == bytes);
+    if !whole {
+        tracing::warn!("{}: not as the program has it; it is written anew", file.display());
+    }
+    whole
+}
+
+/// Writes a file under another name and renames it: other processes find all of it or none.
+fn write(staged: &Path, file: &Path, bytes: &[u8]) -> io::Result<()> {
+    file.parent().map_or(Ok(()), fs::create_dir_all)?;
+    fs::write(staged, bytes)?;
+    fs::set_permissions(staged, Permissions::from_mode(0o444))?;
+    fs::rename(staged, file)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::symlink;
+
+    use super::*;
+
+    const FILES: &[ShippedFile] =
+        &[("platforms/ground.toml", b"ground"), ("scenarios/a.toml", b"a"), ("scenarios/scenes/b.toml", b"")];
+
+    fn unpacked(cache: &Path) -> Result<PathBuf, Failure> {
+        unpack(FILES, &[cache.to_owned()])
+    }
+
+    fn assert_whole(folder: &Path) {
+        for (path, bytes) in FILES {
+            assert_eq!(fs::read(folder.join(path)).unwrap(), *bytes, "{path}");
+        }
+        let beside = fs::read_dir(folder.parent().unwrap()).unwrap().count();
+        assert_eq!(beside, 1, "nothing is left beside the folder");
+    }
+
+    #[test]
+    fn files_are_unpacked_and_found_again() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = unpacked(&place.path().join("cache")).unwrap();
+        assert_whole(&folder);
+        let made = |path: &str| folder.join(path).metadata().unwrap().ino();
+        let first = FILES.iter().map(|(path, _)| made(path)).collect::<Vec<_>>();
+        assert_eq!(unpacked(&place.path().join("cache")).unwrap(), folder);
+        assert_eq!(
+            FILES.iter().map(|(path, _)| made(path)).collect::<Vec<_>>(),
+            first,
+            "a whole file was written again"
+        );
+        assert_ne!(digest(&FILES[1..]), digest(FILES), "other files have another folder");
+        assert!(Shipped::default().folder().is_none());
+    }
+
+    /// Altered, of the same length too, missing, or a link.
+    #[test]
+    fn damaged_files_are_written_anew() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = place.path().join("cache");
+        let folder = unpacked(&cache).unwrap();
+        let [ground, a, b] = FILES else { unreachable!() };
+        let elsewhere = place.path().join("elsewhere");
+        fs::write(&elsewhere, "a").unwrap();
+        fs::remove_file(folder.join(ground.0)).unwrap();
+        fs::write(folder.join(ground.0), "grOund").unwrap();
+        fs::remove_file(folder.join(a.0)).unwrap();
+        symlink(&elsewhere, folder.join(a.0)).unwrap();
+        fs::remove_dir_all(folder.join("scenarios/scenes")).unwrap();
+        assert_eq!(unpacked(&cache).unwrap(), folder);
+        assert_whole(&folder);
+        assert!(folder.join(a.0).symlink_metadata().unwrap().is_file() && folder.join(b.0).is_file());
+    }
+
+    #[test]
+    fn folder_with_other_entries_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = place.path().join("cache");
+        let folder = unpacked(&cache).unwrap();
+        fs::write(folder.join("scenarios/more.toml"), "").unwrap();
+        let failure = unpacked(&cache).unwrap_err();
+        assert!(failure.to_string().contains("scenarios/more.toml is no file of the program"), "{failure}");
+        assert_eq!(failure.exit(), Exit::Environment);
+        fs::remove_dir_all(folder.join("scenarios")).unwrap();
+        symlink(place.path(), folder.join("scenarios")).unwrap();
+        let failure = unpacked(&cache).unwrap_err();
+        assert!(failure.to_string().contains("scenarios is no folder"), "{failure}");
+    }
+
+    /// One that is a link, or that others may write to; the next one is taken, and without one the reasons are told.
+    #[test]
+    fn cache_that_others_control_is_passed_over() {
+        let place = tempfile::tempdir().unwrap();
+        let [real, planted, open, own] = ["real", "planted", "open", "own"].map(|name| place.path().join(name));
+        [&real, &open].iter().for_each(|folder| fs::create_dir(folder).unwrap());
+        symlink(&real, &planted).unwrap();
+        fs::set_permissions(&open, Permissions::from_mode(0o777)).unwrap();
+        let failure = unpack(FILES, &[planted.clone(), open.clone()]).unwrap_err().to_string();
+        for why in ["planted: not a folder, perhaps a link", "open: may be changed by other users", "XDG_CACHE_HOME"] {
+            assert!(failure.contains(why), "{failure}");
+        }
+        assert_eq!(fs::read_dir(&real).unwrap().count() + fs::read_dir(&open).unwrap().count(), 0);
+        let folder = unpack(FILES, &[planted, open, own.clone()]).unwrap();
+        assert!(folder.starts_with(&own));
+        assert_eq!(own.metadata().unwrap().mode() & 0o777, 0o700);
+    }
+
+    #[test]
+    fn processes_may_unpack_at_the_same_time() {
+        let place = tempfile::tempdir().unwrap();
+        let cache = place.path().join("cache");
+        let folders = std::thread::scope(|scope| {
+            let started = [(); 8].map(|()| scope.spawn(|| unpacked(&cache).unwrap()));
+            started.map(|one| one.join().unwrap())
+        });
+        folders.iter().for_each(|folder| assert_whole(folder));
+    }
+}
