@@ -38,6 +38,8 @@ mod rare;
 mod readers;
 #[path = "command/recordings.rs"]
 mod recordings;
+#[path = "command/tour.rs"]
+mod tour;
 #[path = "command/verbs.rs"]
 mod verbs;
 #[path = "command/verification.rs"]

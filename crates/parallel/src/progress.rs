@@ -21,19 +21,37 @@ pub enum Talk {
 #[derive(Debug)]
 pub struct Progress {
     bar: Option<ProgressBar>,
+    /// Share of a step in the total.
+    weight: u64,
 }
 
 impl Progress {
     /// Of `total` steps.
     pub fn new(label: &str, total: usize, talk: Talk) -> Self {
         let shown = talk == Talk::Normal && std::io::stderr().is_terminal();
-        Self { bar: shown.then(|| bar(label, total as u64)) }
+        Self { bar: shown.then(|| bar(label, total as u64)), weight: 1 }
+    }
+
+    /// The same line for a part of the work under its own label, where a step counts for `weight` of the total.
+    pub fn part(&self, label: &str, weight: u64) -> Self {
+        if let Some(bar) = &self.bar {
+            bar.set_message(label.to_owned());
+        }
+        Self { bar: self.bar.clone(), weight }
     }
 
     /// One step is done.
     pub fn step(&self) {
         if let Some(bar) = &self.bar {
-            bar.inc(1);
+            bar.inc(self.weight);
+        }
+    }
+
+    /// Result of `work`, which writes to the terminal, with the bar out of its way.
+    pub fn beside<T>(&self, work: impl FnOnce() -> T) -> T {
+        match &self.bar {
+            Some(bar) => bar.suspend(work),
+            None => work(),
         }
     }
 

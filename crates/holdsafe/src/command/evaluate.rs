@@ -1,5 +1,4 @@
-//! `holdsafe evaluate`, also without a verb: the reference evaluation; `--reproduce` checks that the committed results
-//! still come out.
+//! `holdsafe evaluate`: the reference evaluation; `--reproduce` checks that the committed results still come out.
 
 mod reference;
 mod reproduce;
