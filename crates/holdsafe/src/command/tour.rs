@@ -224,7 +224,7 @@ impl Tour<'_> {
         }
         let under = |policy: &str| {
             let each = stage.planned.iter().zip(trials.chunks(TRIALS as usize));
-            let own = each.filter(|(one, _)| one.setup.policy_name == policy).flat_map(|(_, own)| own);
+            let own = each.filter(|(one, _)| one.setup.policy_name.as_str() == policy).flat_map(|(_, own)| own);
             words::of_policy(policy, &own.collect::<Vec<_>>())
         };
         let sentences: Vec<String> = policies.into_iter().map(under).collect();
