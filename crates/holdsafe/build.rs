@@ -9,12 +9,13 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// Inputs of a trial in the twin or on the stacks, as paths below the workspace.
-const MADE_OF: [&str; 33] = [
+const MADE_OF: [&str; 34] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
     "crates/wire/src",
     "crates/guest/src",
+    "crates/guest-client/src",
     "crates/sandbox/services.toml",
     "crates/sandbox/src",
     "crates/confine/src",

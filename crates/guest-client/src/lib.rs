@@ -1,8 +1,10 @@
 //! Guests of holdsafe in Rust: the loop that answers each line of the protocol `jsonl/1` with one line.
 //!
 //! A guest implements [`Guest`] and ends its `main` with [`run`]. Standard output belongs to the protocol: notes go to standard error.
-//! The messages are left to [`messages`]. Needs serde and serde_json alone, so that a guest can take the crate without holdsafe.
+//! The messages are left to [`messages`]; [`follower`] is a whole guest. Needs serde and serde_json alone, so that a guest can take the
+//! crate without holdsafe.
 
+pub mod follower;
 pub mod messages;
 
 use std::error::Error;

@@ -5,11 +5,8 @@
 use std::path::Path;
 
 use guest::jsonl;
+use guest_client::follower::Follower;
 use guest_client::{Failure, Guest, MAX_LINE, Own, Reply, Start, Step, serve};
-
-#[allow(dead_code, reason = "the example's main")]
-#[path = "../examples/follower.rs"]
-mod follower;
 
 /// A guest that hands out one reply, and keeps the requests.
 struct Keeper<'a> {
@@ -155,7 +152,7 @@ fn the_follower_answers_as_recorded() {
         let lines: Vec<&str> = text.lines().collect();
         let requests: String = lines.iter().step_by(2).map(|line| format!("{line}\n")).collect();
         let mut answers = Vec::new();
-        serve(follower::Follower::default, requests.as_bytes(), &mut answers).unwrap();
+        serve(Follower::default, requests.as_bytes(), &mut answers).unwrap();
         let answers = String::from_utf8(answers).unwrap();
         assert_eq!(answers.lines().count(), lines.len() / 2, "{name}");
         for (pair, (got, recorded)) in answers.lines().zip(lines.iter().skip(1).step_by(2)).enumerate() {

@@ -19,11 +19,13 @@ mod report;
 mod run;
 mod scenario;
 mod search;
+mod tour;
 mod watch;
 
 use std::ffi::OsString;
 
 use clap::{CommandFactory, Parser, Subcommand};
+use runner::engage;
 use runner::failure::Exit;
 use runner::shipped::ShippedFile;
 use runner::start::{self, Common};
@@ -43,11 +45,11 @@ const EXIT_CODES: &str = "Exit codes:
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 
-/// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `evaluate`.
+/// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `tour`.
 #[derive(Debug, Parser)]
 #[command(name = "holdsafe", version, after_help = EXIT_CODES, max_term_width = 110)]
 pub struct Cli {
-    /// Command; `evaluate` where there is none.
+    /// Command; `tour` where there is none.
     #[command(subcommand)]
     verb: Option<Verb>,
     /// Options of every command.
@@ -57,6 +59,8 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    /// Show in two minutes what is attacked, what the platform does and why; with a report.
+    Tour(tour::Args),
     /// Run every shipped scenario and judge it; or check that the committed results still come out.
     Evaluate(evaluate::Args),
     /// Run scenarios, simulated or live, and judge them.
@@ -95,7 +99,11 @@ enum Verb {
 
 /// Runs a service of this program's own; `None` for an unknown name.
 pub fn service(name: &str) -> Option<Exit> {
-    (name == assess::confined::NAME).then(assess::confined::main)
+    match name {
+        assess::confined::NAME => Some(assess::confined::main()),
+        engage::FOLLOWER => Some(guest::follower::main()),
+        _ => None,
+    }
 }
 
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
@@ -112,6 +120,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     };
     let context = cli.common.context(PROGRAM, FILES);
     let result = match cli.verb.unwrap_or_default() {
+        Verb::Tour(args) => tour::run(&context, &args),
         Verb::Evaluate(args) => evaluate::run(&context, &args),
         Verb::Run(args) => run::run(&context, &args),
         Verb::Campaign(verb) => campaign::run(&context, &verb),
@@ -133,6 +142,6 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
 
 impl Default for Verb {
     fn default() -> Self {
-        Verb::Evaluate(evaluate::Args::default())
+        Verb::Tour(tour::Args::default())
     }
 }

@@ -42,6 +42,8 @@ mod readers;
 mod recordings;
 #[path = "command/shipped.rs"]
 mod shipped;
+#[path = "command/tour.rs"]
+mod tour;
 #[path = "command/verbs.rs"]
 mod verbs;
 #[path = "command/verification.rs"]

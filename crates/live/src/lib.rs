@@ -4,6 +4,7 @@
 //! launcher's shared memory and sockets. The launcher itself carries no message between services: it starts them, ends
 //! them on purpose where the scenario says so, and reads the recording afterwards.
 
+pub mod calm;
 pub mod child;
 mod disk;
 mod guest;

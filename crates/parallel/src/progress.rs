@@ -21,12 +21,14 @@ pub enum Talk {
 #[derive(Debug)]
 pub struct Progress {
     bar: Option<ProgressBar>,
+    /// Share of a step in the total.
+    weight: u64,
 }
 
 impl Progress {
     /// Of `total` steps.
     pub fn new(label: &str, total: usize, talk: Talk) -> Self {
-        Self { bar: is_shown(talk).then(|| bar(label, total as u64)) }
+        Self { bar: is_shown(talk).then(|| bar(label, total as u64)), weight: 1 }
     }
 
     /// A line of text in place of a bar, for a command that says itself what is left.
@@ -35,7 +37,7 @@ impl Progress {
             let style = ProgressStyle::with_template("{wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
             ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_style(style)
         };
-        Self { bar: is_shown(talk).then(line) }
+        Self { bar: is_shown(talk).then(line), weight: 1 }
     }
 
     /// Shows this text.
@@ -45,18 +47,26 @@ impl Progress {
         }
     }
 
-    /// Prints something while the bar is out of its way.
-    pub fn print(&self, print: impl FnOnce()) {
-        match &self.bar {
-            Some(bar) => bar.suspend(print),
-            None => print(),
+    /// The same line for a part of the work under its own label, where a step counts for `weight` of the total.
+    pub fn part(&self, label: &str, weight: u64) -> Self {
+        if let Some(bar) = &self.bar {
+            bar.set_message(label.to_owned());
         }
+        Self { bar: self.bar.clone(), weight }
     }
 
     /// One step is done.
     pub fn step(&self) {
         if let Some(bar) = &self.bar {
-            bar.inc(1);
+            bar.inc(self.weight);
+        }
+    }
+
+    /// Result of `work`, which writes to the terminal, with the bar out of its way.
+    pub fn beside<T>(&self, work: impl FnOnce() -> T) -> T {
+        match &self.bar {
+            Some(bar) => bar.suspend(work),
+            None => work(),
         }
     }
 

@@ -65,16 +65,24 @@ impl Batch<'_> {
     /// # Errors
     /// When a folder of a trial that is to be kept is in use, before anything runs.
     pub fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
+        let progress = Progress::new(self.label, self.planned.len() * self.n as usize, talk);
+        let trials = self.run_within(&progress, stop);
+        progress.finish();
+        trials
+    }
+
+    /// The same as a part of something longer, whose progress this is.
+    ///
+    /// # Errors
+    /// As [`Batch::run`].
+    pub fn run_within(&self, progress: &Progress, stop: &Stop) -> Result<Vec<Trial>, Failure> {
         self.check_free()?;
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
-        let progress = Progress::new(self.label, jobs.len(), talk);
-        let trials = on_threads(self.threads(), &jobs, stop, |job| {
+        on_threads(self.threads(), &jobs, stop, |job| {
             let trial = self.one(job, stop)?;
             progress.step();
             Ok(trial)
-        });
-        progress.finish();
-        trials
+        })
     }
 
     /// The same, on so many threads, where each finished trial is put on its variation's shelf and none that is there already runs

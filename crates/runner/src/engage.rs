@@ -1,14 +1,19 @@
 //! `--autonomy GUEST.TOML`: a program of somebody else that drives in place of the unit's own mission and navigation.
 
 use std::convert::Infallible;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use guest::{Conduct, Guest, Program};
 use scenario::{Problem, Problems};
 
-use super::failure::Failure;
+use super::failure::{Exit, Failure};
 
+/// Name of the guest without a file: a naive follower of the route, which the program `holdsafe` is too, as a service.
+pub const FOLLOWER: &str = "follower";
+/// Its file, with `PROGRAM` in place of the program's path.
+const FOLLOWER_FILE: &str = include_str!("engage/follower.toml");
 /// The largest guest file, bytes.
 const MAX_FILE: u64 = 64 << 10;
 /// The largest pinned file, bytes.
@@ -17,7 +22,7 @@ const MAX_PINNED: u64 = 1 << 30;
 /// The options that name a guest.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Engage {
-    /// A guest that drives in place of the unit's own mission and navigation, by its file (docs/researcher/guests.md).
+    /// A guest that drives in place of the unit's own mission and navigation, by its file (docs/researcher/guests.md); `follower` is built in.
     #[arg(long, value_name = "GUEST.TOML")]
     autonomy: Option<PathBuf>,
     /// Give the guest's set-points to the plant as they are, without the platform's guards.
@@ -65,7 +70,7 @@ pub fn options(file: &Path, conduct: Conduct) -> String {
     format!(" --autonomy {}{bare}", file.display())
 }
 
-/// The guest of a file.
+/// The guest of a file, or the one that is built in.
 ///
 /// # Errors
 /// A mistake in it, in its place.
@@ -83,6 +88,9 @@ pub fn guest(file: &Path, conduct: Conduct) -> Result<Guest, Failure> {
 }
 
 fn program(file: &Path) -> Result<Program, Failure> {
+    if file == Path::new(FOLLOWER) {
+        return follower();
+    }
     let name = file.display().to_string();
     let unread = |why: String| {
         Problems::from(Problem::with_file(&name, why, "`holdsafe guest new NAME` writes a guest to start from"))
@@ -94,12 +102,45 @@ fn program(file: &Path) -> Result<Program, Failure> {
     if folder.to_str().is_none() {
         return Err(unread("a folder whose name is UTF-8 expected".to_owned()).into());
     }
+    parsed(&name, &text, &folder)
+}
+
+/// The follower: this program, whose folder is the guest's own and so is seen by it wherever it lies.
+fn follower() -> Result<Program, Failure> {
+    let own = std::env::current_exe()?;
+    let parts = own.parent().filter(|folder| folder.to_str().is_some()).zip(own.file_name().and_then(OsStr::to_str));
+    let Some((folder, name)) = parts else {
+        let message = format!("{}: a program whose path is UTF-8 expected; move it", own.display());
+        return Err(Failure::new(Exit::Environment, message));
+    };
+    // A string of JSON is one of TOML.
+    let program = serde_json::to_string(&format!("./{name}")).map_err(Failure::internal)?;
+    parsed(FOLLOWER, &FOLLOWER_FILE.replace("PROGRAM", &program), folder)
+}
+
+/// The program of a guest file's text, in its folder.
+fn parsed(name: &str, text: &str, folder: &Path) -> Result<Program, Failure> {
     let read = |path: &Path| link::files::read(path, MAX_PINNED).map_err(|e| e.to_string());
-    let program = Program::parse(&text, &folder, read).map_err(|mistake| {
+    let program = Program::parse(text, folder, read).map_err(|mistake| {
         Problems::from(match mistake.at {
-            Some(at) => Problem::at(&name, &text, at, mistake.message, mistake.remedy),
-            None => Problem::with_file(&name, mistake.message, mistake.remedy),
+            Some(at) => Problem::at(name, text, at, mistake.message, mistake.remedy),
+            None => Problem::with_file(name, mistake.message, mistake.remedy),
         })
     })?;
     Ok(program)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn built_in_follower_starts_this_program() {
+        let program = program(Path::new(FOLLOWER)).unwrap();
+        assert_eq!(program.name, FOLLOWER);
+        assert_eq!(program.command[1..], ["service", FOLLOWER]);
+        let own = std::fs::canonicalize(std::env::current_exe().unwrap()).unwrap();
+        assert_eq!(std::fs::canonicalize(&program.command[0]).unwrap(), own);
+        assert!(program.digests.len() > 1, "the program's own bytes are not in its digests");
+    }
 }

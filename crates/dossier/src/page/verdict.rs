@@ -177,8 +177,8 @@ fn found(found: &Found) -> usize {
 fn counted(given: &Given) -> ByPlace {
     let (mut all, mut seen) = (ByPlace::new(), BTreeSet::new());
     for one in tried(given) {
-        // A variation may stand in several rows of a matrix, with the same trials.
-        if !seen.insert(one.name()) {
+        // A variation may stand in several rows of a matrix, with the same trials. With a guest, bare or guarded, it has others.
+        if !seen.insert((one.name(), one.watermark)) {
             continue;
         }
         let to = all.entry((one.evidence, one.watermark.is_some())).or_default();

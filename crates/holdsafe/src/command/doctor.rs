@@ -77,6 +77,12 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     Ok(if ready { Exit::Fine } else { Exit::Environment })
 }
 
+/// Requirements of a live run that this host does not meet, each with its remedy.
+pub(super) fn lacking_for_live() -> Vec<String> {
+    let needs = [shared_memory(), loopback(), open_files(), scratch(), services()];
+    needs.iter().filter(|of| !of.met).map(|of| format!("{}: {}; {}", of.need, of.found, of.remedy)).collect()
+}
+
 fn reason(root: &Root) -> &'static str {
     match root {
         Root::Named(_) => "named",

@@ -2,6 +2,7 @@
 
 mod check;
 mod compare;
+pub(super) mod follower;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

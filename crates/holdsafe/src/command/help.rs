@@ -4,7 +4,7 @@ use clap::Command;
 
 /// Groups of users and their verbs.
 const GROUPS: [(&str, &[&str]); 4] = [
-    ("To see what it does", &["evaluate", "run", "watch", "doctor"]),
+    ("To see what it does", &["tour", "run", "watch", "evaluate", "doctor"]),
     ("For researchers", &["campaign", "search", "estimate", "assess", "emit"]),
     ("For reviewers", &["matrix", "ablate", "inspect", "report"]),
     ("For authors of scenarios and guests", &["scenario", "guest"]),

@@ -2,7 +2,7 @@
 
 mod cite;
 mod mcap;
-mod page;
+pub(super) mod page;
 
 use std::path::{Path, PathBuf};
 

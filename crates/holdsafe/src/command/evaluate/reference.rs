@@ -203,7 +203,7 @@ impl Evaluation<'_> {
     fn print_line(&self, rows: &[ReferenceRow]) {
         let rows: Vec<&ReferenceRow> = rows.iter().collect();
         if let Some(first) = rows.first().filter(|_| !self.context.json) {
-            self.progress.print(|| out::say(format_args!("{}", scenario_line(&first.scenario, &rows))));
+            self.progress.beside(|| out::say(format_args!("{}", scenario_line(&first.scenario, &rows))));
         }
     }
 

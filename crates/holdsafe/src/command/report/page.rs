@@ -29,7 +29,7 @@ const TITLE: &str = "Does trust decay safely?";
 const MAX_STORIES: usize = 32;
 
 /// Options of the page, and files that are written beside it.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 #[command(next_help_heading = "With --format html")]
 pub(super) struct PageOptions {
     /// Title of the page [default: Does trust decay safely?].
@@ -74,7 +74,7 @@ struct Written {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let (mut dossier, checked) = gather(args)?;
+    let (mut dossier, checked) = gather(&args.given, &args.page)?;
     dossier.results.lie_in(folders(context));
     let read: Vec<&Checked> = checked.iter().collect();
     checked::say(context, &read);
@@ -116,6 +116,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(args.unverified.exit(&read, Exit::Fine))
 }
 
+/// Writes the page over the results and recordings in the folder `dir` into it; gives its path.
+pub(in crate::command) fn write_of_folder(context: &Context, dir: &Path, title: &str) -> Result<PathBuf, Failure> {
+    let options = PageOptions { title: Some(title.to_owned()), ..PageOptions::default() };
+    let (mut dossier, _checked) = gather(&[dir.to_owned()], &options)?;
+    dossier.results.lie_in(folders(context));
+    let out = dir.join(PAGE);
+    write(&out, dossier::page::page(&dossier).as_bytes())?;
+    Ok(out)
+}
+
 /// The manifest beside the first result that has one.
 fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
     let beside = |path: &PathBuf| if path.is_dir() { path.join(MANIFEST) } else { path.with_file_name(MANIFEST) };
@@ -137,10 +147,10 @@ fn folders(context: &Context) -> BTreeMap<String, String> {
 }
 
 /// The parts of the page, and every recording that was checked for it.
-fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
+fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Checked>), Failure> {
     let (mut results, mut stories, mut checked) = (Results::default(), Vec::new(), Vec::new());
     let mut seen = BTreeSet::new();
-    for path in &args.given {
+    for path in given {
         let (told, runs) = match found(path)? {
             Given::Result(file, runs) => {
                 let bytes = bounded(&file)?;
@@ -168,12 +178,12 @@ fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
     let recordings = checked.iter().map(recording).collect();
     Ok((
         Dossier {
-            title: args.page.title.clone().unwrap_or_else(|| TITLE.to_owned()),
+            title: options.title.clone().unwrap_or_else(|| TITLE.to_owned()),
             version,
             results,
             stories,
             recordings,
-            renew_s: args.page.renew,
+            renew_s: options.renew,
         },
         checked,
     ))
