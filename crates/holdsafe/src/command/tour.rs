@@ -77,7 +77,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
     let stages = stages(context)?;
     let live = if args.twin { Vec::new() } else { live::planned(context)? };
-    let dir = out::directory(&context.root()?, args.out.as_deref(), "tour")?;
+    let dir = out::directory(&context.runs_folder()?, args.out.as_deref(), "tour")?;
     let planned = stages.iter().flat_map(|stage| &stage.planned).chain(live.iter().map(|(_, one)| one));
     let planned: Vec<Planned> = planned.cloned().collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
