@@ -67,7 +67,7 @@ fn locks_agree_on_versions() {
     }
 }
 
-/// A lower level anywhere would be of other code than the released program's, which `tools/release/flags` optimises throughout.
+/// A lower level anywhere would be of other code than the released program's, which is optimised throughout.
 #[test]
 fn measured_code_is_optimised_as_released() {
     let measured = read("measurements/Cargo.toml");
@@ -82,4 +82,14 @@ fn workspaces_share_toolchain_and_lints() {
         assert_eq!(measured["workspace"][part], product["workspace"][part], "{part}");
     }
     assert_eq!(fuzz["package"]["rust-version"], product["workspace"]["package"]["rust-version"]);
+}
+
+/// A level that is not the highest would hold in the released program too, which inherits it.
+#[test]
+fn released_program_is_optimised_throughout() {
+    let profile = &read("Cargo.toml")["profile"];
+    assert_eq!(profile["released"]["opt-level"].as_integer(), Some(3));
+    for (name, settings) in profile["release"]["package"].as_table().expect("packages") {
+        assert_eq!(settings["opt-level"].as_integer(), Some(3), "{name}");
+    }
 }

@@ -6,11 +6,10 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use ed25519_dalek::{Signature, VerifyingKey};
+use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
 use minicbor::Encoder;
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
-use ring::signature::{Ed25519KeyPair, KeyPair};
 
 use crate::codec;
 use crate::id::NodeId;
@@ -57,16 +56,14 @@ impl Purpose {
 
 /// A node's own signing key. Neither printed nor copied about.
 pub struct Key {
-    signing: Arc<Ed25519KeyPair>,
+    signing: Arc<SigningKey>,
     verifier: Option<SharedVerifier>,
 }
 
 impl Key {
     /// From 32 secret bytes.
     pub fn from_bytes(secret: &[u8; 32]) -> Self {
-        #[expect(clippy::expect_used, reason = "32 bytes are a seed, whatever they are")]
-        let signing = Ed25519KeyPair::from_seed_unchecked(secret).expect("a seed of 32 bytes");
-        Key { signing: Arc::new(signing), verifier: None }
+        Key { signing: Arc::new(SigningKey::from_bytes(secret)), verifier: None }
     }
 
     /// The same, and `verifier` is told of each signature.
@@ -77,16 +74,13 @@ impl Key {
 
     /// The public half.
     pub fn public(&self) -> [u8; 32] {
-        let mut public = [0; 32];
-        public.copy_from_slice(self.signing.public_key().as_ref());
-        public
+        self.signing.verifying_key().to_bytes()
     }
 
     /// Signs `payload` (at most [`MAX_SIGNED_PAYLOAD`] bytes); gives the encoded COSE_Sign1.
     pub fn sign(&self, purpose: Purpose, payload: &[u8]) -> Vec<u8> {
         let message = to_be_signed(purpose, payload);
-        let mut signature = [0; 64];
-        signature.copy_from_slice(self.signing.sign(&message).as_ref());
+        let signature = self.signing.sign(&message).to_bytes();
         if let Some(SharedVerifier(verifier)) = &self.verifier {
             verifier.made(&self.public(), &message, &signature);
         }
