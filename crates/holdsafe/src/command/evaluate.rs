@@ -1,5 +1,6 @@
 //! `holdsafe evaluate`: the reference evaluation; `--reproduce` checks that the committed results still come out.
 
+mod load;
 mod parts;
 mod reference;
 mod remaining;

@@ -16,8 +16,9 @@ use runner::plan::{self, Planned};
 use runner::{Context, lines, out};
 
 use super::Args;
+use super::load::measure_jobs;
 use super::parts::{Part, QUICK_TRIALS, TRIALS, plan_parts};
-use super::remaining::{LIVE_PER_CORE, Remaining, expect_seconds};
+use super::remaining::{Remaining, expect_seconds};
 use super::tell::{Judged, finish};
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -29,12 +30,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         parts.iter().flat_map(|part| if args.apart { part.live.clone() } else { part.simulated.clone() }).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
+    let cores = parallel::cores();
+    let live_jobs = if parts.iter().all(|part| part.live.is_empty()) { 1 } else { measure_jobs(context, cores)? };
     let evaluation = Evaluation {
         context,
         dir: &dir,
         kept: Kept::below(&dir)?,
         n: if args.quick { QUICK_TRIALS } else { TRIALS },
-        cores: parallel::cores(),
+        cores,
+        live_jobs,
         remaining: Mutex::default(),
         progress: Progress::line(context.talk),
     };
@@ -62,6 +66,7 @@ struct Evaluation<'a> {
     /// Simulated trials of each variation.
     n: u64,
     cores: usize,
+    live_jobs: usize,
     remaining: Mutex<Remaining>,
     progress: Progress,
 }
@@ -73,8 +78,7 @@ impl Evaluation<'_> {
 
     fn batch<'b>(&self, mode: Mode, planned: &'b [Planned], out: &'b Path) -> Batch<'b> {
         let n = if mode == Mode::Live { 1 } else { self.n };
-        let (seed, jobs) = (self.context.seed, LIVE_PER_CORE * self.cores);
-        Batch { label: "evaluate", mode, planned, n, seed, jobs, out: Some(out) }
+        Batch { label: "evaluate", mode, planned, n, seed: self.context.seed, jobs: self.live_jobs, out: Some(out) }
     }
 
     fn open_shelves(&self, mode: Mode, planned: &[Planned]) -> Result<Vec<Shelf>, Failure> {
@@ -82,7 +86,7 @@ impl Evaluation<'_> {
     }
 
     fn expect_seconds(&self, mode: Mode, part: &Part) -> f64 {
-        expect_seconds(mode, &part.scenario, self.cores)
+        expect_seconds(mode, &part.scenario, self.cores, self.live_jobs)
     }
 
     /// Counts all trials and those that are missing.

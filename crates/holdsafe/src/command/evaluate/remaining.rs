@@ -3,9 +3,6 @@
 use results::mode::Mode;
 use scenario::Scenario;
 
-/// Live runs side by side for each core. One takes about 40 % of a core: three networks for each frame, and what waits for them.
-pub(super) const LIVE_PER_CORE: usize = 1;
-
 /// Simulated seconds that a core takes a second for, until a rate has been measured.
 const TWIN_SPEED: f64 = 700.0;
 /// Seconds of a core that a trial on the stacks takes, until then.
@@ -39,13 +36,13 @@ pub(super) struct Share {
     took_s: f64,
 }
 
-/// Seconds that one trial adds to the whole on so many cores, before any rate has been measured.
-pub(super) fn expect_seconds(mode: Mode, scenario: &Scenario, cores: usize) -> f64 {
+/// Seconds that one trial adds to the whole, so many live ones side by side, before any rate has been measured.
+pub(super) fn expect_seconds(mode: Mode, scenario: &Scenario, cores: usize, live_jobs: usize) -> f64 {
     let (length_s, cores) = (scenario.duration_s.get(), cores as f64);
     match mode {
         Mode::Twin => length_s / TWIN_SPEED / cores,
         Mode::Stack => STACK_S / cores,
-        Mode::Live => (length_s + LIVE_BEYOND_S) / (LIVE_PER_CORE as f64 * cores),
+        Mode::Live => (length_s + LIVE_BEYOND_S) / live_jobs as f64,
     }
 }
 

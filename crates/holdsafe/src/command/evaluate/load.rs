@@ -1,0 +1,50 @@
+//! Live runs side by side: as many as this host carries, by the time that one rendered trial takes in the twin. A program that was built
+//! to be quick to build takes twice as long for the networks of a frame as a released one.
+
+use evidence::trial::Trial;
+use results::mode::Mode;
+use runner::failure::Failure;
+use runner::plan::{self, Wanted};
+use runner::{Context, batch};
+
+/// The scenario that is measured: nothing in it ends a mission early.
+const SCENARIO: &str = "nominal";
+/// CPU time of a live run for that of the same rendered run in the twin: 2.4, of a quick build and of an optimised one, on two cores. The rest
+/// is for processes, cryptography, and the replay of every core.
+const LIVE_TO_TWIN: f64 = 2.4;
+/// Part of the cores that live runs may take: above it services wait for each other, and the host spoils runs.
+const USABLE: f64 = 0.75;
+
+/// Live runs side by side on so many cores; 1 at the least, and at most one for each core.
+///
+/// # Errors
+/// When the measured trial cannot run.
+pub(super) fn measure_jobs(context: &Context, cores: usize) -> Result<usize, Failure> {
+    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let (_, planned) = plan::plan(context, &plan::file_of(context, SCENARIO)?, &wanted)?;
+    let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
+    let trial = batch::trial(Mode::Twin, one, &one.setup, context.seed, &context.stop)?;
+    Ok(jobs_for(&trial, cores))
+}
+
+fn jobs_for(trial: &Trial, cores: usize) -> usize {
+    let share = LIVE_TO_TWIN * trial.cpu_seconds / trial.sim_seconds.max(1.0);
+    let carried = USABLE * cores as f64 / share.max(0.01);
+    (carried as usize).clamp(1, cores.max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use evidence::trial::Outcome;
+
+    use super::*;
+
+    #[test]
+    fn slower_hosts_run_fewer_side_by_side() {
+        let taking = |cpu_seconds| Trial { cpu_seconds, sim_seconds: 10.0, ..Trial::example(1, Outcome::Nominal) };
+        assert_eq!(jobs_for(&taking(2.5), 2), 2);
+        assert_eq!(jobs_for(&taking(5.0), 2), 1);
+        assert_eq!(jobs_for(&taking(5.0), 8), 5);
+        assert_eq!((jobs_for(&taking(90.0), 2), jobs_for(&taking(0.0), 2)), (1, 2));
+    }
+}
