@@ -8,10 +8,10 @@ use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
 use wire::codec::{self, List};
 use wire::command::{Ack, CommandKind, Confirmation, Intent};
-use wire::crop::{Crop, PIXELS, Pictured, Pixels, WIDTH};
+use wire::crop::Pictured;
 use wire::event::Inconsistency;
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, CommandId, FrameId, Nonce, PeerId, Sequence, TrackId, UnitId};
+use wire::id::{Boot, CommandId, Nonce, PeerId, Sequence, TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::motion::ReportedMotion;
@@ -23,7 +23,7 @@ use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
 use wire::settings::Settings;
 use wire::time::{Echo, PeerStamp, Span};
 
-use crate::bench::{Asked, Bench, sign};
+use crate::bench::{Asked, Bench, crops_of, sign};
 
 /// Time between two reports.
 const PERIOD: Span = Span::ms(100);
@@ -329,21 +329,4 @@ fn hills() -> Relief {
     let height = |x: f32, y: f32| 0.3 * libm::sinf(x / 9.0) * libm::cosf(y / 11.0) + 0.1 * libm::sinf((x + y) / 5.0);
     let heights = (0..45 * 45).map(|n| height(along(n % 45), along(n / 45))).collect();
     Relief { corner: [-44.0, -44.0], cell: 2.0, columns: 45, heights }
-}
-
-/// Encoded crops of a track in one shade, and the entry that vouches for them.
-pub(crate) fn crops_of(track: TrackId, shade: u8) -> (Vec<Vec<u8>>, Pictured) {
-    let body = |at: usize| (6..18).contains(&(at % WIDTH)) && (7..12).contains(&(at / WIDTH));
-    let shades: [u8; PIXELS] = std::array::from_fn(|at| if body(at) { shade.saturating_add(120) } else { shade });
-    let mut colour = [shade; 2 * PIXELS];
-    (0..PIXELS).filter(|at| body(*at)).for_each(|at| colour[2 * at + 1] = shade / 2);
-    let crop = |pixels| Crop { track, frame: FrameId(7), scale: 2, pixels };
-    let all = [
-        crop(Pixels::Colour(colour.into())),
-        crop(Pixels::Warmth(28_700, 31_000, shades.into())),
-        crop(Pixels::Depth(9_000, 12_500, shades.into())),
-    ];
-    let bytes: Vec<Vec<u8>> = all.iter().map(codec::encode).collect();
-    let crops = bytes.iter().map(|bytes| <[u8; 32]>::from(Sha256::digest(bytes)).into()).collect();
-    (bytes, Pictured { track, age: Span::ms(130), crops })
 }

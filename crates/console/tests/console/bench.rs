@@ -10,9 +10,10 @@ use wire::bus::{ChannelKey, Sender};
 use wire::codec::{self, List, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Topic};
+use wire::crop::{Crop, PIXELS, Pictured, Pixels, WIDTH};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
+use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::person::{Act, Numbered, Order, Role, Unable};
@@ -392,4 +393,21 @@ fn read(bytes: &[u8]) -> Asked {
         Request::Watch(nonce) => Asked::Watch(nonce),
         Request::Revoke(revocation) => Asked::Revoke(revocation.to_vec()),
     }
+}
+
+/// Encoded crops of a track in one shade, and the entry that vouches for them.
+pub(crate) fn crops_of(track: TrackId, shade: u8) -> (Vec<Vec<u8>>, Pictured) {
+    let body = |at: usize| (6..18).contains(&(at % WIDTH)) && (7..12).contains(&(at / WIDTH));
+    let shades: [u8; PIXELS] = std::array::from_fn(|at| if body(at) { shade.saturating_add(120) } else { shade });
+    let mut colour = [shade; 2 * PIXELS];
+    (0..PIXELS).filter(|at| body(*at)).for_each(|at| colour[2 * at + 1] = shade / 2);
+    let crop = |pixels| Crop { track, frame: FrameId(7), scale: 2, pixels };
+    let all = [
+        crop(Pixels::Colour(colour.into())),
+        crop(Pixels::Warmth(28_700, 31_000, shades.into())),
+        crop(Pixels::Depth(9_000, 12_500, shades.into())),
+    ];
+    let bytes: Vec<Vec<u8>> = all.iter().map(codec::encode).collect();
+    let crops = bytes.iter().map(|bytes| <[u8; 32]>::from(Sha256::digest(bytes)).into()).collect();
+    (bytes, Pictured { track, age: Span::ms(130), crops })
 }

@@ -13,8 +13,7 @@ use wire::report::{Report, ReportedTrack};
 use wire::sensor::Class;
 use wire::time::Span;
 
-use crate::bench::{Bench, report, step};
-use crate::yard::crops_of;
+use crate::bench::{Bench, crops_of, report, step};
 
 /// Encoded crops of track 4 in one shade, and the entry that vouches for them.
 fn crops(shade: u8) -> (Vec<Vec<u8>>, Pictured) {
