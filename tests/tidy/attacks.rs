@@ -105,7 +105,7 @@ fn copy(to: &Path) {
 }
 
 #[test]
-#[ignore = "compiles half of the workspace: minutes"]
+#[ignore = "long: compiles half of the workspace"]
 fn a_new_attack_touches_two_files() {
     let tree = tempfile::tempdir().expect("a folder");
     copy(tree.path());

@@ -1,6 +1,6 @@
 """A referee for what a frame and a step cost: the same rays and scene in MuJoCo, the same image and model in Python's onnxruntime.
 
-Called by `cargo bench --bench frame -- --python PYTHON` with a file that holds both. Needs numpy, mujoco and onnxruntime (PyPI).
+Called by `cargo bench --manifest-path measurements/Cargo.toml --bench frame -- --python PYTHON` with a file that holds both. Needs numpy, mujoco and onnxruntime (PyPI).
 Says rays a second and how far the ranges are apart, simulated seconds a second of a vehicle of the same size on the same ground, and
 the time of one inference with one thread. CPU time.
 """

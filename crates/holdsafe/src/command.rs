@@ -37,7 +37,7 @@ const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
 const FILES: &[ShippedFile] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 const EXIT_CODES: &str = "Exit codes:
-  0    every trial within its expected classes
+  0    every trial within its expected classes (tour: live runs that the host spoilt are named and not judged)
   1    internal error
   2    usage, or a file that cannot be used
   3    an outcome that was not expected
@@ -59,7 +59,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Show in two minutes what is attacked, what the platform does and why; with a report.
+    /// Show in two minutes the attacks, the platform's responses and their reasons; with a report.
     Tour(tour::Args),
     /// Run every shipped scenario and judge it; or check that the committed results still come out.
     Evaluate(evaluate::Args),

@@ -24,7 +24,10 @@ use super::retry::retried;
 use crate::error::EngineError;
 
 /// Live trials at a time, at most: each is about a dozen processes.
-const MAX_JOBS: usize = 32;
+pub const MAX_JOBS: usize = 32;
+
+/// Stalls of earlier attempts that a trial names, at most.
+const MOST_SPOILT: usize = 100;
 
 /// One trial to run.
 struct Job<'a> {
@@ -135,7 +138,8 @@ impl Batch<'_> {
         self.shelved(shelves).filter(|place| self.finished(place).is_none()).count()
     }
 
-    /// Number of the finished live trials whose recording is gone: their results stand, and nothing can be looked up in them.
+    /// Number of the finished live trials without their own recording: it is gone or another one. Their results stand, and no detail can be
+    /// looked up in them.
     pub fn unrecorded(&self, shelves: &[Shelf]) -> usize {
         let gone = |place: &Place<'_>| self.finished(place).is_some_and(|trial| !self.is_recorded(place, trial));
         self.shelved(shelves).filter(gone).count()
@@ -149,7 +153,7 @@ impl Batch<'_> {
         stop: &Stop,
     ) -> Result<Vec<Trial>, Failure> {
         on_threads(threads, missing, stop, |place| {
-            let trial = self.one_kept(place, stop)?;
+            let trial = self.run_and_keep(place, stop)?;
             done(place.number, &trial);
             Ok(trial)
         })
@@ -216,14 +220,15 @@ impl Batch<'_> {
             out::unused(folder)?;
             std::fs::create_dir_all(folder)?;
         }
-        self.one_in(job, folder, stop)
+        self.run_in(job, folder, stop)
     }
 
     /// Runs a trial and puts it on its shelf. Its recording comes to its place first: a trial on the shelf has one.
-    fn one_kept(&self, Place { job, shelf, .. }: &Place<'_>, stop: &Stop) -> Result<Trial, Failure> {
+    fn run_and_keep(&self, Place { job, shelf, .. }: &Place<'_>, stop: &Stop) -> Result<Trial, Failure> {
         let unfinished = self.folder(job).map(Unfinished::begin).transpose()?;
-        let mut trial = self.one_in(job, unfinished.as_ref().map(|of| of.folder().to_owned()), stop)?;
+        let mut trial = self.run_in(job, unfinished.as_ref().map(|recording| recording.folder().to_owned()), stop)?;
         trial.host_spoilt_ms.splice(0..0, shelf.spoilt_ms(job.seed).iter().copied());
+        trial.host_spoilt_ms.truncate(MOST_SPOILT);
         match (unfinished, trial.host_stall_ms) {
             (Some(recording), None) => recording.finish()?,
             (Some(recording), Some(_)) => recording.put_aside()?,
@@ -234,7 +239,7 @@ impl Batch<'_> {
     }
 
     /// Runs a trial whose recording goes to `run_dir`.
-    fn one_in(&self, job: &Job<'_>, run_dir: Option<PathBuf>, stop: &Stop) -> Result<Trial, Failure> {
+    fn run_in(&self, job: &Job<'_>, run_dir: Option<PathBuf>, stop: &Stop) -> Result<Trial, Failure> {
         let recorded = run_dir.or_else(|| job.planned.setup.run_dir.clone());
         let setup = Setup { run_dir: recorded, ..job.planned.setup.clone() };
         let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;

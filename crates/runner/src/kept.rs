@@ -104,13 +104,7 @@ impl Shelf {
     fn open(path: &Path) -> Result<Self, Failure> {
         let (mut done, mut spoilt) = (BTreeMap::new(), BTreeMap::new());
         let lines = Lines::open(path, |_, line: Line| {
-            let trial = line.into_trial();
-            if let Some(ms) = trial.host_stall_ms {
-                // The line of a later attempt has the earlier ones, too.
-                spoilt.insert(trial.seed, [trial.host_spoilt_ms.as_slice(), &[ms]].concat());
-            } else {
-                done.insert(trial.seed, trial);
-            }
+            take_line(line, &mut done, &mut spoilt);
             Ok(())
         })?;
         Ok(Self { done, spoilt, lines })
@@ -167,12 +161,22 @@ impl Shelf {
 /// # Errors
 /// The first line that is none, and why.
 pub fn finished(text: &[u8]) -> Result<BTreeMap<u64, Trial>, Failure> {
-    let mut done = BTreeMap::new();
+    let (mut done, mut spoilt) = (BTreeMap::new(), BTreeMap::new());
     scan(Path::new("kept"), text, |_, line: Line| {
-        done.insert(line.trial.seed, line.into_trial());
+        take_line(line, &mut done, &mut spoilt);
         Ok(())
     })?;
     Ok(done)
+}
+
+/// Takes a line: a finished trial, or the stalls that spoilt one.
+fn take_line(line: Line, done: &mut BTreeMap<u64, Trial>, spoilt: &mut BTreeMap<u64, Vec<f64>>) {
+    let trial = line.into_trial();
+    match trial.host_stall_ms {
+        // The line of a later attempt has the earlier ones, too.
+        Some(ms) => drop(spoilt.insert(trial.seed, [trial.host_spoilt_ms.as_slice(), &[ms]].concat())),
+        None => drop(done.insert(trial.seed, trial)),
+    }
 }
 
 /// The line of a trial, as it is kept.

@@ -1,9 +1,10 @@
 //! The shared part of all verbs: running many trials, keeping their results, and reading recorded runs.
 //!
-//! `context` has the options of every verb and chooses the root, `shipped` unpacks the files that a program brings, `failure` has exit codes and messages. `plan` makes variations of a scenario,
-//! `bring` loads a custom detector, `search_config` prepares a search, `optimizer` runs a program that proposes its sequences. `engine` runs one trial in any mode, `batch`
-//! many, with `retry`, `kept`, `recording` and `lines` for resuming, `parts` and `numbered` for several machines; `out` writes the run directory. `runs` finds recorded runs,
-//! `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
+//! `context` has the options of every verb and chooses the root, `shipped` unpacks the files that a program brings. `failure` has exit
+//! codes and messages. `plan` makes variations of a scenario, `bring` loads a custom detector, `search_config` prepares a search,
+//! `optimizer` runs a program that proposes its sequences. `engine` runs one trial in any mode, `batch` many, with `retry`, `kept`,
+//! `recording` and `lines` for resuming, `parts` and `numbered` for several machines; `out` writes the run directory. `runs` finds
+//! recorded runs, `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events. `start`
 //! begins a program of verbs, `interrupt` watches for Ctrl-C.
 
 pub mod batch;

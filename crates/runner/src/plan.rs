@@ -182,7 +182,9 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
         );
         return Err(Failure::new(Exit::Usage, message));
     }
-    let (root, policy) = (context.root()?, wanted.policy.as_deref());
+    let root = context.root()?;
+    let policy = wanted.policy.as_deref().map(|asked| find_policy(&root, asked));
+    let policy = policy.as_deref();
     let mut setup = match &wanted.platform {
         Some(chosen) => Setup::load_on(&root, &variation.scenario, &chosen.file, policy, rendered)?,
         None => Setup::load(&root, &variation.scenario, policy, rendered)?,
@@ -201,6 +203,12 @@ pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Resu
     setup.stop = context.stop.clone();
     let options = options(wanted, variation.cell.as_deref());
     Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
+}
+
+/// A policy file by its path from here; where there is none, by the same path below the root.
+fn find_policy(root: &Path, asked: &Path) -> PathBuf {
+    let below = root.join(asked);
+    if !asked.exists() && below.exists() { below } else { asked.to_owned() }
 }
 
 /// The same variation under this policy in place of its own, whichever its cell is for.

@@ -1,8 +1,8 @@
 //! The folder of a trial's recording in a command that resumes: under a name of its own until the recording is complete, then
 //! under the trial's.
 //!
-//! Only a folder of that first name is ever removed, and only while it is not complete. A complete recording is evidence:
-//! where another takes its place, it is moved aside. The content of a recording is `live::store`'s business.
+//! Only a folder of that first name is ever removed, and only while nothing in it is complete. A complete recording is evidence:
+//! where another takes its place, it is moved aside, and a message names it. The content of a recording is `live::store`'s business.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use live::store::HELD;
 
 use super::failure::{Exit, Failure};
-use super::out;
+use super::{out, retry};
 
 /// Ending of the folder of a recording that is being made.
 const UNFINISHED: &str = "unfinished";
@@ -18,6 +18,8 @@ const UNFINISHED: &str = "unfinished";
 const EARLIER: &str = "earlier";
 /// The same of a trial that the host spoilt.
 const SPOILT: &str = "spoilt";
+/// The same of an interrupted start, while it is removed.
+const LEFTOVER: &str = "leftover";
 /// Folders with one of these endings beside one trial, at most.
 const MOST_ASIDE: u32 = 1_000;
 
@@ -31,11 +33,13 @@ impl Unfinished {
     /// Makes the folder of a recording whose place is `place`. The unfinished one of an interrupted start is removed.
     pub(crate) fn begin(place: PathBuf) -> Result<Self, Failure> {
         let folder = place.with_extension(UNFINISHED);
-        if folder.join(HELD).exists() {
-            // Its trial was judged, and not put on the shelf any more.
-            fs::rename(&folder, free(&place, EARLIER)?)?;
+        if has_complete(&folder) {
+            move_aside(&folder, &find_free(&place, EARLIER)?)?;
         } else if folder.exists() {
-            fs::remove_dir_all(&folder)?;
+            let leftover = find_free(&place, LEFTOVER)?;
+            fs::rename(&folder, &leftover)?;
+            // Services of a killed run may write there for a moment yet; no reader takes that for a recording.
+            let _remains = fs::remove_dir_all(&leftover);
         }
         fs::create_dir_all(&folder)?;
         Ok(Self { folder, place })
@@ -49,19 +53,42 @@ impl Unfinished {
     /// Moves the recording to its place, and what lies there aside.
     pub(crate) fn finish(self) -> Result<(), Failure> {
         if out::unused(&self.place).is_err() {
-            fs::rename(&self.place, free(&self.place, EARLIER)?)?;
+            move_aside(&self.place, &find_free(&self.place, EARLIER)?)?;
         }
         Ok(fs::rename(self.folder, self.place)?)
     }
 
     /// Moves the recording of a trial that the host spoilt aside.
     pub(crate) fn put_aside(self) -> Result<(), Failure> {
-        Ok(fs::rename(self.folder, free(&self.place, SPOILT)?)?)
+        Ok(fs::rename(self.folder, find_free(&self.place, SPOILT)?)?)
     }
 }
 
+/// True if the folder has a complete recording: its own, or one of an attempt that the host spoilt.
+fn has_complete(folder: &Path) -> bool {
+    let attempts = (1..=retry::MAX_RETRIES).map(|n| folder.join(format!("{}{n}", retry::SPOILT)));
+    std::iter::once(folder.to_owned()).chain(attempts).any(|attempt| attempt.join(HELD).exists())
+}
+
+/// Moves a complete recording aside, and says so.
+fn move_aside(folder: &Path, aside: &Path) -> Result<(), Failure> {
+    link::note!(
+        "{}: a complete recording of an earlier start, in whose place another comes, is now {}",
+        folder.display(),
+        aside.display()
+    );
+    Ok(fs::rename(folder, aside)?)
+}
+
+/// True for the folder of a recording that is not in its trial's place: a seed with one of the endings.
+pub(crate) fn is_aside(folder: &Path) -> bool {
+    let is_seed = folder.file_stem().is_some_and(|name| name.as_encoded_bytes().iter().all(u8::is_ascii_digit));
+    let ending = folder.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    is_seed && [UNFINISHED, EARLIER, SPOILT, LEFTOVER].iter().any(|aside| ending.starts_with(aside))
+}
+
 /// The first free folder beside `place` with this ending.
-fn free(place: &Path, ending: &str) -> Result<PathBuf, Failure> {
+fn find_free(place: &Path, ending: &str) -> Result<PathBuf, Failure> {
     let mut all = (1..=MOST_ASIDE).map(|n| place.with_extension(format!("{ending}-{n}")));
     all.find(|folder| !folder.exists()).ok_or_else(|| {
         let message = format!(

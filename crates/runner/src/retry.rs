@@ -15,7 +15,7 @@ use scenario::Setup;
 pub const MAX_RETRIES: u32 = 10;
 
 /// Folder of a spoilt attempt's recordings, with a number behind it.
-const SPOILT: &str = "spoilt-";
+pub(crate) const SPOILT: &str = "spoilt-";
 
 /// `--retries`, for commands that run live.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]

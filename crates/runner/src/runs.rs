@@ -50,7 +50,7 @@ fn look(dir: &Path, deep: usize, left: &mut usize, found: &mut Vec<PathBuf>) -> 
     for entry in fs::read_dir(dir).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
         // A link may lead anywhere, in a circle too.
-        if entry.file_type().map_err(unreadable)?.is_dir() {
+        if entry.file_type().map_err(unreadable)?.is_dir() && !recording::is_aside(&entry.path()) {
             inside.push(entry.path());
         }
     }

@@ -1,7 +1,7 @@
 //! Files that a program brings: the shipped scenarios and everything that they name, for a directory without a checkout.
 //!
 //! They are unpacked into the user's cache, in a folder named by their content, and held against the program's own bytes before each
-//! use. The choice between them, a checkout and a named directory is left to `context`.
+//! use. A folder that a killed process had begun for its writing stays beside them. The choice between them, a checkout and a named directory is left to `context`.
 
 use std::collections::BTreeSet;
 use std::fs::{self, DirBuilder, Permissions};
@@ -38,13 +38,13 @@ impl Shipped {
 
     /// The folder with the files, checked once in a process; `None` where the program brings none.
     pub fn folder(&self) -> Option<Result<PathBuf, Failure>> {
-        let unpacked = || self.unpacked.get_or_init(|| unpack(self.files, &caches())).clone();
+        let unpacked = || self.unpacked.get_or_init(|| unpack(self.files, &list_caches())).clone();
         (!self.files.is_empty()).then(unpacked)
     }
 }
 
 /// Folders that may take the files, in order: one in the user's cache, one of the user's own in the temporary directory.
-fn caches() -> Vec<PathBuf> {
+fn list_caches() -> Vec<PathBuf> {
     // The XDG base directory specification has relative paths ignored.
     let named = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
     let cache = named("XDG_CACHE_HOME").or_else(|| Some(named("HOME")?.join(".cache")));
@@ -55,17 +55,18 @@ fn caches() -> Vec<PathBuf> {
 /// Unpacks the files into the first of the caches that is the user's own; gives their folder.
 fn unpack(files: &[ShippedFile], caches: &[PathBuf]) -> Result<PathBuf, Failure> {
     let mut refused = Vec::new();
+    let name = digest_files(files);
+    // A cache of the user's own may still refuse a new folder: a read-only home, or a full disk.
     let own = caches.iter().find(|cache| {
-        let private = make_private(cache).map_err(|why| refused.push(format!("{}: {why}", cache.display())));
-        private.is_ok()
+        let private = make_private(cache).and_then(|()| make_private(&cache.join(&name)));
+        private.map_err(|why| refused.push(format!("{}: {why}", cache.display()))).is_ok()
     });
     let unusable = |why: &str| {
         let remedy = "set XDG_CACHE_HOME to a folder of yours, or name a checkout with --root DIR";
         Failure::new(Exit::Environment, format!("no place for the shipped files: {why}; {remedy}"))
     };
-    let folder = own.ok_or_else(|| unusable(&refused.join("; ")))?.join(digest(files));
-    let put_right =
-        make_private(&folder).and_then(|()| nothing_else(&folder, files)).and_then(|()| mend(&folder, files));
+    let folder = own.ok_or_else(|| unusable(&refused.join("; ")))?.join(name);
+    let put_right = refuse_foreign_entries(&folder, files).and_then(|()| write_damaged(&folder, files));
     put_right.map_err(|why| unusable(&format!("{}: {why}", folder.display())))?;
     Ok(folder)
 }
@@ -90,7 +91,7 @@ fn make_private(folder: &Path) -> io::Result<()> {
 }
 
 /// The start of the SHA-256 over paths and content, hexadecimal.
-fn digest(files: &[ShippedFile]) -> String {
+fn digest_files(files: &[ShippedFile]) -> String {
     let mut digest = Sha256::new();
     for (path, bytes) in files {
         digest.update(format!("{path}\n{}\n", bytes.len()));
@@ -100,7 +101,7 @@ fn digest(files: &[ShippedFile]) -> String {
 }
 
 /// Checks that the folders of the files have no other entries: a scenario more would be taken for a shipped one.
-fn nothing_else(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
+fn refuse_foreign_entries(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
     let paths: BTreeSet<&Path> = files.iter().map(|(path, _)| Path::new(path)).collect();
     let above = paths.iter().flat_map(|path| path.ancestors().skip(1));
     // The root's own entries are not listed by any reader.
@@ -127,7 +128,7 @@ fn nothing_else(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
 }
 
 /// Writes each file that is missing or not as the program has it.
-fn mend(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
+fn write_damaged(root: &Path, files: &[ShippedFile]) -> io::Result<()> {
     let damaged: Vec<&ShippedFile> = files.iter().filter(|(path, bytes)| !is_whole(&root.join(path), bytes)).collect();
     if damaged.is_empty() {
         return Ok(());

@@ -80,8 +80,7 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// For `scenario`, with the files below `root`; `policy` is a file that takes the place of the scenario's, by its path from here or
-    /// below the root.
+    /// For `scenario`, with the files below `root`; `policy` is a file that takes the place of the scenario's.
     ///
     /// # Errors
     /// A mistake in the platform or policy file, or a bound that the scenario loosens.
@@ -103,7 +102,7 @@ impl Setup {
         let platform = load_platform(platform)?;
         tighten(scenario, &platform)?;
         orbits(scenario, &platform)?;
-        let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), |asked| here_or_below(root, asked));
+        let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
@@ -249,12 +248,6 @@ pub fn platforms(root: &Path) -> Result<Vec<Platform>, Problems> {
 
 fn named(root: &Path, directory: &str, name: &Name) -> PathBuf {
     root.join(directory).join(format!("{name}.toml"))
-}
-
-/// The file at a path from here; where there is none, that at the same path below the root.
-fn here_or_below(root: &Path, asked: &Path) -> PathBuf {
-    let below = root.join(asked);
-    if !asked.exists() && below.exists() { below } else { asked.to_owned() }
 }
 
 fn stem(path: &Path) -> String {

@@ -118,7 +118,8 @@ fn lab(old: &str, new: &[&str], arguments: Vec<OsString>, at: usize) -> Exit {
     // `exec` returns only on failure.
     let why = program.map_or_else(|why| why, |lab| process::Command::new(lab).args(&words[1..]).exec());
     let message = format!(
-        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); `cargo build --release --manifest-path measurements/Cargo.toml --target-dir target` builds it"
+        "`{old}` is `{spelt}` now, and that program is not beside this one ({why}); in a clone, \
+         `cargo build --release --manifest-path measurements/Cargo.toml --target-dir target` builds it beside target/release/holdsafe"
     );
     Failure::new(Exit::Usage, message).tell(json)
 }

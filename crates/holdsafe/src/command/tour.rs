@@ -1,6 +1,7 @@
 //! `holdsafe tour`, also without a verb: the paper's finding, its negative control and some losses in at most two minutes, three of them live too.
 //!
-//! Nothing is judged otherwise than in `evaluate`: a row's classes are those that its scenario expects. `row` holds a row against them, `words` makes
+//! A row's classes are those that its scenario expects, as in `evaluate`; a live run that the host spoilt is named, is not judged, and leaves
+//! the exit code alone. `row` holds a row against them, `words` makes
 //! sentences of the trials' records, `live` runs the live ones.
 
 mod live;
@@ -123,8 +124,13 @@ struct Tour<'a> {
 
 impl Tour<'_> {
     fn show(&mut self, stages: &[Stage], live: &[(Scenario, Planned)]) -> Result<(), Failure> {
-        let heading = "Runs in the twin are simulated, live ones have real processes and links on loopback; they are never counted \
-                       together.";
+        let heading = match live.is_empty() {
+            true => "Every run is simulated, in the twin.",
+            false => {
+                "Runs in the twin are simulated, live ones have real processes and links on loopback; they are never counted \
+                 together."
+            }
+        };
         self.say(&words::lines(&format!("Seed {}. {heading}", self.context.seed), false, LINES));
         stages.iter().try_for_each(|stage| self.stage(stage))?;
         let lacking = if live.is_empty() { Vec::new() } else { doctor::lacking_for_live() };
@@ -171,7 +177,13 @@ impl Tour<'_> {
                 let stalled = trial.host_stall_ms.map(words::stalled);
                 (Some(trial), stalled)
             }
-            Err(failure) if failure.exit() == Exit::Environment => (None, Some(failure.to_string())),
+            Err(failure) if failure.exit() == Exit::Environment => {
+                // A requirement that this host lacks excuses a run; one that failed without such a lack is no pass.
+                if lacking.is_empty() {
+                    self.exit = batch::graver(self.exit, Exit::Environment);
+                }
+                (None, Some(failure.to_string()))
+            }
             Err(failure) => return Err(failure),
         };
         let own: Vec<&Trial> = trial.iter().collect();
@@ -201,7 +213,11 @@ impl Tour<'_> {
 
     fn tell(&self, row: &Row) {
         let mut lines = words::lines(&row.heading(), false, LINES - 1);
-        let told = if row.n == 0 { String::new() } else { format!(" {}.", row.told) };
+        let told = if row.n == 0 || (row.mode == Mode::Live && row.not_judged.is_some()) {
+            String::new()
+        } else {
+            format!(" {}.", row.told)
+        };
         let room = LINES + 1 - lines.len();
         lines.extend(words::lines(&format!("{}.{told}", row.attacked), true, room));
         self.say(&lines);

@@ -146,6 +146,7 @@ fn ctrl_c_prints_the_line_that_goes_on() {
     assert_eq!(code, Some(130), "{told}");
     assert!(told.contains("Ctrl-C is safe") && told.contains("none of them runs again"), "{told}");
     let line = told.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
+    let _shared = MACHINE.read().unwrap_or_else(std::sync::PoisonError::into_inner);
     let again = Command::new("sh").args(["-c", line]).output().unwrap();
     assert_eq!(again.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&again.stderr));
 }

@@ -1,28 +1,36 @@
-//! Live runs side by side: as many as this host carries, by the time that one rendered trial takes in the twin. A program that was built
+//! Live runs side by side: as many as this host carries, by the time that one of them takes in the twin. A program that was built
 //! to be quick to build takes twice as long for the networks of a frame as a released one.
 
 use evidence::trial::Trial;
 use results::mode::Mode;
 use runner::failure::Failure;
-use runner::plan::{self, Wanted};
+use runner::kept::Kept;
+use runner::plan::Planned;
 use runner::{Context, batch};
 
-/// The scenario that is measured: nothing in it ends a mission early.
+use super::parts::Part;
+
+/// The scenario that is measured where it is among those to run: no loss in it ends a mission early.
 const SCENARIO: &str = "nominal";
-/// CPU time of a live run for that of the same rendered run in the twin: 2.4, of a quick build and of an optimised one, on two cores. The rest
-/// is for processes, cryptography, and the replay of every core.
+/// CPU time of a live run, as a multiple of that of the same rendered run in the twin. Measured on two cores: 2.4, in a quick build and in an
+/// optimised one. The difference is processes, cryptography, and the replay of every core.
 const LIVE_TO_TWIN: f64 = 2.4;
 /// Part of the cores that live runs may take: above it services wait for each other, and the host spoils runs.
 const USABLE: f64 = 0.75;
 
-/// Live runs side by side on so many cores; 1 at the least, and at most one for each core.
+/// Live runs side by side on so many cores: 1 at the least, and where none is missing; at most one for each core.
 ///
 /// # Errors
 /// When the measured trial cannot run.
-pub(super) fn measure_jobs(context: &Context, cores: usize) -> Result<usize, Failure> {
-    let wanted = Wanted { rendered: true, ..Wanted::default() };
-    let (_, planned) = plan::plan(context, &plan::file_of(context, SCENARIO)?, &wanted)?;
-    let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
+pub(super) fn measure_jobs(context: &Context, parts: &[Part], kept: &Kept, cores: usize) -> Result<usize, Failure> {
+    let mut missing: Vec<&Planned> = Vec::new();
+    for planned in parts.iter().flat_map(|part| &part.live) {
+        if kept.shelf(Mode::Live, planned)?.get(context.seed).is_none() {
+            missing.push(planned);
+        }
+    }
+    let is_usual = |planned: &&&Planned| planned.variation.scenario.name.as_str() == SCENARIO;
+    let Some(one) = missing.iter().find(is_usual).or_else(|| missing.first()) else { return Ok(1) };
     let trial = batch::trial(Mode::Twin, one, &one.setup, context.seed, &context.stop)?;
     Ok(jobs_for(&trial, cores))
 }
@@ -30,7 +38,7 @@ pub(super) fn measure_jobs(context: &Context, cores: usize) -> Result<usize, Fai
 fn jobs_for(trial: &Trial, cores: usize) -> usize {
     let share = LIVE_TO_TWIN * trial.cpu_seconds / trial.sim_seconds.max(1.0);
     let carried = USABLE * cores as f64 / share.max(0.01);
-    (carried as usize).clamp(1, cores.max(1))
+    (carried as usize).clamp(1, cores.clamp(1, batch::MAX_JOBS))
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use evidence::trial::Trial;
 use link::clock;
 use parallel::progress::{Progress, Talk};
 use results::mode::Mode;
-use results::report::{ReferenceRow, scenario_line};
+use results::report::{Reference, ReferenceRow, scenario_line};
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
 use runner::kept::{Kept, Shelf};
@@ -19,7 +19,7 @@ use super::Args;
 use super::load::measure_jobs;
 use super::parts::{Part, QUICK_TRIALS, TRIALS, plan_parts};
 use super::remaining::{Remaining, expect_seconds};
-use super::tell::{Judged, finish};
+use super::tell::{Judged, RESULT, finish};
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
@@ -30,12 +30,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         parts.iter().flat_map(|part| if args.apart { part.live.clone() } else { part.simulated.clone() }).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
-    let cores = parallel::cores();
-    let live_jobs = if parts.iter().all(|part| part.live.is_empty()) { 1 } else { measure_jobs(context, cores)? };
+    if args.quick && has_whole_result(&dir) {
+        let message = format!("{} has the result of a whole evaluation; name another --out for --quick", dir.display());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let (cores, kept) = (parallel::cores(), Kept::below(&dir)?);
+    let live_jobs = measure_jobs(context, &parts, &kept, cores)?;
     let evaluation = Evaluation {
         context,
         dir: &dir,
-        kept: Kept::below(&dir)?,
+        kept,
         n: if args.quick { QUICK_TRIALS } else { TRIALS },
         cores,
         live_jobs,
@@ -57,6 +61,13 @@ fn make_directory(context: &Context, args: &Args) -> Result<PathBuf, Failure> {
     let name: Vec<String> = ["reference".to_owned()].into_iter().chain(more.into_iter().flatten()).collect();
     let default = runs.join(name.join("-"));
     out::directory(&runs, Some(args.out.as_deref().unwrap_or(&default)), "reference")
+}
+
+/// True if the folder has a result with more simulated trials than a smoke check.
+fn has_whole_result(dir: &Path) -> bool {
+    let file = std::fs::read(dir.join(RESULT)).ok();
+    let read = file.and_then(|bytes| serde_json::from_slice::<Reference>(&bytes).ok());
+    read.is_some_and(|reference| reference.rows.iter().any(|row| row.summary.n as u64 > QUICK_TRIALS))
 }
 
 struct Evaluation<'a> {
@@ -105,7 +116,8 @@ impl Evaluation<'_> {
         if unrecorded > 0 {
             let kept = self.dir.join("kept");
             link::note!(
-                "the recordings of {unrecorded} finished live runs are gone: their results stand, and nothing can be looked up in them; \
+                "the recordings of {unrecorded} finished live runs are gone, or are not those of their trials: the results stand, and no detail \
+                 can be looked up in them; \
                  without {} all runs again",
                 kept.display()
             );
@@ -115,7 +127,7 @@ impl Evaluation<'_> {
 
     /// Says before anything runs how long it will take.
     fn announce(&self) {
-        if self.context.talk != Talk::Normal {
+        if self.context.talk != Talk::Normal || self.context.stop.asked() {
             return;
         }
         let (remaining, dir) = (self.remaining(), self.dir.display());

@@ -59,7 +59,7 @@ impl Share {
         self.trials.saturating_sub(self.finished)
     }
 
-    /// From now on its trials run.
+    /// Start of its trials, at this time.
     pub(super) fn begin(&mut self, now_us: u64) {
         self.began_us = now_us;
     }
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn progress_is_told_describe_shares() {
+    fn progress_names_each_share_with_trials() {
         let mut remaining = Remaining::default();
         remaining.share(Mode::Twin).add(33_453, 33_453 - 12_340, 0.0);
         remaining.share(Mode::Stack).add(4_366, 4_366, 0.0);

@@ -16,7 +16,7 @@ use super::remaining::group_digits;
 /// File of the whole table.
 const TABLE: &str = "table.txt";
 /// File of the result.
-const RESULT: &str = "reference.json";
+pub(super) const RESULT: &str = "reference.json";
 
 /// A row, and the gravest of its trials that was not as expected.
 pub(super) struct Judged {
@@ -41,7 +41,7 @@ impl Judged {
         let judged = trials.iter().filter(|trial| trial.host_stall_ms.is_none());
         let unexpected = judged.filter(|trial| trial.outcome.is_unexpected(&row.expected));
         // INVALID says less than any other class.
-        let gravest = unexpected.min_by_key(|trial| trial.outcome == Outcome::Invalid);
+        let gravest = unexpected.min_by_key(|trial| (trial.outcome == Outcome::Invalid, trial.outcome));
         let unexpected = gravest.map(|trial| Unexpected {
             outcome: trial.outcome,
             why: batch::reasons(trial),

@@ -49,7 +49,7 @@ pub(super) fn trial(context: &Context, planned: &Planned, dir: &Path) -> Result<
         batch::trial(Mode::Live, planned, &once, context.seed, &context.stop)
     });
     // A run that could not begin leaves no recording that a report could read.
-    if ended.as_ref().is_err_and(|failure| failure.exit() == Exit::Environment) {
+    if !folder.join("recording").exists() && ended.as_ref().is_err_and(|failure| failure.exit() == Exit::Environment) {
         let _gone = fs::remove_dir_all(&folder);
     }
     ended

@@ -153,6 +153,7 @@ impl TourObject {
         let judged = self.rows.iter().filter(|row| row.as_expected.is_some()).count();
         let failed = self.rows.iter().filter(|row| row.as_expected == Some(false)).count();
         let verdict = match failed {
+            _ if judged == 0 => "0 rows judged.".to_owned(),
             0 => format!("{judged} rows judged, each in the classes that its scenario expects."),
             _ => format!("{failed} of {judged} judged rows are outside the classes that their scenarios expect."),
         };

@@ -22,7 +22,7 @@ const NEXT: [(&str, &str); 5] = [
     ("inspect explain thermal_loss", "why the mode changed, link by link"),
     ("scenario new my_attack", "an attack of your own, as a commented file"),
     ("guest new mine", "an autonomy of your own, to be put to the test"),
-    ("evaluate", "every shipped scenario, about 40 minutes"),
+    ("evaluate", "every shipped scenario, about an hour on two cores; it resumes"),
 ];
 
 /// Name of the program as it was started, where it is a plain word.
@@ -88,9 +88,16 @@ pub(super) fn lines(text: &str, indented: bool, most: usize) -> Vec<String> {
 
 /// Response of the platform and its reason, as the trials tell it; `explained` is the last restricting change of the first one.
 pub(super) fn story(trials: &[&Trial], explained: Option<&Explanation>) -> String {
-    let cause = [changes(trials), explained.map(|of| of.origin.what.clone())].into_iter().flatten();
-    let cause = Some(cause.collect::<Vec<_>>().join(": ")).filter(|cause| !cause.is_empty());
-    let parts = [latency(trials), cause, refusals(trials), set_points(trials), finding(trials), repeated(trials)];
+    let origin = explained.map(|of| format!("the first trial's last by {}", of.origin.what));
+    let parts = [
+        latency(trials),
+        changes(trials),
+        origin,
+        refusals(trials),
+        set_points(trials),
+        finding(trials),
+        repeated(trials),
+    ];
     let mut parts: Vec<String> = parts.into_iter().flatten().collect();
     if changes(trials).is_none() {
         parts.extend(quiet(trials));
