@@ -1,1 +1,1 @@
-//! Nothing: the package is its tests, and the programs that they start.
+//! Empty: the package is its tests, and the programs that they start.

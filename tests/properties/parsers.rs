@@ -19,7 +19,7 @@ const MAX_INPUT: usize = 64 * 1024;
 const MAX_SEEDS: usize = 40;
 const MAX_CORPUS: u64 = 1 << 20;
 
-/// Target whose parser is of the measurements. Its tests are there; its binary and its seeds are beside the others.
+/// Target of a parser in the measurements. Its tests are there; its binary and its seeds are beside the others.
 const MEASURED: &str = "mavlink";
 
 /// A seed: its name and its bytes.

@@ -1,1 +1,1 @@
-//! Nothing: the package is its tests, and the gallery of their scenes.
+//! Empty: the package is its tests, and the gallery of their scenes.

@@ -31,7 +31,7 @@ impl Progress {
         Self { bar: is_shown(talk).then(|| bar(label, total as u64)), weight: 1 }
     }
 
-    /// A line of text in place of a bar, for a command that says itself what is left.
+    /// A line of text in place of a bar, for a command with an estimate of its own.
     pub fn line(talk: Talk) -> Self {
         let line = || {
             let style = ProgressStyle::with_template("{wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());

@@ -36,7 +36,7 @@ struct Job<'a> {
     keep: bool,
 }
 
-/// One trial of a batch whose trials are kept.
+/// One trial of a batch that keeps its trials.
 struct Place<'a> {
     /// In the order of the batch.
     number: u64,
@@ -74,7 +74,7 @@ impl Batch<'_> {
         trials
     }
 
-    /// The same as a part of something longer, whose progress this is.
+    /// The same as a part of longer work with this progress.
     ///
     /// # Errors
     /// As [`Batch::run`].
@@ -159,7 +159,7 @@ impl Batch<'_> {
         })
     }
 
-    /// The finished trial of a place. A simulated one whose recording is gone is none: it runs again, and gives the same. A live one
+    /// The finished trial of a place. A simulated one without its recording is none: it runs again, and gives the same. A live one
     /// would not, so that it stands without its recording.
     fn finished<'a>(&self, place: &Place<'a>) -> Option<&'a Trial> {
         let trial = place.shelf.get(place.job.seed)?;
@@ -238,7 +238,7 @@ impl Batch<'_> {
         Ok(trial)
     }
 
-    /// Runs a trial whose recording goes to `run_dir`.
+    /// Runs a trial; its recording goes to `run_dir`.
     fn run_in(&self, job: &Job<'_>, run_dir: Option<PathBuf>, stop: &Stop) -> Result<Trial, Failure> {
         let recorded = run_dir.or_else(|| job.planned.setup.run_dir.clone());
         let setup = Setup { run_dir: recorded, ..job.planned.setup.clone() };
@@ -294,7 +294,7 @@ fn unproven(trial: &Trial) -> impl Iterator<Item = String> + '_ {
     open.map(|row| format!("not proven: {}, from {} ms at the earliest", row.what, row.from_ms))
 }
 
-/// Reasons for a trial's class in brackets, behind a space; nothing where the class says it all.
+/// Reasons for a trial's class in brackets, behind a space; empty where the class says it all.
 pub fn reasons(trial: &Trial) -> String {
     let reasons: Vec<String> = trial.findings.iter().cloned().chain(unproven(trial)).collect();
     if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) }

@@ -35,7 +35,7 @@ pub enum Root {
     Named(PathBuf),
     /// A checkout: this directory, or the nearest one above.
     Checkout(PathBuf),
-    /// The program's own files, unpacked. Nothing is written there, and no other machine has it.
+    /// The program's own files, unpacked. No result is written there, and no other machine has it.
     BuiltIn(PathBuf),
 }
 

@@ -105,7 +105,7 @@ fn program(file: &Path) -> Result<Program, Failure> {
     parsed(&name, &text, &folder)
 }
 
-/// The follower: this program, whose folder is the guest's own and so is seen by it wherever it lies.
+/// The follower: this program. Its folder is the guest's own, and so is visible to the guest wherever it lies.
 fn follower() -> Result<Program, Failure> {
     let own = std::env::current_exe()?;
     let parts = own.parent().filter(|folder| folder.to_str().is_some()).zip(own.file_name().and_then(OsStr::to_str));

@@ -1,7 +1,7 @@
 //! The folder of a trial's recording in a command that resumes: under a name of its own until the recording is complete, then
 //! under the trial's.
 //!
-//! Only a folder of that first name is ever removed, and only while nothing in it is complete. A complete recording is evidence:
+//! Only a folder of that first name is ever removed, and only while it holds no complete recording. A complete recording is evidence:
 //! where another takes its place, it is moved aside, and a message names it. The content of a recording is `live::store`'s business.
 
 use std::fs;
@@ -14,7 +14,7 @@ use super::{out, retry};
 
 /// Ending of the folder of a recording that is being made.
 const UNFINISHED: &str = "unfinished";
-/// Ending of the folder of a recording in whose place another came, with a number behind it.
+/// Ending of the folder of a recording that another one replaced, with a number behind it.
 const EARLIER: &str = "earlier";
 /// The same of a trial that the host spoilt.
 const SPOILT: &str = "spoilt";
@@ -30,7 +30,7 @@ pub(crate) struct Unfinished {
 }
 
 impl Unfinished {
-    /// Makes the folder of a recording whose place is `place`. The unfinished one of an interrupted start is removed.
+    /// Makes the folder of a recording for `place`. The unfinished one of an interrupted start is removed.
     pub(crate) fn begin(place: PathBuf) -> Result<Self, Failure> {
         let folder = place.with_extension(UNFINISHED);
         if has_complete(&folder) {
@@ -50,7 +50,7 @@ impl Unfinished {
         &self.folder
     }
 
-    /// Moves the recording to its place, and what lies there aside.
+    /// Moves the recording to its place, and an earlier one there aside.
     pub(crate) fn finish(self) -> Result<(), Failure> {
         if out::unused(&self.place).is_err() {
             move_aside(&self.place, &find_free(&self.place, EARLIER)?)?;

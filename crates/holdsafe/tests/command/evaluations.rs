@@ -45,7 +45,7 @@ impl Place {
         command
     }
 
-    /// An evaluation to its end, with what it said on stdout and stderr.
+    /// An evaluation to its end, with its stdout and stderr.
     fn evaluate(&self, out: &str, more: &[&str]) -> (String, String) {
         let _shared = MACHINE.read().unwrap_or_else(std::sync::PoisonError::into_inner);
         let Output { status, stdout, stderr } = self.command(out).args(more).output().unwrap();

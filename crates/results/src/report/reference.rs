@@ -79,7 +79,7 @@ pub struct ReferenceRow {
     pub expected: Vec<Outcome>,
     /// Judged trials outside them.
     pub unexpected: u64,
-    /// By how much the host stalled each trial that it spoilt, milliseconds: these are INVALID, not judged, and say nothing of the
+    /// By how much the host stalled each trial that it spoilt, milliseconds: these are INVALID, not judged, and no evidence about the
     /// platform. Live only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub not_judged_ms: Vec<f64>,

@@ -144,7 +144,7 @@ impl Evaluation<'_> {
         link::note!("Ctrl-C is safe: what is finished is kept in {dir}, and the same command goes on from there");
     }
 
-    /// Runs what is missing, and judges all: simulated trials scenario by scenario, and then the live runs.
+    /// Runs the missing trials, and judges all: simulated trials scenario by scenario, and then the live runs.
     fn run_all(&self, parts: &[Part]) -> Result<Vec<Judged>, Failure> {
         self.remaining().simulated.begin(clock::trace_us());
         let mut judged: Vec<Vec<Judged>> = parts.iter().map(|_| Vec::new()).collect();
@@ -207,7 +207,7 @@ impl Evaluation<'_> {
         out::write_trials(self.dir, &format!("{}.{}.jsonl", part.label(), mode.name()), trials)
     }
 
-    /// Counts a trial that has run, and shows what is left.
+    /// Counts a trial that has run, and shows the remaining time.
     fn count_one(&self, mode: Mode, expected_s: f64) {
         let mut remaining = self.remaining();
         remaining.share(mode).finish(expected_s, clock::trace_us());

@@ -71,7 +71,7 @@ impl Share {
         self.took_s = now_us.saturating_sub(self.began_us) as f64 / 1e6;
     }
 
-    /// Estimate of the seconds until all are finished: what was expected, at the rate so far.
+    /// Estimate of the seconds until all are finished: the expected ones, at the rate so far.
     fn seconds_left(&self) -> f64 {
         let rate = (self.took_s + TRUST_S) / (self.done_s + TRUST_S);
         (self.expected_s - self.done_s).max(0.0) * rate

@@ -1,4 +1,4 @@
-//! The end of an evaluation: its files, what was not as expected, what was not judged, the totals, and the exit code.
+//! The end of an evaluation: its files, the unexpected rows, the rows that were not judged, the totals, and the exit code.
 
 use std::path::Path;
 
@@ -176,7 +176,7 @@ fn totals(context: &Context, judged: &[Judged]) -> String {
     )
 }
 
-/// What a smoke check is, in words.
+/// Description of a smoke check; empty for a whole evaluation.
 fn quick_line(args: &Args) -> String {
     match args.quick {
         true => format!(

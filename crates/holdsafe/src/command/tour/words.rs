@@ -16,7 +16,7 @@ const NAMED: usize = 3;
 const FIRST: usize = 20;
 /// Width of a policy's column, with a gap.
 const COLUMN: usize = 27;
-/// Verbs to go on with, and what they give.
+/// Verbs to go on with, and their results.
 const NEXT: [(&str, &str); 5] = [
     ("run teammate --trials 20", "the finding's 18 cells, with every refusal by name"),
     ("inspect explain thermal_loss", "why the mode changed, link by link"),
