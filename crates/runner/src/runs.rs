@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::failure::{Exit, Failure};
+use super::recording;
 
 /// From the folder of `--out` to a trial are four levels (mode, scenario, cell, seed); a folder of several such is one more.
 const DEEPEST: usize = 6;
