@@ -6,6 +6,7 @@
 
 pub mod calm;
 pub mod child;
+mod core_waits;
 mod disk;
 mod guest;
 pub mod hosts;
@@ -28,6 +29,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use evidence::Micros;
 use evidence::cue::Watch;
 use evidence::log::Logged;
 use evidence::verification::{Held, HeldHead, Stop, Verification};
@@ -49,6 +51,7 @@ use wire::sign::Key;
 use wire::time::Span;
 
 use child::{Child, Line, Services};
+use core_waits::CoreWaits;
 use disk::Growth;
 use hosts::{Hosts, Levels};
 use leftovers::Marked;
@@ -131,6 +134,8 @@ pub struct Aftermath {
     pub lost: Option<Lost>,
     /// Duration of the run, microseconds.
     pub lasted: u64,
+    /// The longest wait of a service for a core, microseconds.
+    pub waited: Micros,
     /// Levels of confinement that its services reached.
     pub levels: Levels,
     /// Folder of its recording and input journals.
@@ -247,7 +252,8 @@ pub fn run(
     let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    Ok(Aftermath { log, verification, held, lost: stayed.lost(), lasted: stayed.lasted, levels, logs })
+    let (lost, lasted, waited) = (stayed.lost(), stayed.lasted, stayed.waited);
+    Ok(Aftermath { log, verification, held, lost, lasted, waited, levels, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
@@ -331,6 +337,8 @@ struct Stayed {
     events: Vec<(u64, Note)>,
     /// By how much the host overslept at most.
     overslept: u64,
+    /// The longest wait of a service for a core, microseconds.
+    waited: Micros,
     /// Duration of the run, microseconds.
     lasted: u64,
 }
@@ -466,6 +474,7 @@ impl Company<'_> {
         let mut watch = Watch::new(&topology.cues);
         let windowed = self.window;
         let (mut overslept, mut watched) = (0, 0);
+        let mut core_waits = CoreWaits::default();
         let mut growth = topology.fills().then(|| Growth::of(self.places.recording()));
         let clock = || trace_us().saturating_sub(start_us);
         let end = start_us + topology.duration;
@@ -473,6 +482,9 @@ impl Company<'_> {
             let now = trace_us();
             if self.stop.asked() {
                 return Err(LiveError::Stopped);
+            }
+            if now >= start_us {
+                core_waits.look(now, self.children.iter().map(Child::pid));
             }
             if let Some(grown) = growth.as_mut().and_then(Growth::look) {
                 process_faults.note(clock(), grown);
@@ -483,7 +495,8 @@ impl Company<'_> {
                 for child in &mut self.children {
                     child.go_on();
                 }
-                return Ok(Stayed { events: process_faults.events().to_vec(), overslept, lasted });
+                let (events, waited) = (process_faults.events().to_vec(), core_waits.longest_us());
+                return Ok(Stayed { events, overslept, waited, lasted });
             }
             if process_faults.next().is_some_and(|at| start_us + at <= now) {
                 if let Some(node) = process_faults.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {

@@ -24,7 +24,7 @@ pub struct Run {
     pub evidence: Evidence,
     /// Its verdict.
     pub verdict: Verdict,
-    /// By how much the host overslept at most, microseconds, where that alone makes the run INVALID.
+    /// By how much the host overslept or kept a service waiting for a core at most, microseconds, where that alone makes the run INVALID.
     pub spoilt: Option<Micros>,
     /// Results of feeding every core its own input journal again.
     pub replays: Vec<CoreReplay>,
@@ -82,14 +82,14 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
         killed: topology.killed(),
     };
     let verdict = judge(&evidence);
-    let spoilt = spoilt(&evidence, &verdict, after.verification.late);
+    let spoilt = spoilt(&evidence, &verdict, after.verification.late, after.waited);
     Judged { evidence, verdict, spoilt, replays }
 }
 
-/// By how much the host overslept, where a run that is INVALID would not be so on a host that had not. Lateness within the
-/// recording counts as the host's where the launcher overslept as much; another reason to be INVALID does not.
-fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>) -> Option<Micros> {
-    let by = stalled(evidence)?;
+/// By how much the host overslept or kept a service waiting for a core, where a run that is INVALID would not be so on a host that had not.
+/// Lateness within the recording counts as the host's where either was as long; another reason to be INVALID does not.
+fn spoilt(evidence: &Evidence, verdict: &Verdict, late: Option<Micros>, waited: Micros) -> Option<Micros> {
+    let by = stalled(evidence).max((waited > evidence.stall_limit).then_some(waited))?;
     let explained = evidence.log_flaws.is_empty() || late.is_some_and(|late| late <= by + evidence.stall_limit);
     if verdict.outcome != Outcome::Invalid || !explained {
         return None;
@@ -136,7 +136,7 @@ mod tests {
 
     fn found(evidence: &Evidence, late: Option<u64>) -> (Outcome, Option<u64>) {
         let verdict = judge(evidence);
-        (verdict.outcome, spoilt(evidence, &verdict, late))
+        (verdict.outcome, spoilt(evidence, &verdict, late, 0))
     }
 
     #[test]
@@ -160,6 +160,11 @@ mod tests {
         assert_eq!(found(&flawed(&stalled), Some(312_000)), (Outcome::Invalid, Some(312_000)));
         assert_eq!(found(&flawed(&stalled), Some(500_000)), (Outcome::Invalid, None), "later than the host was");
         assert_eq!(found(&flawed(&calm), Some(99_000)), (Outcome::Invalid, None), "the host was in time");
+        let late = flawed(&calm);
+        let waited = |late_us, waited_us| spoilt(&late, &judge(&late), Some(late_us), waited_us);
+        assert_eq!(waited(150_000, 120_000), Some(120_000), "a service waited for a core");
+        assert_eq!(waited(150_000, 90_000), None, "no longer than is allowed");
+        assert_eq!(waited(400_000, 120_000), None, "later than the wait explains");
     }
 
     #[test]

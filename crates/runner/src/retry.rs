@@ -39,7 +39,7 @@ pub fn retried(setup: &Setup, seed: u64, mut once: impl FnMut() -> Result<Trial,
             put_aside(directory, spoilt.len())?;
         }
         link::note!(
-            "seed {seed}: the host overslept by {ms:.0} ms, at most {} ms are allowed; repeated, {} of at most {}",
+            "seed {seed}: the host overslept, or kept a service waiting for a core, by {ms:.0} ms, at most {} ms are allowed; repeated, {} of at most {}",
             OVERSLEPT_US / 1000,
             spoilt.len(),
             setup.retries

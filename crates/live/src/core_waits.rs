@@ -1,0 +1,96 @@
+//! Waits of services for a core: time in which a service had work to do and the host ran another program, by the kernel's own count.
+//!
+//! The launcher's naps do not show them: on a busy host a sleeper is woken first, and a service with work to do shares the cores. A wait says
+//! that the host was busy, and no more; [`super::trial`] decides whether that alone made a run INVALID.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use evidence::Micros;
+
+/// Time between two looks, microseconds. A wait is that of two looks together.
+const APART_US: Micros = 100_000;
+/// Threads of a service that are looked at, at most.
+const MOST_THREADS: usize = 64;
+
+/// The waits of all threads of a run's services so far.
+#[derive(Debug, Default)]
+pub(crate) struct CoreWaits {
+    threads: BTreeMap<(u32, String), Thread>,
+    looked_us: Micros,
+    longest_us: Micros,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Thread {
+    /// All its waits since its start.
+    total_us: Micros,
+    /// Those between the last two looks.
+    recent_us: Micros,
+}
+
+impl CoreWaits {
+    /// Looks at the threads of these processes, unless the last look was a moment ago.
+    pub(crate) fn look(&mut self, now_us: Micros, processes: impl Iterator<Item = u32>) {
+        if now_us < self.looked_us + APART_US {
+            return;
+        }
+        self.looked_us = now_us;
+        for process in processes {
+            for (thread, total_us) in read_waits(process) {
+                self.take(process, thread, total_us);
+            }
+        }
+    }
+
+    /// The longest wait of one thread within two looks, microseconds.
+    pub(crate) fn longest_us(&self) -> Micros {
+        self.longest_us
+    }
+
+    fn take(&mut self, process: u32, thread: String, total_us: Micros) {
+        // Waits before a thread's first look are of its start.
+        let known = self.threads.entry((process, thread)).or_insert(Thread { total_us, recent_us: 0 });
+        let recent_us = total_us.saturating_sub(known.total_us);
+        self.longest_us = self.longest_us.max(known.recent_us + recent_us);
+        *known = Thread { total_us, recent_us };
+    }
+}
+
+/// Each thread of a process, with all its waits for a core. Empty where the process ended, or the kernel does not count.
+fn read_waits(process: u32) -> Vec<(String, Micros)> {
+    let Ok(threads) = fs::read_dir(format!("/proc/{process}/task")) else { return Vec::new() };
+    let read = |entry: fs::DirEntry| {
+        let text = fs::read_to_string(entry.path().join("schedstat")).ok()?;
+        Some((entry.file_name().to_string_lossy().into_owned(), parse_wait_us(&text)?))
+    };
+    threads.flatten().take(MOST_THREADS).filter_map(read).collect()
+}
+
+/// The second number of `schedstat`: nanoseconds on a run queue (Linux, Documentation/scheduler/sched-stats.rst).
+fn parse_wait_us(text: &str) -> Option<Micros> {
+    text.split_whitespace().nth(1)?.parse::<u64>().ok().map(|ns| ns / 1_000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wait_is_the_second_number() {
+        assert_eq!(parse_wait_us("8123456 98765432 17\n"), Some(98_765));
+        assert_eq!((parse_wait_us("812"), parse_wait_us("1 many 2"), parse_wait_us("")), (None, None, None));
+        assert!(!read_waits(std::process::id()).is_empty(), "this process has a thread");
+    }
+
+    #[test]
+    fn longest_wait_spans_two_looks() {
+        let mut waits = CoreWaits::default();
+        for total_us in [500_000, 560_000, 620_000, 625_000] {
+            waits.take(7, "7".to_owned(), total_us);
+        }
+        assert_eq!(waits.longest_us(), 120_000);
+        waits.take(7, "8".to_owned(), 900_000);
+        assert_eq!(waits.longest_us(), 120_000, "waits before the first look do not count");
+    }
+}
