@@ -72,6 +72,7 @@ const DEMO: [(&str, Mode); 9] = [
 
 /// The operator goes on after it.
 #[test]
+#[ignore = "long: rendered missions"]
 fn each_demo_attack_has_its_stated_effect() {
     for run in shipped("demo").expect(1..4) {
         assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);

@@ -129,6 +129,7 @@ fn each_decoy_works_without_its_check() {
 }
 
 #[test]
+#[ignore = "long: rendered trials by the dozen"]
 fn print_deceives_neither_thermal_nor_the_fused_network() {
     let [run] = &shipped("decoy_printed").expect(1..2)[..] else { panic!("one run") };
     let both = Modalities::default().with(Modality::Thermal).with(Modality::Rgb);
@@ -174,6 +175,7 @@ fn warm_colour_print_is_acted_on() {
 /// Made with the detector's weights and judged in other places (`trainer perturbations`). An object as cold as the ground is refused; a
 /// heated decoy is not taken for a vehicle until the pattern is added.
 #[test]
+#[ignore = "long: rendered trials by the dozen"]
 fn pattern_deceives_neither_thermal_nor_the_fused_network() {
     let mut cells = variations("perturbation").into_iter();
     let (mut cold, mut heated) = (cells.next().unwrap(), cells.next().unwrap());
@@ -191,6 +193,7 @@ fn pattern_deceives_neither_thermal_nor_the_fused_network() {
 
 /// A claim about images that perception was never given is no receipt, whatever it looked at.
 #[test]
+#[ignore = "long: renders every claimed pattern"]
 fn claimed_perturbation_or_print_has_no_receipt() {
     for name in ["perturbation", "decoy_printed", "decoy_printed_heated", "decoy_joint"] {
         let ready = shipped(name);

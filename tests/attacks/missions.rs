@@ -29,6 +29,7 @@ fn without_the_car(name: &str) -> Ready {
 }
 
 #[test]
+#[ignore = "long: rendered missions"]
 fn new_scenario_arms_in_twin_and_rendered() {
     let text = template(&Name::new("x").expect("a name"));
     let scenario = parse("x.toml", "x", &text).expect("the template is a scenario");

@@ -114,6 +114,7 @@ fn chaff_takes_neither_table_nor_track() {
 }
 
 #[test]
+#[ignore = "long: rendered missions"]
 fn painted_chaff_crowds_the_detectors_list() {
     for run in rendered("chaff").expect(1..3) {
         let mut told = run.evidence.entries.iter().map(|w| w.entry.event);

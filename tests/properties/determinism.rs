@@ -31,6 +31,7 @@ fn names() -> Vec<String> {
 }
 
 #[test]
+#[ignore = "long: every scenario twice"]
 fn no_scenario_hangs_on_anything_but_its_seed() {
     // A draw without a seed, or the order of a table that is hashed, comes out otherwise the second time.
     let twice = |name: &String| {

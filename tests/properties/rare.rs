@@ -30,6 +30,7 @@ fn false_hold() -> Question {
 
 /// False holds on a lossy link.
 #[test]
+#[ignore = "long: thousands of trials"]
 fn splitting_agrees_with_monte_carlo_on_holds() {
     let question = false_hold();
     let (_, hits) = ask(&question, &[], 100, 3);

@@ -5,7 +5,7 @@ use scenario::{AttackSpace, Scenario, Setup};
 use search::{RunConfig, Strategy};
 
 /// Sequences of each attack space by default.
-const CASES: u64 = 48;
+const CASES: u64 = 12;
 
 /// A mission and its possible attacks.
 pub(super) struct Transitions {
