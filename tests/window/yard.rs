@@ -6,7 +6,7 @@ use console::shown::Shown;
 use console::site::{Block, Relief, Site};
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
-use wire::codec::{self, List};
+use wire::codec::List;
 use wire::command::{Ack, CommandKind, Confirmation, Intent};
 use wire::crop::Pictured;
 use wire::event::Inconsistency;

@@ -37,7 +37,7 @@ const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
 const FILES: &[ShippedFile] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 const EXIT_CODES: &str = "Exit codes:
-  0    every trial within its expected classes (tour: live runs that the host spoilt are named and not judged)
+  0    every judged trial within its expected classes
   1    internal error
   2    usage, or a file that cannot be used
   3    an outcome that was not expected
