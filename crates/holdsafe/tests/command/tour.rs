@@ -39,6 +39,7 @@ fn twin_tour_shows_its_rows_and_reports() {
 }
 
 #[test]
+#[ignore = "long: a whole tour"]
 fn failed_expectation_is_named_with_exit_3() {
     let dir = tempfile::tempdir().unwrap();
     for folder in ["scenarios", "platforms", "policies"] {
