@@ -62,7 +62,11 @@ fn every_test_that_a_row_names_exists() {
     for row in &catalogue().row {
         for test in &row.tests {
             let (file, name) = test.split_once("::").expect("`file::name`");
-            let there = read(file).contains(&format!("#[test]\nfn {name}()"));
+            // A long test runs before a release.
+            let source = read(file);
+            let lines: Vec<&str> = source.lines().filter(|line| !line.starts_with("#[ignore = \"long: ")).collect();
+            let there =
+                lines.windows(2).any(|pair| pair[0] == "#[test]" && pair[1].starts_with(&format!("fn {name}()")));
             assert!(there, "{} names {test}: there is no such test", row.id.as_str());
         }
     }
