@@ -59,7 +59,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Show in two minutes the attacks, the platform's responses and their reasons; with a report.
+    /// Show in a few minutes the attacks, the platform's responses and their reasons; with a report.
     Tour(tour::Args),
     /// Run every shipped scenario and judge it; or check that the committed results still come out.
     Evaluate(evaluate::Args),

@@ -1,4 +1,4 @@
-//! `holdsafe tour`, also without a verb: the paper's finding, its negative control and some losses in at most two minutes, three of them live too.
+//! `holdsafe tour`, also without a verb: the paper's finding, its negative control and some losses in a few minutes, three of them live too.
 //!
 //! A row's classes are those that its scenario expects, as in `evaluate`; a live run that the host spoilt is named, is not judged, and leaves
 //! the exit code alone. `row` holds a row against them, `words` makes
