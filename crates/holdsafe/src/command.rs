@@ -38,11 +38,12 @@ const FILES: &[ShippedFile] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
 const EXIT_CODES: &str = "Exit codes:
   0    every judged trial within its expected classes
-  1    internal error; 130 after an interruption
+  1    internal error
   2    usage, or a file that cannot be used
   3    an outcome that was not expected
   4    nothing ran, an unexpected INVALID, or a recorded run that is INVALID (--unverified: the command's own code)
-  5    the environment lacks something (`holdsafe doctor` says what)";
+  5    the environment lacks something (`holdsafe doctor` says what)
+  130  interrupted";
 
 /// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `tour`.
 #[derive(Debug, Parser)]

@@ -26,7 +26,7 @@ pub struct Common {
     /// Say nothing on stderr but failures.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Directory with scenarios/, platforms/ and policies/ [default: found from here upwards, else built in].
+    /// Directory with scenarios/, platforms/ and policies/ [default: found here or above, else built in].
     #[arg(long, global = true, value_name = "DIR")]
     root: Option<PathBuf>,
 }
