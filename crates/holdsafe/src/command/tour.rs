@@ -29,7 +29,7 @@ use row::{Row, TourObject};
 
 /// Twin trials of each row and of each cell.
 const TRIALS: u64 = 20;
-/// The scenario that is told as a matrix of its cells.
+/// The scenario that is printed as a matrix of its cells.
 const FINDING: &str = "teammate";
 /// Scenarios in the twin in their order, with the conduct of a guest where one drives. In `hold_block` the operator's HOLD is kept back.
 const SHOWN: [(&str, Option<Conduct>); 7] = [
@@ -48,7 +48,7 @@ const LIVE_COST: u64 = 2_000;
 /// Lines of a row's text, at most.
 const LINES: usize = 3;
 /// Reason for which a bare guest's row is not judged.
-const BARE: &str = "no class is stated for it";
+const BARE: &str = "no class is expected of a bare guest";
 
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct Args {
@@ -76,7 +76,7 @@ impl Stage {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
-    let stages = stages(context)?;
+    let stages = planned_stages(context)?;
     let live = if args.twin { Vec::new() } else { live::planned(context)? };
     let dir = out::directory(&context.runs_folder()?, args.out.as_deref(), "tour")?;
     let planned = stages.iter().flat_map(|stage| &stage.planned).chain(live.iter().map(|(_, one)| one));
@@ -85,7 +85,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let twin: u64 = stages.iter().map(|stage| stage.planned.len() as u64 * TRIALS * stage.cost()).sum();
     let progress = Progress::new("tour", (twin + live.len() as u64 * LIVE_COST) as usize, context.talk);
     let mut tour = Tour { context, dir: &dir, progress, exit: Exit::Fine, rows: Vec::new(), runs: Vec::new() };
-    let ended = tour.show(&stages, &live);
+    let ended = tour.run_all(&stages, &live);
     tour.progress.finish();
     let interrupted = match ended {
         Ok(()) => false,
@@ -95,10 +95,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     tour.finish(live.len(), interrupted)
 }
 
-fn stages(context: &Context) -> Result<Vec<Stage>, Failure> {
+fn planned_stages(context: &Context) -> Result<Vec<Stage>, Failure> {
     let mut stages = Vec::new();
     for (name, conduct) in SHOWN {
-        let wanted = Wanted { guest: conduct.map(follower).transpose()?, ..Wanted::default() };
+        let wanted = Wanted { guest: conduct.map(follower_driven).transpose()?, ..Wanted::default() };
         let (scenario, planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
         stages.push(Stage { scenario, planned, conduct });
     }
@@ -106,7 +106,7 @@ fn stages(context: &Context) -> Result<Vec<Stage>, Failure> {
     Ok(stages)
 }
 
-fn follower(conduct: Conduct) -> Result<Engaged, Failure> {
+fn follower_driven(conduct: Conduct) -> Result<Engaged, Failure> {
     let file = Path::new(engage::FOLLOWER);
     Ok(Engaged { guest: engage::guest(file, conduct)?, options: engage::options(file, conduct) })
 }
@@ -123,7 +123,7 @@ struct Tour<'a> {
 }
 
 impl Tour<'_> {
-    fn show(&mut self, stages: &[Stage], live: &[(Scenario, Planned)]) -> Result<(), Failure> {
+    fn run_all(&mut self, stages: &[Stage], live: &[(Scenario, Planned)]) -> Result<(), Failure> {
         let heading = match live.is_empty() {
             true => "Every run is simulated, in the twin.",
             false => {
@@ -131,14 +131,14 @@ impl Tour<'_> {
                  together."
             }
         };
-        self.say(&words::lines(&format!("Seed {}. {heading}", self.context.seed), false, LINES));
-        stages.iter().try_for_each(|stage| self.stage(stage))?;
+        self.print(&words::lines(&format!("Seed {}. {heading}", self.context.seed), false, LINES));
+        stages.iter().try_for_each(|stage| self.run_in_twin(stage))?;
         let lacking = if live.is_empty() { Vec::new() } else { doctor::lacking_for_live() };
-        live.iter().try_for_each(|(scenario, one)| self.live(scenario, one, &lacking))
+        live.iter().try_for_each(|(scenario, one)| self.run_live(scenario, one, &lacking))
     }
 
-    /// Runs a scenario in the twin and tells of it.
-    fn stage(&mut self, stage: &Stage) -> Result<(), Failure> {
+    /// Runs a scenario in the twin and prints its row.
+    fn run_in_twin(&mut self, stage: &Stage) -> Result<(), Failure> {
         let Stage { scenario, planned, conduct } = stage;
         let (label, seed) = (scenario.name.as_str(), self.context.seed);
         // Both conducts of a guest have the same scenario and seed.
@@ -150,21 +150,26 @@ impl Tour<'_> {
         // Trials come by variation and then by seed.
         for (one, own) in planned.iter().zip(trials.chunks(TRIALS as usize)) {
             let own: Vec<&Trial> = own.iter().collect();
-            // A cell's cause is told by policy, below the matrix.
+            // The matrix gives causes by policy, not by cell.
             let explained = if planned.len() == 1 { last_loss(one, &own, seed)? } else { None };
-            self.row(Row::new((one, Mode::Twin, seed), &own, not_judged(), words::story(&own, explained.as_ref())));
+            self.add_row(Row::new(
+                (one, Mode::Twin, seed),
+                &own,
+                not_judged(),
+                words::response(&own, explained.as_ref()),
+            ));
         }
         if planned.len() > 1 {
-            self.tell_cells(stage, &trials);
+            self.print_matrix(stage, &trials);
         } else if let Some(row) = self.rows.last() {
-            self.tell(row);
+            self.print_row(row);
         }
         let suffix = conduct.map(|conduct| format!(".{}", conduct.name())).unwrap_or_default();
-        self.keep(&format!("{label}{suffix}"), (scenario, Mode::Twin, planned), trials, bare)
+        self.write_trials(&format!("{label}{suffix}"), (scenario, Mode::Twin, planned), trials, bare)
     }
 
-    /// Runs one scenario live and tells of it; `lacking` keeps it from running.
-    fn live(&mut self, scenario: &Scenario, one: &Planned, lacking: &[String]) -> Result<(), Failure> {
+    /// Runs one scenario live and prints its row; `lacking` keeps it from running.
+    fn run_live(&mut self, scenario: &Scenario, one: &Planned, lacking: &[String]) -> Result<(), Failure> {
         let (label, seed) = (format!("{}, live", scenario.name.as_str()), self.context.seed);
         let progress = self.progress.part(&label, LIVE_COST);
         let ended = match lacking.first() {
@@ -174,7 +179,7 @@ impl Tour<'_> {
         progress.step();
         let (trial, not_judged) = match ended {
             Ok(trial) => {
-                let stalled = trial.host_stall_ms.map(words::stalled);
+                let stalled = trial.host_stall_ms.map(words::host_stalled);
                 (Some(trial), stalled)
             }
             Err(failure) if failure.exit() == Exit::Environment => {
@@ -188,22 +193,22 @@ impl Tour<'_> {
         };
         let own: Vec<&Trial> = trial.iter().collect();
         let judged = not_judged.is_none();
-        self.row(Row::new((one, Mode::Live, seed), &own, not_judged, words::story(&own, None)));
+        self.add_row(Row::new((one, Mode::Live, seed), &own, not_judged, words::response(&own, None)));
         if let Some(row) = self.rows.last() {
-            self.tell(row);
+            self.print_row(row);
         }
         // A run that the host spoilt is no result; its recording stays, and the report names it INVALID.
         match trial.filter(|_| judged) {
             Some(trial) => {
                 let name = format!("{}.live", scenario.name.as_str());
-                self.keep(&name, (scenario, Mode::Live, std::slice::from_ref(one)), vec![trial], false)
+                self.write_trials(&name, (scenario, Mode::Live, std::slice::from_ref(one)), vec![trial], false)
             }
             None => Ok(()),
         }
     }
 
     /// Adds a row; a failed expectation is named on stderr.
-    fn row(&mut self, row: Row) {
+    fn add_row(&mut self, row: Row) {
         self.exit = batch::graver(self.exit, row.exit());
         if let Some(complaint) = row.complaint() {
             self.progress.beside(|| link::note!("{complaint}"));
@@ -211,26 +216,27 @@ impl Tour<'_> {
         self.rows.push(row);
     }
 
-    fn tell(&self, row: &Row) {
-        let mut lines = words::lines(&row.heading(), false, LINES - 1);
-        let told = if row.n == 0 || (row.mode == Mode::Live && row.not_judged.is_some()) {
+    fn print_row(&self, row: &Row) {
+        let mut lines = words::marked_lines(row.mark(), &row.heading(), LINES - 1);
+        let response = if row.n == 0 || (row.mode == Mode::Live && row.not_judged.is_some()) {
             String::new()
         } else {
-            format!(" {}.", row.told)
+            format!(" {}.", row.response)
         };
         let room = LINES + 1 - lines.len();
-        lines.extend(words::lines(&format!("{}.{told}", row.attacked), true, room));
-        self.say(&lines);
+        lines.extend(words::lines(&format!("{}.{response}", row.attacked), true, room));
+        self.print(&lines);
     }
 
     /// The matrix of a scenario's cells, and a sentence for each policy.
-    fn tell_cells(&self, stage: &Stage, trials: &[Trial]) {
+    fn print_matrix(&self, stage: &Stage, trials: &[Trial]) {
         let rows = &self.rows[self.rows.len().saturating_sub(stage.planned.len())..];
-        let mark = if rows.iter().all(|row| row.as_expected == Some(true)) { "ok  " } else { "FAIL" };
+        let mark = if rows.iter().all(|row| row.as_expected == Some(true)) { "ok" } else { "FAIL" };
         let name = stage.scenario.name.as_str();
-        let mut told = vec![format!("{mark} {name}, twin, {} cells, n = {TRIALS} each:", rows.len())];
+        let heading = format!("{name}, twin, {} cells, n = {TRIALS} each:", rows.len());
+        let mut lines = words::marked_lines(mark, &heading, 1);
         let cells: Vec<_> = rows.iter().filter_map(|row| Some((row.cell.as_deref()?, &row.outcomes))).collect();
-        told.extend(words::matrix(&cells));
+        lines.extend(words::matrix(&cells));
         let mut policies: Vec<&str> = Vec::new();
         for one in &stage.planned {
             let policy = one.setup.policy_name.as_str();
@@ -241,15 +247,15 @@ impl Tour<'_> {
         let under = |policy: &str| {
             let each = stage.planned.iter().zip(trials.chunks(TRIALS as usize));
             let own = each.filter(|(one, _)| one.setup.policy_name.as_str() == policy).flat_map(|(_, own)| own);
-            words::of_policy(policy, &own.collect::<Vec<_>>())
+            words::policy_sentence(policy, &own.collect::<Vec<_>>())
         };
         let sentences: Vec<String> = policies.into_iter().map(under).collect();
         let text = format!("{}. {}.", stage.scenario.title.as_str(), sentences.join(". "));
-        told.extend(words::lines(&text, true, LINES + 1));
-        self.say(&told);
+        lines.extend(words::lines(&text, true, LINES + 1));
+        self.print(&lines);
     }
 
-    fn keep(
+    fn write_trials(
         &mut self,
         name: &str,
         (scenario, mode, planned): (&Scenario, Mode, &[Planned]),
@@ -265,13 +271,13 @@ impl Tour<'_> {
         Ok(())
     }
 
-    fn say(&self, lines: &[String]) {
+    fn print(&self, lines: &[String]) {
         if !self.context.json {
             self.progress.beside(|| lines.iter().for_each(|line| out::say(format_args!("{line}"))));
         }
     }
 
-    /// Writes results and report, and tells how it ended.
+    /// Writes results and report, and prints how it ended.
     fn finish(mut self, live: usize, interrupted: bool) -> Result<Exit, Failure> {
         let seed = self.context.seed;
         // Each run has its own mode; the page never adds those of one to those of the other.
@@ -282,14 +288,14 @@ impl Tour<'_> {
         let mut object = TourObject::new(seed, rows, live, interrupted, self.dir.display().to_string());
         if !interrupted {
             let page = report::page::write_of_folder(self.context, self.dir, "A tour of holdsafe")?;
-            object = object.with_report(near(&page).display().to_string());
+            object = object.with_report(shown_path(&page).display().to_string());
         }
         out::write_result(self.dir, "tour.json", "tour", &object)?;
         if self.context.json {
             out::print_json("tour", &object)?;
         }
-        self.say(&object.closing());
-        self.say(&[vec!["Next:".to_owned()], words::next_lines()].concat());
+        self.print(&object.closing());
+        self.print(&[vec!["Next:".to_owned()], words::next_lines()].concat());
         Ok(if interrupted { Exit::Interrupted } else { self.exit })
     }
 }
@@ -304,7 +310,7 @@ fn last_loss(planned: &Planned, trials: &[&Trial], seed: u64) -> Result<Option<E
 }
 
 /// A path from the working directory, where it lies below.
-fn near(path: &Path) -> PathBuf {
+fn shown_path(path: &Path) -> PathBuf {
     let here = std::env::current_dir().ok();
     here.and_then(|here| path.strip_prefix(here).ok()).unwrap_or(path).to_owned()
 }

@@ -28,14 +28,14 @@ pub(super) struct Row {
     pub(super) outcomes: Outcomes,
     /// Classes that the scenario expects.
     pub(super) expected: Vec<Outcome>,
-    /// Reason for which the row is told and not judged, where there is one.
+    /// Reason for which the row is shown and not judged, where there is one.
     pub(super) not_judged: Option<String>,
     /// True if every trial ended in an expected class; none where the row is not judged.
     pub(super) as_expected: Option<bool>,
     /// Attack, by the scenario's title.
     pub(super) attacked: String,
     /// Response of the platform and its reason, from the trials' own records.
-    pub(super) told: String,
+    pub(super) response: String,
     /// Command that runs the first trial again, of unexpected ones the first of these.
     pub(super) reproduce: String,
 }
@@ -46,7 +46,7 @@ impl Row {
         (planned, mode, seed): (&Planned, Mode, u64),
         trials: &[&Trial],
         not_judged: Option<String>,
-        told: String,
+        response: String,
     ) -> Self {
         let scenario = &planned.variation.scenario;
         let expected = scenario.expected.to_vec();
@@ -62,7 +62,7 @@ impl Row {
             as_expected: not_judged.is_none().then_some(odd.is_none()),
             not_judged,
             attacked: scenario.title.as_str().to_owned(),
-            told,
+            response,
             reproduce: batch::reproduce(mode, planned, odd.map_or(seed, |trial| trial.seed)),
             outcomes,
             expected,
@@ -86,14 +86,24 @@ impl Row {
         }
     }
 
-    /// Line before the row's text: mark, name, trials and their classes.
+    /// Mark at the margin.
+    pub(super) fn mark(&self) -> &'static str {
+        match self.as_expected {
+            Some(true) => "ok",
+            Some(false) => "FAIL",
+            None if self.guest.is_some() => "note",
+            None => "----",
+        }
+    }
+
+    /// Line before the row's text: name, trials and their classes.
     pub(super) fn heading(&self) -> String {
         let (name, n, classes) = (self.name(), self.n, words::classes(&self.outcomes));
         match (&self.not_judged, self.as_expected) {
-            (Some(why), _) if self.guest.is_some() => format!("told {name}, n = {n}: {classes}; not judged: {why}"),
-            (Some(why), _) => format!("---- {name}: not judged: {why}"),
-            (None, Some(false)) => format!("FAIL {name}, n = {n}: {classes}, expected {}", self.expected_classes()),
-            (None, _) => format!("ok   {name}, n = {n}: {classes}"),
+            (Some(why), _) if self.guest.is_some() => format!("{name}, n = {n}: {classes}; not judged: {why}"),
+            (Some(why), _) => format!("{name}: not judged: {why}"),
+            (None, Some(false)) => format!("{name}, n = {n}: {classes}, expected {}", self.expected_classes()),
+            (None, _) => format!("{name}, n = {n}: {classes}"),
         }
     }
 
@@ -179,10 +189,10 @@ mod tests {
             n: 1,
             outcomes: Outcomes::from([(Outcome::Invalid, 1)]),
             expected: vec![Outcome::Nominal],
-            not_judged: Some(words::stalled(312.0)),
+            not_judged: Some(words::host_stalled(312.0)),
             as_expected: None,
             attacked: "Null attack".to_owned(),
-            told: String::new(),
+            response: String::new(),
             reproduce: "holdsafe run nominal --trials 1 --seed 1 --live".to_owned(),
         }
     }
@@ -190,7 +200,10 @@ mod tests {
     #[test]
     fn spoilt_live_run_is_named_unjudged() {
         let row = spoilt();
-        assert_eq!(row.heading(), "---- nominal, live: not judged: the host stalled for 312 ms");
+        assert_eq!(
+            (row.mark(), row.heading().as_str()),
+            ("----", "nominal, live: not judged: the host stalled for 312 ms")
+        );
         assert_eq!((row.exit(), row.complaint()), (Exit::Fine, None));
         let tour = TourObject::new(1, vec![row], 3, false, String::new());
         let closing = tour.closing();

@@ -22,7 +22,7 @@ const NEXT: [(&str, &str); 5] = [
     ("inspect explain thermal_loss", "why the mode changed, link by link"),
     ("scenario new my_attack", "an attack of your own, as a commented file"),
     ("guest new mine", "an autonomy of your own, to be put to the test"),
-    ("evaluate", "every shipped scenario, about an hour on two cores; it resumes"),
+    ("evaluate", "every shipped scenario, about an hour; it resumes"),
 ];
 
 /// Name of the program as it was started, where it is a plain word.
@@ -48,7 +48,7 @@ pub(super) fn next_lines() -> Vec<String> {
 }
 
 /// Reason of a live run that the host spoilt.
-pub(super) fn stalled(ms: f64) -> String {
+pub(super) fn host_stalled(ms: f64) -> String {
     format!("the host stalled for {ms:.0} ms")
 }
 
@@ -86,9 +86,18 @@ pub(super) fn lines(text: &str, indented: bool, most: usize) -> Vec<String> {
     lines
 }
 
-/// Response of the platform and its reason, as the trials tell it; `explained` is the last restricting change of the first one.
-pub(super) fn story(trials: &[&Trial], explained: Option<&Explanation>) -> String {
-    let origin = explained.map(|of| format!("the first trial's last by {}", of.origin.what));
+/// The same with `mark` at the margin of the first line.
+pub(super) fn marked_lines(mark: &str, text: &str, most: usize) -> Vec<String> {
+    let mut lines = lines(text, true, most);
+    if let Some(first) = lines.first_mut() {
+        *first = format!("{mark:INDENT$}{}", first.trim_start());
+    }
+    lines
+}
+
+/// Response of the platform and its reason, from the records of the trials; `explained` is the last restricting change of the first one.
+pub(super) fn response(trials: &[&Trial], explained: Option<&Explanation>) -> String {
+    let origin = explained.map(|of| format!("its last cause in trial 1: {}", of.origin.what));
     let parts = [
         latency(trials),
         changes(trials),
@@ -100,14 +109,14 @@ pub(super) fn story(trials: &[&Trial], explained: Option<&Explanation>) -> Strin
     ];
     let mut parts: Vec<String> = parts.into_iter().flatten().collect();
     if changes(trials).is_none() {
-        parts.extend(quiet(trials));
+        parts.extend(quiet_sentence(trials));
     }
     parts.join("; ")
 }
 
 /// The sentence of all trials under one policy.
-pub(super) fn of_policy(policy: &str, trials: &[&Trial]) -> String {
-    let refused = refusals(trials).unwrap_or_else(|| "no record refused".to_owned());
+pub(super) fn policy_sentence(policy: &str, trials: &[&Trial]) -> String {
+    let refused = refusals(trials).unwrap_or_else(|| "nothing refused".to_owned());
     let parts = [Some(refused), changes(trials), unanswered(trials)];
     format!("{policy}: {}", parts.into_iter().flatten().collect::<Vec<_>>().join("; "))
 }
@@ -137,7 +146,7 @@ fn changes(trials: &[&Trial]) -> Option<String> {
         own.dedup();
         own.into_iter().for_each(|change| *counts.entry(change).or_default() += 1);
     }
-    named(&counts, |change, n| match trials.len() {
+    most_frequent(&counts, |change, n| match trials.len() {
         1 => change.to_owned(),
         all => format!("{change} in {n} of {all}"),
     })
@@ -148,16 +157,16 @@ fn refusals(trials: &[&Trial]) -> Option<String> {
     for (reason, n) in trials.iter().flat_map(|trial| &trial.dropped) {
         *counts.entry(reason.clone()).or_default() += n;
     }
-    named(&counts, |reason, n| format!("{reason} {n}")).map(|named| format!("records refused: {named}"))
+    most_frequent(&counts, |reason, n| format!("{reason} {n}")).map(|named| format!("refused: {named}"))
 }
 
 /// The most frequent of these, each in words.
-fn named(counts: &BTreeMap<String, u64>, words: impl Fn(&str, u64) -> String) -> Option<String> {
+fn most_frequent(counts: &BTreeMap<String, u64>, words: impl Fn(&str, u64) -> String) -> Option<String> {
     let mut all: Vec<(&str, u64)> = counts.iter().map(|(what, n)| (what.as_str(), *n)).collect();
     // Stable: of equal counts the order is that of the names.
     all.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
-    let told: Vec<String> = all.iter().take(NAMED).map(|(what, n)| words(what, *n)).collect();
-    (!told.is_empty()).then(|| told.join(", "))
+    let first: Vec<String> = all.iter().take(NAMED).map(|(what, n)| words(what, *n)).collect();
+    (!first.is_empty()).then(|| first.join(", "))
 }
 
 /// Fate of a guest's set-points.
@@ -188,7 +197,7 @@ fn unanswered(trials: &[&Trial]) -> Option<String> {
 }
 
 /// Accounts of trials without a forced change of mode.
-fn quiet(trials: &[&Trial]) -> Option<String> {
+fn quiet_sentence(trials: &[&Trial]) -> Option<String> {
     let trips: u64 = trials.iter().map(|trial| u64::from(trial.false_trips)).sum();
     let accepted: u64 = trials.iter().map(|trial| trial.accepted).sum();
     (!trials.is_empty()).then(|| format!("no mode lost, {accepted} records accepted, {trips} false trips"))
@@ -214,7 +223,7 @@ pub(super) fn matrix(cells: &[(&str, &Outcomes)]) -> Vec<String> {
     };
     let at = |row: &str, policy: &str| {
         let found = parts.iter().find(|(of, under, _)| *of == row && *under == policy);
-        found.map(|(_, _, outcomes)| short(outcomes)).unwrap_or_default()
+        found.map(|(_, _, outcomes)| classes_in_column(outcomes)).unwrap_or_default()
     };
     let mut lines = vec![line("form/third unit", policies.iter().map(|policy| (*policy).to_owned()).collect())];
     lines.extend(rows.iter().map(|row| line(row, policies.iter().map(|policy| at(row, policy)).collect())));
@@ -222,7 +231,7 @@ pub(super) fn matrix(cells: &[(&str, &Outcomes)]) -> Vec<String> {
 }
 
 /// Classes in the room of a column: of too many the gravest, and how many others.
-fn short(outcomes: &Outcomes) -> String {
+fn classes_in_column(outcomes: &Outcomes) -> String {
     let whole = classes(outcomes).replace(',', "");
     let n: u64 = outcomes.values().sum();
     match outcomes.iter().next() {
@@ -247,17 +256,18 @@ mod tests {
             assert!(lines[2].ends_with('…') && lines[1].starts_with("     word"));
         }
         assert_eq!(lines("a b", true, 3), ["     a b"]);
+        assert_eq!(marked_lines("ok", "a b", 3), ["ok   a b"]);
     }
 
     #[test]
-    fn story_follows_the_trials() {
+    fn response_follows_the_trials() {
         let mut lost = Trial::example(1, Outcome::Degraded);
         let (from, to, cause) = ("READY".to_owned(), "DEGRADED".to_owned(), "lost:thermal".to_owned());
         lost.transitions = vec![TransitionRow { t_ms: 1.0, from, to, cause }];
         let other = Trial { dropped: BTreeMap::new(), ..Trial::example(2, Outcome::Nominal) };
-        let told = story(&[&lost, &other], None);
-        assert!(told.contains("DEGRADED by lost:thermal in 1 of 2") && told.contains("stale 10"), "{told}");
-        let calm = story(&[&other], None);
+        let of_both = response(&[&lost, &other], None);
+        assert!(of_both.contains("DEGRADED by lost:thermal in 1 of 2") && of_both.contains("stale 10"), "{of_both}");
+        let calm = response(&[&other], None);
         assert!(calm.contains("no mode lost") && !calm.contains("refused"), "{calm}");
     }
 
