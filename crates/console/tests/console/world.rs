@@ -241,9 +241,13 @@ fn crowd() -> Vec<Move> {
     std::iter::repeat_with(report).take(9).flatten().collect()
 }
 
-/// Runs many sequences in every role, and asks after each move of each whether `holds`.
+/// Sequences that a property is tried with; `HOLDSAFE_CASES` asks for another number.
+const CASES: u32 = 16;
+
+/// Runs sequences in every role, and asks after each move of each whether `holds`.
 pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
-    let config = ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() };
+    let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
+    let config = ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() };
     let roles = prop::sample::select(&[Role::Supervise, Role::Supervise, Role::Operate, Role::View][..]);
     let outcome = proptest::test_runner::TestRunner::new(config)
         .run(&(roles, moves()), |(role, moves)| through(role, &moves, &holds));

@@ -160,6 +160,7 @@ fn jobs_of_an_engine_equal_one_process() {
 
 /// They end at the look at which one process ends.
 #[test]
+#[ignore = "long: rounds of a campaign"]
 fn rounds_of_a_sequential_campaign_equal_one_process() {
     let place = Place::new();
     let claim = ["--claim", "unsafe<5%@90", "--sequential"];
@@ -181,6 +182,7 @@ fn rounds_of_a_sequential_campaign_equal_one_process() {
 
 /// One partition is lost, and its trials run where the parts are put together.
 #[test]
+#[ignore = "long: a matrix and an ablation, twice each"]
 fn matrix_and_ablation_in_partitions_equal_one_process() {
     let place = Place::new();
     let matrix: &[&str] = &["matrix", "--rows", "A01", "--trials", "2"];

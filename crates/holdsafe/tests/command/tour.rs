@@ -1,9 +1,12 @@
 //! `holdsafe tour`: rows, report and exit code of the simulated part; its live part is that of `run --live`.
 
 use std::fs;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
 use serde_json::Value;
 
 use super::{golden, root};
@@ -16,6 +19,25 @@ fn tour(root: &Path, out: &Path, more: &[&str]) -> Output {
 }
 
 #[test]
+fn ctrl_c_ends_the_tour_with_a_result() {
+    let dir = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    command.arg("--root").arg(root()).args(["--quiet", "tour", "--twin", "--out"]).arg(dir.path());
+    let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.next().is_some_and(|line| line.starts_with("Seed 1.")));
+    kill(Pid::from_raw(child.id() as i32), Signal::SIGINT).unwrap();
+    let after: Vec<String> = lines.collect();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{after:?}");
+    assert!(after.iter().any(|line| line.starts_with("Stopped before its end")), "{after:?}");
+    let object: Value = serde_json::from_slice(&fs::read(dir.path().join("tour.json")).unwrap()).unwrap();
+    golden::hold(object.to_string().as_bytes());
+    assert!(object["rows"].as_array().unwrap().len() < 24 && object["interrupted"] == true, "{object}");
+    assert!(!dir.path().join("report.html").exists());
+}
+
+#[test]
+#[ignore = "long: a whole tour"]
 fn twin_tour_shows_its_rows_and_reports() {
     let dir = tempfile::tempdir().unwrap();
     let output = tour(&root(), dir.path(), &[]);
