@@ -1,5 +1,5 @@
 //! Live runs side by side: as many as this host carries, by the time that one of them takes in the twin. A program that was built
-//! to be quick to build takes twice as long for the networks of a frame as a released one.
+//! to be quick to build takes longer for the networks of a frame than a released one.
 
 use evidence::trial::Trial;
 use results::mode::Mode;
