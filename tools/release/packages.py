@@ -48,7 +48,7 @@ def packages(wanted):
     """By name and version, in this order."""
     lock = tomllib.loads((ROOT / "Cargo.lock").read_text())["package"]
     checksums = {(one["name"], one["version"]): one.get("checksum") for one in lock}
-    metadata = json.loads(cargo("metadata", "--locked", "--format-version", "1"))["packages"]
+    metadata = json.loads(cargo("metadata", "--locked", "--all-features", "--format-version", "1"))["packages"]
     every = {(one["name"], one["version"]): one for one in metadata}
     found = {}
     for key, needed_by in tree(wanted, "normal"):
