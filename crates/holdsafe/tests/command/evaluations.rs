@@ -56,6 +56,7 @@ impl Place {
 
     /// Starts one and sends the signal once a trial is finished; gives its exit code and stderr.
     fn end_midway(&self, out: &str, signal: Signal) -> (Option<i32>, String) {
+        let _shared = MACHINE.read().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut child: Child = self.command(out).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
         while kept(&self.dir(out)).iter().all(|text| !text.contains('\n')) {
             assert_eq!(child.try_wait().unwrap(), None, "it ended before its first trial");

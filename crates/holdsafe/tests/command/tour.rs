@@ -21,6 +21,7 @@ fn tour(root: &Path, out: &Path, more: &[&str]) -> Output {
 #[test]
 fn ctrl_c_ends_the_tour_with_a_result() {
     let dir = tempfile::tempdir().unwrap();
+    let _shared = super::MACHINE.read().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
     command.arg("--root").arg(root()).args(["--quiet", "tour", "--twin", "--out"]).arg(dir.path());
     let mut child = command.stdout(Stdio::piped()).spawn().unwrap();

@@ -259,7 +259,6 @@ mod tests {
 
     /// Seeds were fixed before the first run. 400 intervals of 10 repetitions of 100 trials a stage.
     #[test]
-    #[ignore = "long: many estimates"]
     fn interval_covers_a_known_probability_as_stated() {
         let levels: Vec<f64> = (1..=ROW).map(|row| row as f64).collect();
         let (exact, seeds) = (exactly(RATE, MESSAGES, ROW), 400);

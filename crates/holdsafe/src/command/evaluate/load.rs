@@ -1,5 +1,4 @@
-//! Live runs side by side: as many as this host carries, by the time that one of them takes in the twin. A program that was built
-//! to be quick to build takes longer for the networks of a frame than a released one.
+//! Live runs side by side: as many as this host carries, by the time that one of them takes in the twin.
 
 use evidence::trial::Trial;
 use results::mode::Mode;

@@ -3,8 +3,8 @@
 use results::mode::Mode;
 use scenario::Scenario;
 
-/// Simulated seconds that a core takes a second for, until a rate has been measured: the 221 of `nominal` on a slow host, and a little more.
-const TWIN_SPEED: f64 = 250.0;
+/// Simulated seconds that a core takes a second for, until a rate has been measured: those of `holdsafe run nominal --trials 200` on a slow host.
+const TWIN_SPEED: f64 = 220.0;
 /// Seconds of a core that a trial on the stacks takes, until then.
 const STACK_S: f64 = 0.03;
 /// Seconds that a live run takes beyond its length, to begin, to be verified and to be replayed, until then.
