@@ -1,6 +1,6 @@
 //! One topic's numbers by the entries of a map, converted to metres, radians, seconds and microseconds.
 
-use crate::log::{Log, LogError, Path, Row};
+use crate::log::{Log, LogError, Path, Row, Rows};
 use crate::map::{Field, Stamp, StampUnit};
 
 /// A question to one topic; its columns are added one by one.
@@ -72,7 +72,7 @@ impl<'a> Columns<'a> {
         })
     }
 
-    pub(crate) fn rows(self) -> Result<Vec<Row>, LogError> {
+    pub(crate) fn rows(self) -> Result<Rows, LogError> {
         self.log.rows(self.topic, &self.paths)
     }
 }

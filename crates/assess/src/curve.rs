@@ -23,6 +23,11 @@ impl Curve {
         curve
     }
 
+    /// Times of the samples.
+    pub(crate) fn times(&self) -> &[u64] {
+        &self.at
+    }
+
     /// First and last time.
     pub(crate) fn ends(&self) -> Option<(u64, u64)> {
         Some((*self.at.first()?, *self.at.last()?))

@@ -1,9 +1,22 @@
 //! The error of a recording that lacks an input of its map.
 
-use crate::log::LogError;
+use crate::log::{End, LogError};
 
 /// Most control periods from first to last reading: 24 h at 20 Hz, and room.
 pub(crate) const MAX_PERIODS: u64 = 2_000_000;
+
+impl TrackError {
+    /// The same of a recording that was not read whole.
+    pub(crate) fn because_of(self, end: &End) -> Self {
+        match &end.why {
+            Some(why) => {
+                let cause = format!("read to byte {} of {}: {why}", end.at, end.of);
+                TrackError::Unread { cause, then: Box::new(self) }
+            }
+            None => self,
+        }
+    }
+}
 
 /// The inputs cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -19,7 +32,7 @@ pub enum TrackError {
         /// Input.
         input: &'static str,
         /// Messages.
-        got: usize,
+        got: u64,
         /// The condition that the map states, in words.
         valid: &'static str,
     },
@@ -33,6 +46,14 @@ pub enum TrackError {
         fix: (u64, u64),
         /// First and last odometry, microseconds.
         odometry: (u64, u64),
+    },
+    /// An input is missing, and so is a part of the recording.
+    #[error("{cause}; so {then}")]
+    Unread {
+        /// The part that could not be read.
+        cause: String,
+        /// The error that may follow from it.
+        then: Box<TrackError>,
     },
     /// It is longer than is judged.
     #[error(

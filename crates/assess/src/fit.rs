@@ -2,21 +2,32 @@
 
 use autonomy::localisation::MAX_SIGMA_MM;
 use wire::bounds::Bounds;
-use wire::platform::Limits;
 
-use crate::log::{Format, Log};
+use crate::Terms;
+use crate::log::Log;
 use crate::map::{Map, Vehicle};
-use crate::track::Facts;
+use crate::track::{Facts, Track};
 
 /// The remarks on a recording.
-pub(crate) fn remarks(log: &Log<'_>, map: &Map, bounds: &Bounds, facts: &Facts) -> Vec<String> {
-    let (motion, sources) = (motion(map, facts, bounds), sources(map));
-    motion.into_iter().chain(sources).chain(fixes(map, bounds, facts)).chain(reading(log, facts)).collect()
+pub(crate) fn remarks(log: &Log<'_>, map: &Map, terms: &Terms, track: &Track) -> Vec<String> {
+    let (bounds, facts) = (&terms.bounds, &track.facts);
+    // What could not be read stands first: the rest may follow from it.
+    let mut remarks = reading(log, facts);
+    remarks.extend(track.remarks.iter().cloned());
+    remarks.extend(motion(map, facts, terms));
+    remarks.extend(lever(map, terms, track));
+    remarks.extend(sources(map));
+    remarks.extend(fixes(map, bounds, facts));
+    remarks
 }
 
-fn motion(map: &Map, facts: &Facts, bounds: &Bounds) -> Vec<String> {
+fn motion(map: &Map, facts: &Facts, terms: &Terms) -> Vec<String> {
     let mut remarks = Vec::new();
-    if map.vehicle != Vehicle::Wheeled {
+    let Terms { bounds, limits } = terms;
+    if limits.aloft.is_some() {
+        remarks.push("The platform flies; a recording has no heights for its guards, and none is judged.".to_owned());
+    }
+    if map.vehicle != Vehicle::Wheeled && !limits.free {
         let vehicle = match map.vehicle {
             Vehicle::Wheeled => "a wheeled vehicle",
             Vehicle::Multirotor => "a multirotor",
@@ -26,7 +37,7 @@ fn motion(map: &Map, facts: &Facts, bounds: &Bounds) -> Vec<String> {
         remarks.push(format!(
             "The localisation guard expects wheels: speed along the body axis, no sliding, an origin {} mm ahead of the rear \
              axle, motion in a plane. This is {vehicle}; a trip may be the model's and not the recording's.",
-            Limits::GROUND.rear_axle_mm
+            limits.rear_axle_mm
         ));
     }
     match facts.sideways_m {
@@ -35,8 +46,9 @@ fn motion(map: &Map, facts: &Facts, bounds: &Bounds) -> Vec<String> {
             let share = if all > 0.0 { 100.0 * sideways / all } else { 0.0 };
             remarks.push(format!(
                 "{sideways:.1} m of the way are sideways to the body axis and {:.1} m along it ({share:.0} % of the two as a \
-                 root of squares): the guard is handed the part along it.",
-                facts.way_m
+                 root of squares): the guard is handed {}.",
+                facts.way_m,
+                if limits.free { "both" } else { "the part along it" }
             ));
         }
         None => remarks.push("The map gives no sideways speed, so the fit of the model is not measured.".to_owned()),
@@ -52,6 +64,53 @@ fn motion(map: &Map, facts: &Facts, bounds: &Bounds) -> Vec<String> {
         remarks.push(format!("{above} of {n} set-points command more than the platform's {most} m/s."));
     }
     remarks
+}
+
+/// The receiver's place: whose word it is, and whether the recording bears it out.
+fn lever(map: &Map, terms: &Terms, track: &Track) -> Vec<String> {
+    let place = |[ahead, left]: [f64; 2]| {
+        let side = |metres: f64, [plus, minus]: [&str; 2]| {
+            format!("{:.2} m {}", metres.abs(), if metres < 0.0 { minus } else { plus })
+        };
+        format!("{} and {}", side(ahead, ["ahead", "behind"]), side(left, ["to the left", "to the right"]))
+    };
+    let used = track.facts.lever_m.unwrap_or_default();
+    let origin = f64::from(terms.limits.rear_axle_mm) / 1000.0;
+    let moved = format!("the guards' origin is {origin} m ahead of it, and fixes are moved there");
+    let found = track.estimate.map(|found| {
+        let [ahead, left] = found.deviation_m;
+        format!(
+            "±{:.2} and ±{left:.2} m, from {} stretches with {:.1} rad of turning",
+            ahead, found.stretches, found.turn
+        )
+    });
+    match (&map.fix.lever_m, track.estimate, found) {
+        (Some(_), Some(estimate), Some(found)) if differs(used, &estimate) => vec![format!(
+            "The map's lever puts the receiver {} of the rear axle's middle, and this recording {} ({found}): trips of gate and drift in curves may be \
+             the lever's.",
+            place(used),
+            place(estimate.lever_m)
+        )],
+        (Some(_), ..) => Vec::new(),
+        (None, Some(_), Some(found)) => vec![format!(
+            "The map gives no lever: this recording puts the receiver {} of the rear axle's middle ({found}); {moved}. What is estimated from a \
+             recording hides as much of an error in it: measure the lever, and state `lever_m = [{}, {}]` in [fix].",
+            place(used),
+            used[0],
+            used[1]
+        )],
+        (None, ..) => vec![format!(
+            "The map gives no lever, and none is estimated (the recording turns too little, or the vehicle flies): the receiver is taken to be above the rear axle's middle; {moved}."
+        )],
+    }
+}
+
+/// True if a lever is further from an estimate than three of its deviations, and than 10 cm.
+fn differs(stated: [f64; 2], estimate: &crate::lever::Estimate) -> bool {
+    [0, 1].into_iter().any(|i| {
+        let off = (stated[i] - estimate.lever_m[i]).abs();
+        off > 0.1 && off > 3.0 * estimate.deviation_m[i]
+    })
 }
 
 fn sources(map: &Map) -> Vec<String> {
@@ -125,11 +184,17 @@ fn reading(log: &Log<'_>, facts: &Facts) -> Vec<String> {
             facts.fixes_unused
         ));
     }
+    if facts.odometry_unused > 0 {
+        let all = facts.odometry + facts.odometry_unused;
+        remarks.push(format!(
+            "{} of {all} samples of odometry are not used: their stamps do not increase.",
+            facts.odometry_unused
+        ));
+    }
+    remarks.extend(log.notes.iter().map(|note| format!("{note}.")));
     if log.dropouts_ms > 0 {
         remarks.push(format!("The logger lost {} ms by its own account.", log.dropouts_ms));
     }
-    if let (Some(why), Format::Ulog | Format::Mcap) = (&log.end.why, log.format) {
-        remarks.push(format!("Read up to byte {} of {}: {why}.", log.end.at, log.end.of));
-    }
-    remarks
+    let damage = log.end.why.iter().map(|why| format!("Read up to byte {} of {}: {why}.", log.end.at, log.end.of));
+    damage.chain(remarks).collect()
 }

@@ -1,10 +1,10 @@
 //! The fixes of a recording: place, heading, stated deviation, receiver's time.
 
-use crate::columns::{Column, Columns, in_order};
+use crate::columns::{Clock, Column, Columns, in_order};
 use crate::curve::Curve;
-use crate::error::TrackError;
-use crate::log::{Log, Row};
-use crate::map::{FixMap, Frame};
+use crate::log::{Log, LogError, Row};
+use crate::map::{Dimension, FixMap, Frame};
+use crate::parts::Timed;
 
 /// Equatorial radius and square of the eccentricity of WGS 84 (NIMA TR8350.2), metres.
 const RADIUS_M: f64 = 6_378_137.0;
@@ -23,58 +23,94 @@ pub(crate) struct Place {
     pub(crate) yaw: f64,
     /// One standard deviation as stated, metres; 0 where the map gives none.
     pub(crate) sigma_m: f64,
-    /// The receiver's time, microseconds.
+    /// The receiver's time, microseconds; absent where the map gives none or the receiver has none.
     pub(crate) time: Option<u64>,
 }
 
-/// Fixes with increasing stamps, at least one.
-pub(crate) struct Fixes {
-    pub(crate) kept: Vec<(u64, Place)>,
-    pub(crate) unused: u64,
+/// The questions to the topic of fixes.
+pub(crate) struct FixColumns {
+    frame: Frame,
+    local: Option<(Column, Column)>,
+    global: Option<(Column, Column)>,
+    yaw: Option<Column>,
+    /// The number, and whether it is a variance.
+    sigma: Option<(Column, bool)>,
+    time: Option<Clock>,
+    valid: Option<(Column, f64)>,
 }
 
-/// Reads the fixes; those without a heading of their own take that of `heading`, no older than `oldest` microseconds.
-pub(crate) fn read(log: &Log<'_>, map: &FixMap, heading: Option<&Curve>, oldest: u64) -> Result<Fixes, TrackError> {
+/// Fixes of a stretch with increasing stamps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Fixes {
+    pub(crate) kept: Vec<(u64, Place)>,
+    /// Those of them whose source states a deviation of 0 or less.
+    pub(crate) unstated: u64,
+    /// Those whose receiver has no time.
+    pub(crate) untimed: u64,
+}
+
+/// Asks for the fixes.
+pub(crate) fn fixes(log: &Log<'_>, map: &FixMap) -> Result<(FixColumns, Timed), LogError> {
     let mut columns = Columns::of(log, &map.topic);
     let clock = columns.stamp(&map.stamp)?;
     let local = columns.optional(map.x.as_ref())?.zip(columns.optional(map.y.as_ref())?);
     let global = columns.optional(map.latitude.as_ref())?.zip(columns.optional(map.longitude.as_ref())?);
     let (yaw, sigma) = (columns.optional(map.yaw.as_ref())?, columns.optional(map.sigma.as_ref())?);
+    let square = map.sigma.as_ref().is_some_and(|field| field.as_ref().unit.dimension() == Dimension::Variance);
     let time = map.time.as_ref().map(|time| columns.stamp(time)).transpose()?;
-    let valid = map.valid.as_ref().map(|valid| Ok((columns.plain(&valid.field)?, valid.at_least)));
-    let valid: Option<(Column, f64)> = valid.transpose().map_err(|error: crate::log::LogError| error)?;
-    let rows = columns.rows()?;
-    let mut zero = None;
-    let fix = |row: &Row| {
-        let at = clock.read(row)?;
-        valid.is_none_or(|(column, least)| column.read(row).is_some_and(|got| got >= least)).then_some(())?;
-        let yaw = match (yaw, heading) {
-            (Some(yaw), _) => east_based(map.frame, yaw.read(row)?),
-            (None, heading) => {
-                let heading = heading.filter(|curve| curve.age(at).is_some_and(|age| age <= oldest))?;
-                heading.value(at)
-            }
-        };
-        let (east, north) = match (local, global) {
-            (Some((x, y)), _) => on_axes(map.frame, x.read(row)?, y.read(row)?),
-            (None, Some((latitude, longitude))) => {
-                let here = (latitude.read(row)?, longitude.read(row)?);
-                tangent(*zero.get_or_insert(here), here)
-            }
-            (None, None) => return None,
-        };
-        (east.abs() < FARTHEST_M && north.abs() < FARTHEST_M).then_some(())?;
-        let sigma_m = sigma.map_or(Some(0.0), |sigma| sigma.read(row))?;
-        let time = time.map(|time| time.read(row)).map_or(Some(None), |time| time.map(Some))?;
-        Some((at, Place { east, north, yaw, sigma_m: sigma_m.abs(), time }))
+    let valid = match &map.valid {
+        Some(valid) => Some((columns.plain(&valid.field)?, valid.at_least)),
+        None => None,
     };
-    let (kept, _) = in_order(rows.iter().filter_map(fix));
-    if kept.is_empty() {
-        let valid = if map.valid.is_some() { " that is also valid by the map's condition" } else { "" };
-        return Err(TrackError::Empty { topic: map.topic.clone(), input: "fix", got: rows.len(), valid });
+    let sigma = sigma.map(|sigma| (sigma, square));
+    Ok((FixColumns { frame: map.frame, local, global, yaw, sigma, time, valid }, Timed::of(columns.rows()?, clock)))
+}
+
+impl FixColumns {
+    /// The fixes in these rows; those without a heading of their own take that of `heading`, no older than `oldest` microseconds. `zero` is the
+    /// first latitude and longitude of the recording.
+    pub(crate) fn places(
+        &self,
+        rows: &[(u64, Row)],
+        (heading, oldest): (Option<&Curve>, u64),
+        zero: &mut Option<(f64, f64)>,
+    ) -> Fixes {
+        let mut read = |at: u64, row: &Row| {
+            self.valid.is_none_or(|(column, least)| column.read(row).is_some_and(|got| got >= least)).then_some(())?;
+            let yaw = match (self.yaw, heading) {
+                (Some(yaw), _) => east_based(self.frame, yaw.read(row)?),
+                (None, heading) => heading.filter(|curve| curve.age(at).is_some_and(|age| age <= oldest))?.value(at),
+            };
+            let (east, north) = match (self.local, self.global) {
+                (Some((x, y)), _) => on_axes(self.frame, x.read(row)?, y.read(row)?),
+                (None, Some((latitude, longitude))) => {
+                    let here = (latitude.read(row)?, longitude.read(row)?);
+                    tangent(*zero.get_or_insert(here), here)
+                }
+                (None, None) => return None,
+            };
+            (east.abs() < FARTHEST_M && north.abs() < FARTHEST_M).then_some(())?;
+            let sigma_m = match self.sigma {
+                Some((column, square)) => deviation(column.read(row)?, square),
+                None => 0.0,
+            };
+            // A receiver without a time of its own says 0, or no number.
+            let time = self.time.and_then(|time| time.read(row)).filter(|time| *time > 0);
+            Some(Place { east, north, yaw, sigma_m, time })
+        };
+        let places = rows.iter().filter_map(|(at, row)| Some((*at, read(*at, row)?)));
+        let (kept, _) = in_order(places);
+        let count = |wanted: fn(&Place) -> bool| kept.iter().filter(|(_, place)| wanted(place)).count() as u64;
+        let unstated = if self.sigma.is_some() { count(|place| place.sigma_m <= 0.0) } else { 0 };
+        let untimed = if self.time.is_some() { count(|place| place.time.is_none()) } else { 0 };
+        Fixes { kept, unstated, untimed }
     }
-    let unused = (rows.len() - kept.len()) as u64;
-    Ok(Fixes { kept, unused })
+}
+
+/// A deviation as it is stated, or out of a variance; 0 where it is not known.
+fn deviation(stated: f64, square: bool) -> f64 {
+    let stated = stated.max(0.0);
+    if square { libm::sqrt(stated) } else { stated }
 }
 
 /// An angle of this frame as one counter-clockwise from east.

@@ -1,6 +1,9 @@
 //! A first map out of a recording's topics: the names that PX4 and ROS use. A person checks it; `source` and `vehicle` most of all.
 
+use crate::lever::Estimate;
 use crate::log::{Format, Log, Topic};
+use crate::map::Map;
+use crate::read::Read;
 
 /// A map as text, to be checked by a person; the recording's topics stand in front as comments.
 ///
@@ -16,19 +19,50 @@ pub fn guess(log: &Log<'_>) -> Result<String, String> {
         Format::Ulog => px4(log),
         Format::Mcap => ros(log),
     };
-    let parts = parts.map_err(|missing| format!("no topic is known as {missing}; the recording has\n{topics}"))?;
+    let cause = log.end.why.as_ref().map(|why| {
+        let why = why.replace(char::is_control, " ");
+        format!("read to byte {} of {}: {why}", log.end.at, log.end.of)
+    });
+    let parts = parts.map_err(|missing| {
+        let cause = cause.as_ref().map_or_else(String::new, |cause| format!("{cause}; so "));
+        let has = if topics.is_empty() { " no topic that could be read".to_owned() } else { format!("\n{topics}") };
+        format!("{cause}no topic is known as {missing}; the recording has{has}")
+    })?;
     let vehicle = if log.format == Format::Ulog { vehicle(log) } else { "other" };
-    Ok(format!(
-        "# A guess from the names of topics: check every line.\n# Topics:\n{topics}\ntitle = \"guessed\"\n\
+    let cause = cause.map_or_else(String::new, |cause| format!("# Not all could be read: {cause}\n"));
+    let text = format!(
+        "# A guess from the names of topics: check every line.\n{cause}# Topics:\n{topics}\ntitle = \"guessed\"\n\
          vehicle = \"{vehicle}\" # wheeled, multirotor, fixed-wing or other\n{parts}"
-    ))
+    );
+    Ok(with_lever(log, text))
+}
+
+/// The map with the lever that the recording tells under it, if it does.
+fn with_lever(log: &Log<'_>, text: String) -> String {
+    let estimate = Map::parse("guess", &text).ok().and_then(|map| Read::of(log, &map).ok()?.lever(&map));
+    match estimate {
+        Some(Estimate { lever_m: [ahead, left], deviation_m, .. }) => {
+            let line = format!(
+                "[fix]\nlever_m = [{ahead:?}, {left:?}] # metres ahead and to the left of the rear axle's middle, estimated from this recording: ±{:.2}, \
+                 ±{:.2}\n",
+                deviation_m[0], deviation_m[1]
+            );
+            text.replacen("[fix]\n", &line, 1)
+        }
+        None => text,
+    }
+}
+
+/// True if a number is there and does not stay the same: a constant time, or a deviation that is always 0, says that there is none.
+fn varies(log: &Log<'_>, topic: &str, path: &str) -> bool {
+    let rows = log.numbers(topic, &[path]).unwrap_or_default();
+    rows.windows(2).any(|two| two[0] != two[1])
 }
 
 /// The vehicle by PX4's `vehicle_status.vehicle_type`: 1 rotary wing, 2 fixed wing, 3 rover.
 fn vehicle(log: &Log<'_>) -> &'static str {
-    let path = "vehicle_type".parse().into_iter().collect::<Vec<_>>();
-    let kind = log.rows("vehicle_status", &path).ok().and_then(|rows| rows.last().map(|row| row.values[0]));
-    match kind {
+    let kind = log.numbers("vehicle_status", &["vehicle_type"]);
+    match kind.and_then(|rows| rows.last().and_then(|values| values.first().copied())) {
         Some(1.0) => "multirotor",
         Some(2.0) => "fixed-wing",
         Some(3.0) => "wheeled",
@@ -79,7 +113,7 @@ fn px4_fix(log: &Log<'_>) -> Option<String> {
     let degrees = [("latitude_deg", "longitude_deg", "deg"), ("lat", "lon", "1e-7deg")];
     let found = gnss.find_map(|topic| {
         let (lat, lon, unit) = degrees.into_iter().find(|(lat, lon, _)| log.has(topic, &[lat, lon, "eph"]))?;
-        let time = match log.has(topic, &["time_utc_usec"]) {
+        let time = match varies(log, topic, "time_utc_usec") {
             true => "time = { field = \"time_utc_usec\", unit = \"us\" }\n",
             false => "",
         };
@@ -113,11 +147,18 @@ fn ros(log: &Log<'_>) -> Result<String, &'static str> {
     let stamp = "stamp = { field = \"header.stamp\", unit = \"ros\" }";
     let yaw = "quaternion = [\"pose.pose.orientation.w\", \"pose.pose.orientation.x\", \"pose.pose.orientation.y\", \
                \"pose.pose.orientation.z\"]";
-    let fix = match (first("NavSatFix").next(), odometry.next()) {
-        (Some(topic), _) => format!(
-            "[fix]\ntopic = {topic}\nsource = \"gnss\"\n{stamp}\nlatitude = {{ field = \"latitude\", unit = \"deg\" }}\n\
-             longitude = {{ field = \"longitude\", unit = \"deg\" }}\nvalid = {{ field = \"status.status\", at_least = 0 }}\n"
-        ),
+    let mut receivers = log.topics.iter().filter(|topic| is_a(&topic.kind, "NavSatFix"));
+    let receiver = receivers.next().map(|topic| (quoted(topic), topic.name.as_str()));
+    let fix = match (receiver, odometry.next()) {
+        (Some((topic, name)), _) => {
+            let states = |row: &Vec<f64>| row.first().is_some_and(|variance| *variance > 0.0);
+            let stated = log.numbers(name, &["position_covariance[0]"]).is_some_and(|rows| rows.iter().any(states));
+            let sigma = if stated { "sigma = { field = \"position_covariance[0]\", unit = \"m2\" }\n" } else { "" };
+            format!(
+                "[fix]\ntopic = {topic}\nsource = \"gnss\"\n{stamp}\nlatitude = {{ field = \"latitude\", unit = \"deg\" }}\n\
+                 longitude = {{ field = \"longitude\", unit = \"deg\" }}\n{sigma}valid = {{ field = \"status.status\", at_least = 0 }}\n"
+            )
+        }
         (None, topic) => {
             let topic = topic.unwrap_or_else(|| wheels.clone());
             format!(

@@ -48,6 +48,8 @@ pub(crate) struct Clean<'a> {
     pub(crate) ticks: &'a [Option<Failing>],
     /// True where the mode is one that is judged.
     pub(crate) counted: &'a [bool],
+    /// Ends of parts, and the beginnings of those that follow.
+    pub(crate) pauses: &'a [(Instant, Instant)],
 }
 
 /// Every injection of the map at seeded moments.
@@ -67,10 +69,13 @@ pub(crate) fn inject(clean: &Clean<'_>, fresh: &Guards<'_>, map: &Inject, seed: 
         let moving = clean.way_m(from, from + window) >= MOVING_M;
         for result in &mut results {
             let injection = result.injection;
+            // The past of a moment is that of its own part.
+            let begin = clean.begin(from);
+            let fixes = &fixes[fixes.partition_point(|(stamp, _)| *stamp < begin)..];
             if fixes.first().is_none_or(|(first, _)| *first + span(injection.past_s()) > from) {
                 continue;
             }
-            let placed = Placed { injection, from, towards, fixes: &fixes };
+            let placed = Placed { injection, from, towards, fixes };
             let last = moment + (window.0 / clean.period.0) as usize;
             let mut copy = guards.clone();
             let found = (moment + 1..=last).find_map(|tick| {
@@ -111,6 +116,12 @@ fn moments(clean: &Clean<'_>, window: Span, wanted: usize, seed: u64) -> Vec<(us
 impl Clean<'_> {
     pub(crate) fn at(&self, tick: usize) -> Instant {
         self.start + Span(self.period.0 * tick as u64)
+    }
+
+    /// Beginning of the part that a moment is in.
+    fn begin(&self, moment: Instant) -> Instant {
+        let behind = self.pauses.partition_point(|(_, begin)| *begin <= moment);
+        behind.checked_sub(1).map_or(self.start, |last| self.pauses[last].1)
     }
 
     /// Way by odometry between two times, metres.

@@ -5,6 +5,7 @@
 //! model fits the vehicle. Intervals and tables are `results`' business. A recorded vehicle reacts to no guard, so no property of
 //! the closed loop is assessed.
 
+mod apart;
 mod columns;
 mod curve;
 mod error;
@@ -13,8 +14,12 @@ mod fit;
 mod fix;
 mod guess;
 mod inject;
+mod lever;
 pub mod log;
 pub mod map;
+mod motion;
+mod parts;
+mod read;
 mod replay;
 mod track;
 
@@ -26,7 +31,9 @@ pub use replay::Check;
 pub use track::Facts;
 
 use autonomy::geofence::Geofence;
+use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
+use wire::platform::Limits;
 use wire::time::{Instant, Span};
 
 use inject::Clean;
@@ -37,6 +44,20 @@ use track::Track;
 
 /// Most trips of one test that are listed.
 const MAX_LISTED: usize = 5;
+
+/// Numbers of a platform that its guards are handed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Terms {
+    /// Its bounds.
+    pub bounds: Bounds,
+    /// The limits of its guards.
+    pub limits: Limits,
+}
+
+impl Terms {
+    /// Those of `platforms/ground.toml`.
+    pub const GROUND: Terms = Terms { bounds: Bounds::GROUND, limits: Limits::GROUND };
+}
 
 /// Result of an assessment.
 #[derive(Clone, Debug)]
@@ -60,7 +81,7 @@ pub struct Assessment {
 pub struct Tripped {
     /// Test; absent for any of them.
     pub check: Option<Check>,
-    /// False where the map gives the test no input.
+    /// False where the map gives the test no input, or the recording none that can be judged.
     pub judged: bool,
     /// Number of times that it began to fail.
     pub trips: u64,
@@ -81,18 +102,20 @@ pub struct Moment {
     pub mode: Option<String>,
 }
 
-/// Runs the guards over a recording and its copies.
+/// Runs the guards of a platform over a recording and its copies.
 ///
 /// # Errors
-/// When the recording lacks an input that the map names.
-pub fn assess(log: &Log<'_>, map: &Map, bounds: &Bounds, seed: u64) -> Result<Assessment, TrackError> {
-    let track = track::track(log, map, bounds)?;
+/// When the recording lacks an input that the map names; what could not be read of it is named first.
+pub fn assess(log: &Log<'_>, map: &Map, terms: &Terms, seed: u64) -> Result<Assessment, TrackError> {
+    let bounds = &terms.bounds;
+    let track = track::track(log, map, bounds).map_err(|why| why.because_of(&log.end))?;
     let fence = map.fence.as_ref().map(|fence| {
         let mm = |m: f64| libm::round(m * 1000.0) as i32;
         Geofence::new(&fence.corners.as_ref().iter().map(|[x, y]| (mm(*x), mm(*y))).collect::<Vec<_>>())
     });
     let restart = map.judge.restart_s.as_ref().map(|s| Span(libm::round(*s.as_ref() * 1e6) as u64));
-    let fresh = Guards::new(bounds, fence.as_ref(), restart);
+    let lever_m = track.facts.lever_m.unwrap_or_default();
+    let fresh = Guards::new(terms, lever_m, fence.as_ref(), restart, &track.pauses);
     let start = track.steps.first().map_or(Instant(0), |step| step.stamp);
     let period = Span::ms(bounds.control_period_ms.max(1));
     let count = (track.end.since(start).0 / period.0) as usize + 1;
@@ -103,7 +126,7 @@ pub fn assess(log: &Log<'_>, map: &Map, bounds: &Bounds, seed: u64) -> Result<As
     let seconds = period.0 as f64 / 1e6;
     let judged = ticks.iter().zip(&counted).filter(|(tick, counted)| tick.is_some() && **counted).count();
     let given = |check: Check| match check {
-        Check::TimeBase => map.fix.time.is_some(),
+        Check::TimeBase => track.is_timed,
         Check::Geofence => map.fence.is_some(),
         Check::Silence | Check::Gate | Check::Drift => true,
     };
@@ -119,9 +142,9 @@ pub fn assess(log: &Log<'_>, map: &Map, bounds: &Bounds, seed: u64) -> Result<As
         Tripped::of(check, check.is_none_or(given), &of, seconds, mode)
     });
     let trips = trips.collect();
-    let clean = Clean { steps: &track.steps, start, period, ticks: &ticks, counted: &counted };
+    let clean = Clean { steps: &track.steps, start, period, ticks: &ticks, counted: &counted, pauses: &track.pauses };
     let injected = inject::inject(&clean, &fresh, &map.inject, seed);
-    let remarks = fit::remarks(log, map, bounds, &track.facts);
+    let remarks = fit::remarks(log, map, terms, &track);
     let judged_s = judged as f64 * seconds;
     Ok(Assessment { judged_s, restarts: guards.restarts, facts: track.facts, remarks, trips, injected })
 }

@@ -1,24 +1,30 @@
 //! A recording by its topics: rows of numbers out of PX4 ULog, or out of MCAP with JSON or ROS 2's CDR.
 //!
-//! The bytes are somebody else's. A damaged or cut file is read up to the damage, and [`End`] has its offset; the number of topics, the
-//! size of a file, of its expanded chunks and of one record are bounded. The meaning of a topic is left to `map`.
+//! The bytes are somebody else's. What is damaged is left out, and [`End`] has the place of each damage; the number of topics, the size of a file, of
+//! its expanded chunks and of one message are bounded. A recording may be split into several files, which are read one after another.
+//! The meaning of a topic is left to `map`.
 
 mod bag;
 mod cdr;
+mod found;
 mod layout;
 mod path;
+mod rows;
+mod source;
 mod ulog;
 
+use std::borrow::Cow;
+
+pub use found::Gap;
 pub use path::Path;
+pub use rows::{Row, Rows};
 
-use layout::Place;
+use found::Found;
 
-/// The largest file that is read, bytes.
+/// The most that the files of a recording may have, bytes; packed as a whole, once it is expanded.
 pub const MAX_LOG: u64 = 256 << 20;
 /// Most topics of one log, instances counted.
 const MAX_TOPICS: usize = 1024;
-/// Most rows that are taken from one topic: 24 h at 20 Hz, and room.
-pub const MAX_ROWS: usize = 2_000_000;
 
 /// Format of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -41,15 +47,18 @@ pub struct Topic {
     pub records: u64,
 }
 
-/// Place up to which a recording was read.
+/// Place up to which a recording was read. Of several files, offsets are those in all of them, one behind another; of one that is packed as a
+/// whole, those in its inside.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
-    /// Offset of the first byte that was not read.
+    /// Offset of the first byte from which on nothing was read.
     pub at: u64,
-    /// Length of the file, bytes.
+    /// Length of the recording, bytes.
     pub of: u64,
-    /// Reason for stopping before the file's end.
+    /// Reason for stopping before the end, and the stretches before it that could not be read, the first few in words.
     pub why: Option<String>,
+    /// The first stretches before it that could not be read.
+    pub gaps: Vec<Gap>,
 }
 
 /// A recording cannot be used.
@@ -81,59 +90,106 @@ pub enum LogError {
     },
 }
 
-/// Numbers of one message.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Row {
-    /// The recorder's time, microseconds; absent in ULog, which has none beside the messages' own.
-    pub log_us: Option<u64>,
-    /// One for each path that was asked for; NaN where the message lacks the number.
-    pub values: Vec<f64>,
+/// One file of a recording.
+#[derive(Clone, Debug)]
+struct File<'a> {
+    bytes: Cow<'a, [u8]>,
+    /// For each of its own topics, the index among all.
+    topics: Vec<usize>,
+    /// Stretches that were lost before it.
+    part: u32,
+    /// Messages before it.
+    before: u64,
 }
 
 /// A recording whose topics are known.
 #[derive(Clone, Debug)]
 pub struct Log<'a> {
-    bytes: &'a [u8],
+    files: Vec<File<'a>>,
     /// Its format.
     pub format: Format,
     /// Its topics, in the order in which they first appear.
     pub topics: Vec<Topic>,
     /// Place up to which it was read.
     pub end: End,
+    /// Oddities, sentences without a full stop.
+    pub notes: Vec<String>,
     /// Time that a ULog's logger lost by its own account, milliseconds.
     pub dropouts_ms: u64,
 }
 
-impl End {
-    fn stopped(at: usize, of: usize, why: String) -> Self {
-        Self { at: at as u64, of: of as u64, why: Some(why) }
-    }
-
-    fn whole(of: usize) -> Self {
-        Self { at: of as u64, of: of as u64, why: None }
-    }
-}
-
 impl<'a> Log<'a> {
-    /// Reads the tables of a recording, and counts its messages.
+    /// Reads the tables of a recording in one file, and counts its messages.
     ///
     /// # Errors
     /// When the first bytes are of no known format, or of a version that is not known.
     pub fn open(bytes: &'a [u8]) -> Result<Self, LogError> {
-        if bytes.len() as u64 > MAX_LOG {
-            return Err(LogError::Refused { at: MAX_LOG, why: format!("at most {MAX_LOG} bytes are read") });
+        Self::open_all(&[("", bytes)])
+    }
+
+    /// The same of a recording in several files, named and in their order.
+    ///
+    /// # Errors
+    /// As of one file, and when they are of different formats or more than [`MAX_LOG`] together.
+    pub fn open_all(files: &[(&str, &'a [u8])]) -> Result<Self, LogError> {
+        let refused = |at: u64, why: String| LogError::Refused { at, why };
+        let mut log: Option<Log<'a>> = None;
+        let (mut found, mut length) = (Found::default(), 0_u64);
+        for (i, (name, bytes)) in files.iter().enumerate() {
+            // One alone needs no name.
+            let name = if files.len() > 1 { *name } else { "" };
+            let ((bytes, cut), format) = source::open(bytes).map_err(|why| why.within(name, length))?;
+            let known = log.get_or_insert_with(|| Log::none(format));
+            if known.format != format {
+                return Err(refused(length, format!("{name}: another format than the first file's")));
+            }
+            let (part, before) = (found.lost(), known.topics.iter().map(|topic| topic.records).sum());
+            let (topics, mut read) = match format {
+                Format::Ulog => {
+                    let (tables, read) =
+                        ulog::walk(&bytes, &mut |_, _, _| ()).map_err(|why| why.within(name, length))?;
+                    (tables.topics, read)
+                }
+                Format::Mcap => {
+                    let (tables, read) = bag::walk(&bytes, &mut |_, _, _| ());
+                    (tables.topics, read)
+                }
+            };
+            if let Some(cut) = cut {
+                read.stop(bytes.len(), cut);
+            }
+            let read = if i + 1 < files.len() { read.followed(bytes.len()) } else { read };
+            found.add(read, length, (files.len() > 1).then_some(name));
+            length += bytes.len() as u64;
+            if length > MAX_LOG {
+                return Err(refused(MAX_LOG, format!("at most {MAX_LOG} bytes are read")));
+            }
+            let topics = topics.into_iter().map(|topic| known.merge(topic)).collect();
+            known.files.push(File { bytes, topics, part, before });
         }
-        if bytes.starts_with(&ulog::MAGIC) {
-            let (tables, end) = ulog::walk(bytes, &mut |_, _| ())?;
-            let (topics, dropouts_ms) = (tables.topics, tables.dropouts_ms);
-            return Ok(Self { bytes, format: Format::Ulog, topics, end, dropouts_ms });
+        let mut log = log.ok_or_else(|| refused(0, "no file".to_owned()))?;
+        log.end = found.end(length);
+        (log.notes, log.dropouts_ms) = (found.notes, found.dropouts_ms);
+        Ok(log)
+    }
+
+    fn none(format: Format) -> Self {
+        let end = End { at: 0, of: 0, why: None, gaps: Vec::new() };
+        Self { files: Vec::new(), format, topics: Vec::new(), end, notes: Vec::new(), dropouts_ms: 0 }
+    }
+
+    /// Adds a file's topic to those of all; gives its index.
+    fn merge(&mut self, topic: Topic) -> usize {
+        match self.topics.iter().position(|known| known.name == topic.name) {
+            Some(known) => {
+                self.topics[known].records += topic.records;
+                known
+            }
+            None => {
+                self.topics.push(topic);
+                self.topics.len() - 1
+            }
         }
-        if bytes.starts_with(mcap::MAGIC) {
-            let (tables, end) = bag::walk(bytes, &mut |_, _| ());
-            return Ok(Self { bytes, format: Format::Mcap, topics: tables.topics, end, dropouts_ms: 0 });
-        }
-        let why = "neither a ULog (`ULog`, 01 12 35) nor an MCAP file (89 `MCAP0`) by its first bytes".to_owned();
-        Err(LogError::Refused { at: 0, why })
     }
 
     /// The index of a topic.
@@ -148,58 +204,16 @@ impl<'a> Log<'a> {
             LogError::NoTopic { topic: name.to_owned(), near }
         })
     }
+}
 
-    /// The numbers at `paths` in each message of a topic, in the file's order; no more than [`MAX_ROWS`].
-    ///
-    /// # Errors
-    /// When there is no such topic, or a path leads to no number in its messages.
-    pub fn rows(&self, topic: &str, paths: &[Path]) -> Result<Vec<Row>, LogError> {
-        let index = self.topic(topic)?;
-        match self.format {
-            Format::Ulog => self.ulog_rows(index, paths),
-            Format::Mcap => self.mcap_rows(index, paths),
-        }
-    }
-
-    /// True if each path leads to a number in the topic's messages; for MCAP, in the first of them.
-    pub fn has(&self, topic: &str, paths: &[&str]) -> bool {
-        let paths: Result<Vec<Path>, _> = paths.iter().map(|path| path.parse()).collect();
-        let Ok(paths) = paths else { return false };
-        self.rows(topic, &paths).is_ok_and(|rows| !rows.is_empty())
-    }
-
-    fn ulog_rows(&self, index: usize, paths: &[Path]) -> Result<Vec<Row>, LogError> {
-        let topic = &self.topics[index];
-        let (tables, _) = ulog::walk(self.bytes, &mut |_, _| ())?;
-        let field = |why| LogError::NoField { topic: topic.name.clone(), why };
-        let places = paths.iter().map(|path| tables.formats.place(&topic.kind, path));
-        let places: Vec<Place> = places.collect::<Result<_, _>>().map_err(field)?;
-        let mut rows = Vec::new();
-        ulog::walk(self.bytes, &mut |of, message| {
-            if of == index && rows.len() < MAX_ROWS {
-                let values = places.iter().map(|place| place.read(message).unwrap_or(f64::NAN)).collect();
-                rows.push(Row { log_us: None, values });
+impl LogError {
+    /// The same of a file with this name that begins at an offset of all.
+    fn within(self, name: &str, offset: u64) -> Self {
+        match &self {
+            LogError::Refused { at, why } if !name.is_empty() => {
+                LogError::Refused { at: at + offset, why: format!("{name}: {why}") }
             }
-        })?;
-        Ok(rows)
-    }
-
-    fn mcap_rows(&self, index: usize, paths: &[Path]) -> Result<Vec<Row>, LogError> {
-        let topic = &self.topics[index];
-        let mut rows = Vec::new();
-        let mut missing = None;
-        bag::walk(self.bytes, &mut |of, message| {
-            if of != index || rows.len() == MAX_ROWS {
-                return;
-            }
-            match message.numbers(paths) {
-                Ok(values) => rows.push(Row { log_us: Some(message.log_us), values }),
-                Err(why) => missing = missing.take().or(Some(why)),
-            }
-        });
-        match missing.filter(|_| rows.is_empty()) {
-            Some(why) => Err(LogError::NoField { topic: topic.name.clone(), why }),
-            None => Ok(rows),
+            LogError::Refused { .. } | LogError::NoTopic { .. } | LogError::NoField { .. } => self,
         }
     }
 }

@@ -82,8 +82,10 @@ pub struct FixMap {
     pub longitude: Option<Spanned<Field>>,
     /// Heading by the same source.
     pub yaw: Option<Spanned<Field>>,
-    /// One standard deviation of the position, as the source states it.
+    /// One standard deviation of the position, as the source states it; in `m2`, its variance.
     pub sigma: Option<Spanned<Field>>,
+    /// Place of the receiver, metres ahead and to the left of the rear axle's middle; estimated where absent.
+    pub lever_m: Option<Spanned<[f64; 2]>>,
     /// The receiver's own time.
     pub time: Option<Stamp>,
     /// Condition on which a message counts.

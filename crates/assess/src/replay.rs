@@ -1,17 +1,20 @@
 //! The guards over a recording: the product's own localisation and geofence, run at the platform's control period.
 //!
 //! No test is repeated here: `autonomy::localisation` and `autonomy::geofence` are handed readings and asked for their findings, as
-//! the unit's own cycle does. Judging begins once fix and odometry are both there, after the start and after each restart.
+//! the unit's own cycle does. Judging begins once fix and odometry are both there, after the start and after each restart. The guards know the place of the body's origin, half of a wheelbase ahead of the rear axle: a fix is moved
+//! there from the receiver's own place, by the lever and the heading.
 
 use autonomy::geofence::Geofence;
 use autonomy::localisation::Localisation;
 use wire::bounds::Bounds;
 use wire::mode::{Because, Guards as GuardSet};
+use wire::motion::Spatial;
 use wire::platform::Limits;
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
+use crate::Terms;
 use crate::falsify::Placed;
 use crate::fix::Place;
 use crate::track::Step;
@@ -72,6 +75,11 @@ pub(crate) struct Guards<'a> {
     localisation: Localisation,
     fence: Option<&'a Geofence>,
     bounds: Bounds,
+    limits: Limits,
+    /// From the receiver to the body's origin, millimetres ahead and to the left.
+    mount: (f64, f64),
+    /// Ends of parts of the recording, and the beginnings of those that follow.
+    pauses: &'a [(Instant, Instant)],
     /// Time in failure after which localisation starts anew.
     restart: Option<Span>,
     next: usize,
@@ -82,11 +90,24 @@ pub(crate) struct Guards<'a> {
 }
 
 impl<'a> Guards<'a> {
-    pub(crate) fn new(bounds: &Bounds, fence: Option<&'a Geofence>, restart: Option<Span>) -> Self {
+    /// Those of a platform, for a receiver `lever_m` metres ahead and to the left of the rear axle's middle.
+    pub(crate) fn new(
+        terms: &Terms,
+        lever_m: [f64; 2],
+        fence: Option<&'a Geofence>,
+        restart: Option<Span>,
+        pauses: &'a [(Instant, Instant)],
+    ) -> Self {
+        // A recording has no heights that the guards could be handed.
+        let limits = Limits { aloft: None, ..terms.limits };
+        let [ahead, left] = lever_m.map(|metres| metres * 1000.0);
         Self {
-            localisation: Localisation::new(Limits::GROUND, GuardSet::default()),
+            localisation: Localisation::new(limits, GuardSet::default()),
             fence,
-            bounds: *bounds,
+            bounds: terms.bounds,
+            limits,
+            mount: (f64::from(limits.rear_axle_mm) - ahead, -left),
+            pauses,
             restart,
             next: 0,
             ready: false,
@@ -97,14 +118,21 @@ impl<'a> Guards<'a> {
 
     /// Takes the readings up to `now`, changed as `placed` says, and judges; none while there is not yet a fix and odometry.
     pub(crate) fn tick(&mut self, now: Instant, steps: &[Step], placed: Option<&Placed<'_>>) -> Option<Failing> {
+        if self.pauses(now) {
+            self.anew();
+            self.next += steps.get(self.next..).map_or(0, |rest| rest.partition_point(|step| step.stamp <= now));
+            return None;
+        }
         while let Some(step) = steps.get(self.next).filter(|step| step.stamp <= now) {
             self.next += 1;
             let fix = step.fix.and_then(|fix| placed.map_or(Some(fix), |placed| placed.alter(step.stamp, fix)));
+            // A body without wheels has a speed to the left beside the one ahead.
+            let left = step.left_mm_s.filter(|_| self.limits.free);
             let reading = Navigation {
                 stamp: step.stamp,
-                fix: fix.map(|fix| as_read(&fix, step.stamp)),
+                fix: fix.map(|fix| self.as_read(&fix, step.stamp)),
                 odometry: step.odometry,
-                spatial: None,
+                spatial: left.map(|left| Spatial { left_up_mm_s: Some([left, 0]), ..Spatial::default() }),
             };
             // A message with neither would say no more than silence does.
             if reading.fix.is_some() || reading.odometry.is_some() {
@@ -123,7 +151,7 @@ impl<'a> Guards<'a> {
             .with(Check::TimeBase, self.localisation.mistimed().is_some());
         let motion = self.localisation.motion();
         let breached =
-            self.fence.zip(motion).and_then(|(fence, motion)| fence.breached(&motion, &self.bounds, &Limits::GROUND));
+            self.fence.zip(motion).and_then(|(fence, motion)| fence.breached(&motion, &self.bounds, &self.limits));
         self.restart_after(now, localised.any());
         Some(localised.with(Check::Geofence, breached.is_some()))
     }
@@ -132,18 +160,32 @@ impl<'a> Guards<'a> {
         self.failing_since = if failing { self.failing_since.or(Some(now)) } else { None };
         let due = self.failing_since.zip(self.restart).is_some_and(|(since, after)| now.since(since) >= after);
         if due {
-            self.localisation = Localisation::new(Limits::GROUND, GuardSet::default());
-            (self.ready, self.failing_since) = (false, None);
+            self.anew();
             self.restarts += 1;
         }
     }
-}
 
-/// A fix as the unit reads it: integers on the wire. Without a receiver's time of its own, the stamp stands for it.
-fn as_read(fix: &Place, stamp: Instant) -> Fix {
-    let mm = |metres: f64| libm::round(metres * 1000.0) as i32;
-    let yaw_mrad = libm::round(autonomy::localisation::wrap(fix.yaw) * 1000.0) as i16;
-    let sigma_mm = libm::round(fix.sigma_m * 1000.0).min(f64::from(u16::MAX)) as u16;
-    let time = ReceiverTime(fix.time.unwrap_or(stamp.0));
-    Fix { pose: Pose { x_mm: mm(fix.east), y_mm: mm(fix.north), yaw_mrad }, sigma_mm, time }
+    /// True between two parts of the recording.
+    fn pauses(&self, now: Instant) -> bool {
+        let behind = self.pauses.partition_point(|(end, _)| *end < now);
+        behind.checked_sub(1).is_some_and(|last| now < self.pauses[last].1)
+    }
+
+    fn anew(&mut self) {
+        self.localisation = Localisation::new(self.limits, GuardSet::default());
+        (self.ready, self.failing_since) = (false, None);
+    }
+
+    /// A fix as the unit reads it: the place of the body's origin, integers on the wire. Without a receiver's time of its own, the stamp
+    /// stands for it.
+    fn as_read(&self, fix: &Place, stamp: Instant) -> Fix {
+        let (sin, cos) = libm::sincos(fix.yaw);
+        let (ahead, left) = self.mount;
+        let mm = |metres: f64, more: f64| libm::round(metres * 1000.0 + more) as i32;
+        let yaw_mrad = libm::round(autonomy::localisation::wrap(fix.yaw) * 1000.0) as i16;
+        let sigma_mm = libm::round(fix.sigma_m * 1000.0).min(f64::from(u16::MAX)) as u16;
+        let time = ReceiverTime(fix.time.unwrap_or(stamp.0));
+        let (x_mm, y_mm) = (mm(fix.east, ahead * cos - left * sin), mm(fix.north, ahead * sin + left * cos));
+        Fix { pose: Pose { x_mm, y_mm, yaw_mrad }, sigma_mm, time }
+    }
 }

@@ -2,20 +2,23 @@
 //!
 //! World frame: metres east and north, of the first fix where the recording has latitude and longitude, else of the fixes' own zero. A
 //! reading is made at each fix, with the mean of odometry since the reading before; where fixes fail to come for longer than the platform's
-//! limit, readings with odometry alone go on at its control period. Numbers between samples are interpolated.
+//! limit, readings with odometry alone go on at its control period. Numbers between samples are interpolated, within each of `parts`; these are
+//! put one behind another, with a pause between two of them that is not judged. Inputs are those of `read`.
 
+use wire::bounds::Bounds;
 use wire::sensor::Odometry;
-use wire::time::Instant;
+use wire::time::{Instant, Span};
 
+use crate::apart;
 use crate::columns::{Columns, in_order};
-use crate::curve::Curve;
 use crate::error::{MAX_PERIODS, TrackError};
-use crate::fix::{self, Place, east_based};
-use crate::log::{Log, LogError};
-use crate::map::{Axes, Frame, HeadingMap, Map, OdometryMap};
-
-/// The oldest heading that a fix or a velocity is given, microseconds.
-const HEADING_US: u64 = 1_000_000;
+use crate::fix::Place;
+use crate::lever;
+use crate::log::Log;
+use crate::map::{Map, ModeMap, SetpointMap};
+use crate::motion::two;
+use crate::parts::{Stretches, Timed};
+use crate::read::{Part, Read};
 
 /// A reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +26,8 @@ pub(crate) struct Step {
     pub(crate) stamp: Instant,
     pub(crate) fix: Option<Place>,
     pub(crate) odometry: Option<Odometry>,
+    /// Speed to the left, mm/s, where the map gives one.
+    pub(crate) left_mm_s: Option<i32>,
 }
 
 /// The readings of a recording and facts about them.
@@ -31,9 +36,17 @@ pub(crate) struct Track {
     pub(crate) steps: Vec<Step>,
     /// Time of the last reading or sample.
     pub(crate) end: Instant,
+    /// Ends of parts, and the beginnings of those that follow.
+    pub(crate) pauses: Vec<(Instant, Instant)>,
     /// Modes by the time from which on they hold.
     pub(crate) modes: Vec<(u64, String)>,
+    /// The lever that was estimated, whether it is used or not.
+    pub(crate) estimate: Option<lever::Estimate>,
+    /// False where no fix has a receiver's time that could be judged.
+    pub(crate) is_timed: bool,
     pub(crate) facts: Facts,
+    /// Sentences about the readings.
+    pub(crate) remarks: Vec<String>,
 }
 
 /// Facts that tell how far the guards' model fits.
@@ -57,184 +70,140 @@ pub struct Facts {
     pub sideways_m: Option<f64>,
     /// Highest speed along the body axis, m/s.
     pub speed_m_s: f64,
+    /// Samples of odometry with a stamp that does not increase.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub odometry_unused: u64,
+    /// Place of the receiver that was used, metres ahead and to the left of the rear axle's middle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lever_m: Option<[f64; 2]>,
+    /// Parts that were judged apart; absent for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parts: Option<u64>,
     /// Set-points, and those above the platform's highest speed.
     pub setpoints: Option<(u64, u64)>,
 }
 
-/// Odometry as curves over time.
-struct Motion {
-    speed: Curve,
-    sideways: Option<Curve>,
-    rate: Option<Curve>,
+fn is_none(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Makes the readings.
 ///
 /// # Errors
 /// When the recording lacks an input that the map names.
-pub(crate) fn track(log: &Log<'_>, map: &Map, bounds: &wire::bounds::Bounds) -> Result<Track, TrackError> {
-    let heading = map.heading.as_ref().map(|map| heading(log, map)).transpose()?;
-    let fixes = fix::read(log, &map.fix, heading.as_ref(), HEADING_US)?;
-    let turning = heading.unwrap_or_else(|| unwrapped(fixes.kept.iter().map(|(at, fix)| (*at, fix.yaw))));
-    let (motion, odometry) = motion(log, &map.odometry, &turning)?;
-    let ends = motion.speed.ends().unwrap_or_default();
-    let (first, last) = (fixes.kept[0].0, fixes.kept[fixes.kept.len() - 1].0);
-    if ends.0 > last || ends.1 < first {
-        return Err(TrackError::Apart { fix: (first, last), odometry: ends });
-    }
-    let end = last.max(ends.1);
-    if (end - first) / (bounds.control_period_ms.max(1) * 1000) > MAX_PERIODS {
-        return Err(TrackError::Long { from_s: first / 1_000_000, to_s: end / 1_000_000 });
-    }
-    let mut facts = Facts { fixes: fixes.kept.len() as u64, fixes_unused: fixes.unused, ..odometry };
-    facts.fix_period_s = median(fixes.kept.windows(2).map(|two| (two[1].0 - two[0].0) as f64 / 1e6)).unwrap_or(0.0);
-    facts.sigma_m = map.fix.sigma.as_ref().and_then(|_| median(fixes.kept.iter().map(|(_, fix)| fix.sigma_m)));
+pub(crate) fn track(log: &Log<'_>, map: &Map, bounds: &Bounds) -> Result<Track, TrackError> {
+    let mut read = Read::of(log, map)?;
+    let (estimate, mut facts) = (read.lever(map), facts(map, &read));
+    let stated = map.fix.lever_m.as_ref().map(|lever| *lever.as_ref());
+    facts.lever_m = Some(stated.or(estimate.map(|estimate| estimate.lever_m)).unwrap_or([0.0; 2]));
     if let Some(setpoint) = &map.setpoint {
         let speeds = setpoints(log, setpoint)?;
         let most = f64::from(bounds.max_speed_mm_s) / 1000.0;
         facts.setpoints = Some((speeds.len() as u64, speeds.iter().filter(|speed| **speed > most).count() as u64));
     }
-    let steps = steps(&fixes.kept, &motion, &turning, bounds, end);
-    Ok(Track { steps, end: Instant(end), modes: modes(log, map)?, facts })
+    let period = bounds.control_period_ms.max(1) * 1000;
+    let shifts = apart::shifts(read.parts.iter().map(|part| part.ends), 2 * period);
+    let mut track = Track { estimate, is_timed: read.is_timed, facts, ..Track::default() };
+    for (part, shift) in read.parts.iter().zip(&shifts) {
+        let (first, last) = (Instant(part.ends.0 + shift), Instant(part.ends.1 + shift));
+        let begin = track.steps.first().map_or(first, |step| step.stamp);
+        if last.since(begin).0 / period > MAX_PERIODS {
+            return Err(TrackError::Long { from_s: begin.0 / 1_000_000, to_s: last.0 / 1_000_000 });
+        }
+        if !track.steps.is_empty() {
+            track.pauses.push((track.end, first));
+        }
+        let steps = steps(part, bounds).into_iter();
+        track.steps.extend(steps.map(|step| Step { stamp: step.stamp + Span(*shift), ..step }));
+        track.end = last;
+    }
+    let mut remarks = std::mem::take(&mut read.remarks);
+    remarks.extend(apart::backwards(&read).into_iter().chain(apart::judged(&track)));
+    track.remarks = remarks;
+    track.modes = match &map.mode {
+        Some(mode) => modes(log, mode, &read, &shifts)?,
+        None => Vec::new(),
+    };
+    Ok(track)
 }
 
-/// The readings: at each fix, and in gaps between fixes.
-fn steps(
-    fixes: &[(u64, Place)],
-    motion: &Motion,
-    turning: &Curve,
-    bounds: &wire::bounds::Bounds,
-    end: u64,
-) -> Vec<Step> {
+fn facts(map: &Map, read: &Read) -> Facts {
+    let kept = || read.parts.iter().map(|part| &part.fixes.kept);
+    let used: u64 = kept().map(|kept| kept.len() as u64).sum();
+    let between = |at: &[u64]| at.windows(2).map(|two| (two[1] - two[0]) as f64 / 1e6).collect::<Vec<_>>();
+    let stamps = kept().flat_map(|kept| between(&kept.iter().map(|(at, _)| *at).collect::<Vec<_>>()));
+    let of = |fact: fn(&Facts) -> f64| read.parts.iter().map(move |part| fact(&part.motion.facts));
+    let sideways = read.parts.iter().map(|part| part.motion.facts.sideways_m).sum::<Option<f64>>();
+    Facts {
+        fixes: used,
+        fixes_unused: read.messages.saturating_sub(used),
+        fix_period_s: median(stamps).unwrap_or(0.0),
+        odometry: read.parts.iter().map(|part| part.motion.facts.odometry).sum(),
+        odometry_unused: read.parts.iter().map(|part| part.motion.facts.odometry_unused).sum(),
+        odometry_period_s: median(read.parts.iter().flat_map(|part| between(part.motion.speed.times()))).unwrap_or(0.0),
+        sigma_m: map.fix.sigma.as_ref().and_then(|_| median(kept().flatten().map(|(_, fix)| fix.sigma_m))),
+        way_m: of(|facts| facts.way_m).sum(),
+        sideways_m: sideways,
+        speed_m_s: of(|facts| facts.speed_m_s).fold(0.0, f64::max),
+        lever_m: None,
+        parts: Some(read.parts.len() as u64).filter(|parts| *parts > 1),
+        setpoints: None,
+    }
+}
+
+/// The readings of a part: at each fix, and in gaps between fixes.
+fn steps(part: &Part, bounds: &Bounds) -> Vec<Step> {
+    let Part { fixes, motion, turning, ends: (_, end), .. } = part;
     let (limit, period) = (bounds.product_limit().0, bounds.control_period_ms.max(1) * 1000);
-    let odometry = |from: u64, to: u64| {
-        motion.speed.age(to).filter(|age| *age <= limit)?;
+    let whole = |metres: f64| libm::round(metres * 1000.0).clamp(-1e9, 1e9) as i32;
+    let step = |from: u64, to: u64, fix: Option<Place>| {
+        let there = motion.speed.age(to).is_some_and(|age| age <= limit);
         let rate = match &motion.rate {
             Some(rate) => rate.mean(from, to),
             None => (turning.value(to) - turning.value(from)) / ((to - from).max(1) as f64 / 1e6),
         };
-        let mm_s = libm::round(motion.speed.mean(from, to) * 1000.0).clamp(-1e9, 1e9) as i32;
         let mrad_s = libm::round(rate * 1000.0).clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16;
-        Some(Odometry { speed_mm_s: mm_s, yaw_rate_mrad_s: mrad_s })
+        let odometry = Odometry { speed_mm_s: whole(motion.speed.mean(from, to)), yaw_rate_mrad_s: mrad_s };
+        let left = motion.left.as_ref().map(|left| whole(left.mean(from, to)));
+        Step { stamp: Instant(to), fix, odometry: there.then_some(odometry), left_mm_s: left.filter(|_| there) }
     };
-    let mut steps: Vec<Step> = Vec::with_capacity(fixes.len());
-    let mut before = fixes.first().map_or(0, |(at, _)| *at);
-    for (i, (at, fix)) in fixes.iter().enumerate() {
-        steps.push(Step { stamp: Instant(*at), fix: Some(*fix), odometry: odometry(before, *at) });
+    let mut steps: Vec<Step> = Vec::with_capacity(fixes.kept.len());
+    let mut before = part.ends.0;
+    for (i, (at, fix)) in fixes.kept.iter().enumerate() {
+        steps.push(step(before, *at, Some(*fix)));
         before = *at;
-        let next = fixes.get(i + 1).map_or(end + 1, |(next, _)| *next);
+        let next = fixes.kept.get(i + 1).map_or(end + 1, |(next, _)| *next);
         while next - before > period && next - at > limit {
             let to = if before == *at { (before + limit).min(next - 1) } else { before + period };
-            steps.push(Step { stamp: Instant(to), fix: None, odometry: odometry(before, to) });
+            steps.push(step(before, to, None));
             before = to;
         }
     }
     steps
 }
 
-fn heading(log: &Log<'_>, map: &HeadingMap) -> Result<Curve, TrackError> {
-    let mut columns = Columns::of(log, &map.topic);
-    let clock = columns.stamp(&map.stamp)?;
-    let yaw = columns.optional(map.yaw.as_ref())?;
-    let parts = map.quaternion.iter().flatten().map(|path| columns.plain(path)).collect::<Result<Vec<_>, _>>()?;
-    let rows = columns.rows()?;
-    let angle = |row| match (yaw, parts.as_slice()) {
-        (Some(yaw), _) => yaw.read(row),
-        (None, [w, x, y, z]) => {
-            let (w, x, y, z) = (w.read(row)?, x.read(row)?, y.read(row)?, z.read(row)?);
-            Some(libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
-        }
-        (None, _) => None,
-    };
-    let samples = rows.iter().filter_map(|row| Some((clock.read(row)?, east_based(map.frame, angle(row)?))));
-    let (samples, _) = in_order(samples);
-    match samples.is_empty() {
-        true => Err(TrackError::Empty { topic: map.topic.clone(), input: "heading", got: rows.len(), valid: "" }),
-        false => Ok(unwrapped(samples)),
-    }
-}
-
-/// Angles without jumps of a whole turn.
-fn unwrapped(samples: impl IntoIterator<Item = (u64, f64)>) -> Curve {
-    let mut last: Option<f64> = None;
-    Curve::of(samples.into_iter().map(|(at, angle)| {
-        let angle = last.map_or(angle, |last| last + autonomy::localisation::wrap(angle - last));
-        last = Some(angle);
-        (at, angle)
-    }))
-}
-
-fn motion(log: &Log<'_>, map: &OdometryMap, turning: &Curve) -> Result<(Motion, Facts), TrackError> {
-    let mut columns = Columns::of(log, &map.topic);
-    let clock = columns.stamp(&map.stamp)?;
-    let (speed, sideways) = (columns.optional(map.speed.as_ref())?, columns.optional(map.sideways.as_ref())?);
-    let velocity = map.velocity.as_ref().map(|axes| two(&mut columns, axes)).transpose()?;
-    let rate = columns.optional(map.yaw_rate.as_ref())?;
-    let rows = columns.rows()?;
-    let along = |row, at| match (speed, velocity) {
-        (Some(speed), _) => Some((speed.read(row)?, sideways.and_then(|sideways| sideways.read(row)))),
-        (None, Some((x, y))) => {
-            turning.age(at).filter(|age| *age <= HEADING_US)?;
-            let (x, y) = (x.read(row)?, y.read(row)?);
-            let (east, north) = if map.frame == Frame::Ned { (y, x) } else { (x, y) };
-            let (sin, cos) = libm::sincos(turning.value(at));
-            Some((east * cos + north * sin, Some(north * cos - east * sin)))
-        }
-        (None, None) => None,
-    };
-    let turn = if map.frame == Frame::Ned { -1.0 } else { 1.0 };
-    let samples = rows.iter().filter_map(|row| {
-        let at = clock.read(row)?;
-        let (speed, sideways) = along(row, at)?;
-        let rate = rate.map(|rate| rate.read(row)).map_or(Some(0.0), |rate| rate.map(|rate| rate * turn))?;
-        Some((at, (speed, sideways, rate)))
-    });
-    let (samples, _) = in_order(samples);
-    if samples.is_empty() {
-        return Err(TrackError::Empty { topic: map.topic.clone(), input: "odometry", got: rows.len(), valid: "" });
-    }
-    let motion = Motion {
-        speed: Curve::of(samples.iter().map(|(at, (speed, ..))| (*at, *speed))),
-        sideways: samples
-            .iter()
-            .map(|(at, (_, sideways, _))| Some((*at, (*sideways)?.abs())))
-            .collect::<Option<Vec<_>>>()
-            .map(Curve::of),
-        rate: rate.map(|_| Curve::of(samples.iter().map(|(at, (.., rate))| (*at, *rate)))),
-    };
-    let way = |curve: &Curve| curve.ends().map_or(0.0, |(from, to)| curve.mean(from, to) * (to - from) as f64 / 1e6);
-    let facts = Facts {
-        odometry: samples.len() as u64,
-        odometry_period_s: median(samples.windows(2).map(|two| (two[1].0 - two[0].0) as f64 / 1e6)).unwrap_or(0.0),
-        way_m: way(&Curve::of(samples.iter().map(|(at, (speed, ..))| (*at, speed.abs())))),
-        sideways_m: motion.sideways.as_ref().map(way),
-        speed_m_s: samples.iter().fold(0.0, |most, (_, (speed, ..))| speed.abs().max(most)),
-        ..Facts::default()
-    };
-    Ok((motion, facts))
-}
-
-fn two(columns: &mut Columns<'_>, axes: &Axes) -> Result<(crate::columns::Column, crate::columns::Column), LogError> {
-    Ok((columns.field(axes.x.as_ref())?, columns.field(axes.y.as_ref())?))
-}
-
-fn modes(log: &Log<'_>, map: &Map) -> Result<Vec<(u64, String)>, TrackError> {
-    let Some(map) = &map.mode else { return Ok(Vec::new()) };
+fn modes(log: &Log<'_>, map: &ModeMap, read: &Read, shifts: &[u64]) -> Result<Vec<(u64, String)>, TrackError> {
     let mut columns = Columns::of(log, &map.topic);
     let (clock, value) = (columns.stamp(&map.stamp)?, columns.plain(&map.field)?);
-    let rows = columns.rows()?;
+    let stretches = Stretches::of(Timed::of(columns.rows()?, clock), &read.backs);
     let name = |value: f64| map.names.get(&value.to_string()).cloned().unwrap_or_else(|| value.to_string());
-    let samples = rows.iter().filter_map(|row| Some((clock.read(row)?, value.read(row)?)));
-    let (mut samples, _) = in_order(samples);
-    samples.dedup_by(|later, earlier| later.1 == earlier.1);
-    Ok(samples.into_iter().map(|(at, value)| (at, name(value))).collect())
+    let mut all: Vec<(u64, f64)> = Vec::new();
+    for (part, shift) in read.parts.iter().zip(shifts) {
+        let rows = stretches.rows(part.key).iter();
+        let (samples, _) = in_order(rows.filter_map(|(at, row)| Some((*at, value.read(row)?))));
+        // One from before the part's first fix holds from there on, and never before the part in front of it.
+        let free = all.last().map_or(0, |(at, _)| *at);
+        all.extend(samples.into_iter().map(|(at, value)| ((at + shift).max(free), value)));
+    }
+    all.dedup_by(|later, earlier| later.1 == earlier.1);
+    Ok(all.into_iter().map(|(at, value)| (at, name(value))).collect())
 }
 
-fn setpoints(log: &Log<'_>, map: &crate::map::SetpointMap) -> Result<Vec<f64>, TrackError> {
+fn setpoints(log: &Log<'_>, map: &SetpointMap) -> Result<Vec<f64>, TrackError> {
     let mut columns = Columns::of(log, &map.topic);
     let speed = columns.optional(map.speed.as_ref())?;
     let velocity = map.velocity.as_ref().map(|axes| two(&mut columns, axes)).transpose()?;
-    let rows = columns.rows()?;
+    let rows = columns.rows()?.rows;
     let read = |row| match (speed, velocity) {
         (Some(speed), _) => speed.read(row).map(f64::abs),
         (None, Some((x, y))) => Some(libm::hypot(x.read(row)?, y.read(row)?)),

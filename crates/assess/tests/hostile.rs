@@ -6,17 +6,16 @@ mod made;
 
 use assess::log::{Log, LogError};
 use assess::map::Map;
-use assess::{assess, guess};
+use assess::{Terms, assess, guess};
 use made::{MCAP_MAP, ULOG_MAP, drive, mcap, record, ulog, with};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use wire::bounds::Bounds;
 
 /// Reads and judges any bytes; gives the offset at which reading ended.
 fn taken(bytes: &[u8], map: &Map) -> Option<u64> {
     match Log::open(bytes) {
         Ok(log) => {
-            let _result = assess(&log, map, &Bounds::GROUND, 1);
+            let _result = assess(&log, map, &Terms::GROUND, 1);
             let _guess = guess(&log);
             assert!(log.end.at <= log.end.of && log.end.of == bytes.len() as u64);
             Some(log.end.at)
@@ -151,7 +150,7 @@ fn missing_topic_and_field_name_a_near_one() {
     let log = Log::open(&bytes).unwrap();
     let told = |from: &str, to: &str| {
         let map = Map::parse("map.toml", &with(ULOG_MAP, from, to)).unwrap();
-        assess(&log, &map, &Bounds::GROUND, 1).unwrap_err().to_string()
+        assess(&log, &map, &Terms::GROUND, 1).unwrap_err().to_string()
     };
     assert_eq!(
         told("topic = \"fix\"", "topic = \"fixx\""),
@@ -168,7 +167,7 @@ fn missing_topic_and_field_name_a_near_one() {
 fn clocks_apart_are_told() {
     let bytes = ulog(&drive(2, 2.0)).0;
     let map = Map::parse("map.toml", &ULOG_MAP.replacen("unit = \"us\"", "unit = \"ms\"", 1)).unwrap();
-    let told = assess(&Log::open(&bytes).unwrap(), &map, &Bounds::GROUND, 1).unwrap_err().to_string();
+    let told = assess(&Log::open(&bytes).unwrap(), &map, &Terms::GROUND, 1).unwrap_err().to_string();
     assert_eq!(
         told,
         "fixes from 5000 to 6950 s and odometry from 5 to 6 s have no time in common: are both stamps of one clock?"

@@ -1,181 +1,200 @@
-//! MCAP: the messages of a file in order, as JSON or as ROS 2's CDR.
+//! MCAP: the messages of a file in order, and the places that could not be read.
 //!
-//! Framing and decompression are the crate `mcap`'s, within a bound on one record and on all that a file's chunks expand to. Its
-//! offset is that of the last whole record outside of chunks that was handed to it.
+//! `frame` finds records, `chunk` expands them, `message` reads numbers; records outside the data are the crate `mcap`'s business. A chunk whose
+//! CRC does not fit is left out whole, and reading goes on with the next record that is one. Schemas and channels that were lost with a chunk
+//! are taken from the summary at the file's end. A topic whose definition cannot be read is skipped, and says so when it is asked for.
 
-use std::collections::BTreeMap;
+mod chunk;
+mod frame;
+mod message;
+mod tables;
 
-use mcap::records::Record;
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use serde_json::Value;
+pub(super) use chunk::read;
+pub(super) use message::{Message, ZSTD};
+pub(super) use tables::Tables;
 
-use super::cdr::Schema;
-use super::path::{Path, Step};
-use super::{End, MAX_TOPICS, Topic};
+use std::cell::Cell;
 
-/// The longest record that is loaded, bytes: the library takes a file's word for a length. An image of 4 megapixels fits.
-const MAX_RECORD: usize = 16 << 20;
+use super::found::Found;
+use chunk::Unread;
+use tables::Spare;
+
 /// The most that the records of one file may be in all once its chunks are expanded, bytes.
-const MAX_EXPANDED: usize = 1 << 30;
-/// Most schemas of one file.
-const MAX_SCHEMAS: usize = 1024;
+const MAX_EXPANDED: u64 = 1 << 30;
 
-/// Topics, channels and schemas of a file.
-#[derive(Default)]
-pub(super) struct Tables {
-    pub(super) topics: Vec<Topic>,
-    channels: BTreeMap<u16, Channel>,
-    schemas: BTreeMap<u16, (String, Option<Schema>)>,
+/// Takes the index of a topic, the number of places that were lost before, and a message.
+pub(super) type Each<'a> = dyn FnMut(usize, u32, &Message<'_>) + 'a;
+
+/// A walk through one file.
+struct Walk<'a, 'e> {
+    bytes: &'a [u8],
+    tables: Tables,
+    spare: Option<Spare<'a>>,
+    found: Found,
+    /// Budget of bytes that are expanded.
+    budget: Cell<u64>,
+    chunked: bool,
+    /// Chunks, and those of them that have no CRC.
+    chunks: [u64; 2],
+    /// Messages by the file's own account.
+    counted: Option<u64>,
+    footer: bool,
+    each: &'e mut Each<'e>,
 }
 
-struct Channel {
-    topic: usize,
-    schema: u16,
-    json: bool,
-    cdr: bool,
+/// Reads every message.
+pub(super) fn walk<'e>(bytes: &[u8], each: &'e mut Each<'e>) -> (Tables, Found) {
+    let mut walk = Walk {
+        bytes,
+        tables: Tables::default(),
+        spare: Spare::of(bytes),
+        found: Found::default(),
+        budget: Cell::new(MAX_EXPANDED),
+        chunked: false,
+        chunks: [0; 2],
+        counted: None,
+        footer: false,
+        each,
+    };
+    walk.chunked = walk.spare.as_ref().is_some_and(|spare| spare.chunked);
+    walk.records();
+    walk.end()
 }
 
-/// A message.
-pub(super) struct Message<'a> {
-    /// Time at which the recorder took it, microseconds.
-    pub(super) log_us: u64,
-    body: Body<'a>,
+/// A record is not taken.
+enum Lost {
+    /// It is left out; reading goes on.
+    Left(String),
+    /// Nothing more is read.
+    All(String),
 }
 
-enum Body<'a> {
-    Json(&'a [u8]),
-    Cdr(&'a [u8], &'a Schema),
-    /// An encoding, or a schema, that is not read.
-    Other,
-}
-
-/// Reads every message; `each` takes the index of a topic and the message.
-pub(super) fn walk(bytes: &[u8], each: &mut dyn FnMut(usize, &Message<'_>)) -> (Tables, End) {
-    let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
-    let mut reader = LinearReader::new_with_options(options);
-    let (mut tables, mut at, mut whole, mut expanded, mut footer) =
-        (Tables::default(), 0_usize, 0_usize, 0_usize, false);
-    loop {
-        let event = match reader.next_event() {
-            None => break,
-            Some(Err(why)) => return (tables, End::stopped(whole, bytes.len(), why.to_string())),
-            Some(Ok(event)) => event,
-        };
-        match event {
-            LinearReadEvent::ReadRequest(need) => {
-                let next = &bytes[at..at.saturating_add(need).min(bytes.len())];
-                reader.insert(next.len()).copy_from_slice(next);
-                reader.notify_read(next.len());
-                at += next.len();
-            }
-            LinearReadEvent::Record { data, opcode } => {
-                expanded = expanded.saturating_add(data.len());
-                if expanded > MAX_EXPANDED {
-                    let why = format!("its records are more than {MAX_EXPANDED} bytes once expanded");
-                    return (tables, End::stopped(whole, bytes.len(), why));
+impl<'a> Walk<'a, '_> {
+    fn records(&mut self) {
+        let mut at = mcap::MAGIC.len();
+        while at < self.bytes.len() && !self.footer {
+            let (taken, next) = match frame::at(self.bytes, at) {
+                Ok(frame) => (self.take(frame.kind, frame.body), Some(frame.next)),
+                Err(why) => (Err(Lost::Left(why)), None),
+            };
+            let why = match taken {
+                Ok(()) => {
+                    at = next.unwrap_or(self.bytes.len());
+                    continue;
                 }
-                footer |= opcode == mcap::records::op::FOOTER;
-                let taken = mcap::parse_record(opcode, data).map_err(|why| why.to_string());
-                if let Err(why) = taken.and_then(|record| tables.take(&record, each)) {
-                    return (tables, End::stopped(whole, bytes.len(), why));
+                Err(Lost::Left(why)) => why,
+                Err(Lost::All(why)) => return self.found.stop(at, why),
+            };
+            self.chunked |= self.body_at(at).is_some_and(chunk::begins);
+            // A length is believed where another record stands behind it.
+            let next = next.filter(|next| frame::good(self.bytes, *next, self.chunked));
+            match next.or_else(|| frame::find(self.bytes, at + 1, self.chunked)) {
+                Some(next) => {
+                    self.found.lose(at, next, &why);
+                    at = next;
                 }
-                whole = at;
+                None => return self.stop(at, why),
             }
         }
-    }
-    match footer {
-        true => (tables, End::whole(bytes.len())),
-        false => {
-            (tables, End::stopped(whole, bytes.len(), "the file ends without a footer, as a cut one does".to_owned()))
+        if !self.footer {
+            let at = at.min(self.bytes.len());
+            self.found.stop(at, "the file ends without a footer, as a cut one does".to_owned());
         }
     }
-}
 
-impl Tables {
-    fn take(&mut self, record: &Record<'_>, each: &mut dyn FnMut(usize, &Message<'_>)) -> Result<(), String> {
-        match record {
-            Record::Schema { header, data } => {
-                if self.schemas.len() == MAX_SCHEMAS && !self.schemas.contains_key(&header.id) {
-                    return Err(format!("more than {MAX_SCHEMAS} schemas"));
-                }
-                let schema = (header.encoding == "ros2msg").then(|| Schema::parse(&header.name, data)).transpose()?;
-                self.schemas.insert(header.id, (header.name.clone(), schema));
+    /// The bytes behind the header of a chunk here, to the file's end.
+    fn body_at(&self, at: usize) -> Option<&'a [u8]> {
+        self.bytes.get(at).filter(|kind| **kind == frame::CHUNK).and(self.bytes.get(at + frame::HEAD..))
+    }
+
+    /// Ends the reading at a record that is not whole; of a chunk, with the messages that are there.
+    fn stop(&mut self, at: usize, why: String) {
+        if let Some(body) = self.body_at(at) {
+            let records = chunk::cut(body, self.budget.get());
+            let _at_the_cut = self.within(&records);
+        }
+        self.found.stop(at, why);
+    }
+
+    fn take(&mut self, kind: u8, body: &'a [u8]) -> Result<(), Lost> {
+        match kind {
+            frame::CHUNK => self.chunk(body),
+            // Where a chunk was lost, its inside may look like records of the file.
+            frame::MESSAGE if self.chunked && self.found.lost() > 0 => {
+                Err(Lost::Left("a message outside of the chunks".to_owned()))
+            }
+            frame::SCHEMA | frame::CHANNEL | frame::MESSAGE => self.record(kind, body).map_err(Lost::Left),
+            frame::FOOTER => {
+                self.footer = true;
                 Ok(())
             }
-            Record::Channel(channel) => self.open(channel),
-            Record::Message { header, data } => {
-                let id = header.channel_id;
-                let channel = self.channels.get(&id).ok_or_else(|| format!("a message of the unknown channel {id}"))?;
-                self.topics[channel.topic].records += 1;
-                let schema = self.schemas.get(&channel.schema).and_then(|(_, schema)| schema.as_ref());
-                let body = match (channel.json, schema.filter(|_| channel.cdr)) {
-                    (true, _) => Body::Json(data),
-                    (false, Some(schema)) => Body::Cdr(data, schema),
-                    (false, None) => Body::Other,
-                };
-                each(channel.topic, &Message { log_us: header.log_time / 1000, body });
+            frame::DATA_END => {
+                self.check_data(body);
                 Ok(())
             }
-            Record::Header(_)
-            | Record::Footer(_)
-            | Record::Chunk { .. }
-            | Record::MessageIndex(_)
-            | Record::ChunkIndex(_)
-            | Record::Attachment { .. }
-            | Record::AttachmentIndex(_)
-            | Record::Statistics(_)
-            | Record::Metadata(_)
-            | Record::MetadataIndex(_)
-            | Record::SummaryOffset(_)
-            | Record::DataEnd(_)
-            | Record::Unknown { .. } => Ok(()),
+            frame::STATISTICS => {
+                self.counted = body.first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
+                Ok(())
+            }
+            _ if chunk::is_one(body) => Err(Lost::Left(format!("a chunk under the kind {kind:#04x}"))),
+            _ => Ok(()),
         }
     }
 
-    fn open(&mut self, channel: &mcap::records::Channel) -> Result<(), String> {
-        let kind = self.schemas.get(&channel.schema_id).map_or("", |(name, _)| name);
-        let topic = match self.topics.iter().position(|topic| topic.name == channel.topic) {
-            Some(topic) => topic,
-            None if self.topics.len() == MAX_TOPICS => return Err(format!("more than {MAX_TOPICS} topics")),
-            None => {
-                self.topics.push(Topic { name: channel.topic.clone(), kind: kind.to_owned(), records: 0 });
-                self.topics.len() - 1
+    fn chunk(&mut self, body: &'a [u8]) -> Result<(), Lost> {
+        self.chunked = true;
+        let mut budget = self.budget.get();
+        let opened = chunk::open(body, &mut budget);
+        self.budget.set(budget);
+        let (records, checked) = opened.map_err(|why| match why {
+            Unread::Damaged(why) => Lost::Left(why),
+            Unread::Large => Lost::All(format!("its records are more than {MAX_EXPANDED} bytes once expanded")),
+        })?;
+        self.chunks[0] += 1;
+        self.chunks[1] += u64::from(!checked);
+        self.within(&records).map_err(Lost::Left)
+    }
+
+    /// The records of a chunk. One that cannot be read is noted: the next is found by its length.
+    fn within(&mut self, records: &[u8]) -> Result<(), String> {
+        let mut at = 0;
+        while at < records.len() {
+            let frame = frame::at(records, at)?;
+            if let frame::SCHEMA | frame::CHANNEL | frame::MESSAGE = frame.kind {
+                self.record(frame.kind, frame.body)?;
             }
-        };
-        let (json, cdr) = (channel.message_encoding == "json", channel.message_encoding == "cdr");
-        self.channels.insert(channel.id, Channel { topic, schema: channel.schema_id, json, cdr });
+            at = frame.next;
+        }
         Ok(())
     }
-}
 
-impl Message<'_> {
-    /// The numbers at `paths`.
-    pub(super) fn numbers(&self, paths: &[Path]) -> Result<Vec<f64>, String> {
-        match &self.body {
-            Body::Json(text) => {
-                let value: Value =
-                    serde_json::from_slice(text).map_err(|why| format!("a message is no JSON: {why}"))?;
-                paths.iter().map(|path| number(&value, path.steps())).collect()
-            }
-            Body::Cdr(bytes, schema) => schema.numbers(bytes, paths),
-            Body::Other => Err("its encoding is neither JSON nor CDR with a schema in ros2msg".to_owned()),
+    fn record(&mut self, kind: u8, body: &[u8]) -> Result<(), String> {
+        let record = mcap::parse_record(kind, body).map_err(|why| why.to_string())?;
+        self.tables.take(&record, self.spare.as_ref(), (self.found.lost(), &self.budget), self.each)
+    }
+
+    /// Holds the data against the CRC over all of them, where the file has one.
+    fn check_data(&mut self, body: &[u8]) {
+        let stated = body.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+        let from = self.bytes.as_ptr_range().start as usize;
+        let end = (body.as_ptr_range().start as usize - from).saturating_sub(frame::HEAD);
+        let data = self.bytes.get(..end).unwrap_or_default();
+        if stated != 0 && self.found.lost() == 0 && crc32fast::hash(data) != stated {
+            self.found
+                .note("The CRC over the file's data does not fit, and the place of the damage is not known".to_owned());
         }
     }
-}
 
-fn number(value: &Value, steps: &[Step]) -> Result<f64, String> {
-    let mut at = value;
-    for step in steps {
-        let within = at.get(&step.name).and_then(|part| step.index.map_or(Some(part), |index| part.get(index)));
-        at = within.ok_or_else(|| format!("no field `{}` in a message", step.name))?;
-    }
-    match at {
-        // Writers give `null` for a number that is not finite.
-        Value::Null => Ok(f64::NAN),
-        Value::Bool(set) => Ok(f64::from(u8::from(*set))),
-        Value::Number(number) => Ok(number.as_f64().unwrap_or(f64::NAN)),
-        Value::String(_) | Value::Array(_) | Value::Object(_) => {
-            Err(format!("`{}` is no number", steps.last().map_or("", |step| &step.name)))
+    fn end(mut self) -> (Tables, Found) {
+        let read: u64 = self.tables.topics.iter().map(|topic| topic.records).sum();
+        if let Some(counted) = self.counted.filter(|counted| *counted != read && self.found.is_whole()) {
+            self.found.note(format!("The file's summary counts {counted} messages, {read} were read"));
         }
+        if self.chunks[1] > 0 {
+            let [all, unchecked] = self.chunks;
+            self.found.note(format!("{unchecked} of {all} chunks have no CRC: damage within them cannot be seen"));
+        }
+        self.tables.finish(&mut self.found);
+        (self.tables, self.found)
     }
 }

@@ -1,24 +1,23 @@
 //! ROS 2's CDR: numbers of a message by its definition in the `ros2msg` form.
 //!
-//! The definition is the message's own, followed by those of its parts behind lines of `=` and `MSG: package/Type`. A message
-//! is walked field by field, because strings and sequences have no fixed place. Plain CDR (OMG, *DDS-XTypes*, XCDR version 1): each number
-//! stands at a multiple of its size from behind the four bytes of the header.
+//! A message is walked field by field to its end, because strings and sequences have no fixed place, and because bytes that are left over show that
+//! the definition is another's. Plain CDR (OMG, *DDS-XTypes*, XCDR version 1): each number stands at a multiple of its size from behind the four
+//! bytes of the header. The definition's text is read by `definition`.
 
-use std::collections::BTreeMap;
+mod definition;
 
 use super::layout::Number;
 use super::path::Path;
 
-/// Most types of a definition, and most fields of one.
-const MAX_TYPES: usize = 256;
-const MAX_FIELDS: usize = 1024;
 /// Deepest nesting of types.
 const MAX_DEPTH: usize = 16;
+/// Most bytes behind the last field: a message is filled up to a multiple of four.
+const MAX_FILL: usize = 3;
 
 /// The definition of a message type.
 #[derive(Clone, Debug)]
 pub(super) struct Schema {
-    types: BTreeMap<String, Vec<Field>>,
+    types: definition::Types,
     root: String,
 }
 
@@ -46,27 +45,8 @@ enum Many {
 impl Schema {
     /// Reads the definition of `name`.
     pub(super) fn parse(name: &str, text: &[u8]) -> Result<Self, String> {
-        let text = std::str::from_utf8(text).map_err(|_| format!("the definition of `{name}` is no text"))?;
-        let root = short(name);
-        let mut types = BTreeMap::from([(root.clone(), Vec::new())]);
-        let mut current = root.clone();
-        for line in text.lines() {
-            let line = line.split('#').next().unwrap_or_default().trim();
-            if let Some(other) = line.strip_prefix("MSG:") {
-                current = short(other.trim());
-                types.insert(current.clone(), Vec::new());
-                if types.len() > MAX_TYPES {
-                    return Err(format!("a definition of more than {MAX_TYPES} types"));
-                }
-            } else if let Some(field) = field(line, &current)
-                && let Some(fields) = types.get_mut(&current)
-            {
-                fields.push(field);
-                if fields.len() > MAX_FIELDS {
-                    return Err(format!("a type of more than {MAX_FIELDS} fields"));
-                }
-            }
-        }
+        let root = definition::short(name);
+        let types = definition::parse(&root, text)?;
         Ok(Self { types, root })
     }
 
@@ -81,6 +61,14 @@ impl Schema {
         let mut walk = Walk { schema: self, body, at: 0, visits: 0, found: vec![None; paths.len()] };
         let wanted: Vec<(usize, &Path, usize)> = paths.iter().enumerate().map(|(i, path)| (i, path, 0)).collect();
         walk.message(&self.root, &wanted, 0)?;
+        let left = body.len() - walk.at;
+        if left > MAX_FILL {
+            return Err(format!(
+                "{left} of a message's {} bytes are left over behind the last field of `{}`: its definition does not fit",
+                bytes.len(),
+                self.root
+            ));
+        }
         let missing = walk.found.iter().zip(paths).find(|(found, _)| found.is_none());
         match missing {
             Some((_, path)) => {
@@ -116,9 +104,6 @@ impl Walk<'_> {
             return self.skip(1);
         }
         for field in fields {
-            if self.found.iter().all(Option::is_some) {
-                break;
-            }
             self.field(field, wanted, depth)?;
         }
         Ok(())
@@ -191,35 +176,4 @@ impl Walk<'_> {
         self.at = end.ok_or_else(|| format!("a message ends after {} bytes, within a field", self.body.len()))?;
         Ok(())
     }
-}
-
-/// `package/msg/Type` as `package/Type`.
-fn short(name: &str) -> String {
-    name.replacen("/msg/", "/", 1)
-}
-
-/// A line of a definition; none for constants, and for lines without a field.
-fn field(line: &str, within: &str) -> Option<Field> {
-    let (kind, name) = line.split_once(char::is_whitespace)?;
-    // A default value may stand behind the name; a constant has `=`.
-    let name = name.trim().split(char::is_whitespace).next().filter(|name| !name.contains('='))?;
-    if line.split_whitespace().nth(2).is_some_and(|third| third.starts_with('=')) {
-        return None;
-    }
-    let (kind, many) = match kind.split_once('[') {
-        Some((kind, size)) => {
-            let count = size.strip_suffix(']').and_then(|size| size.parse::<u32>().ok());
-            (kind, count.map_or(Many::Sequence, |count| Many::Array(count as usize)))
-        }
-        None => (kind, Many::One),
-    };
-    let package = within.split('/').next().unwrap_or_default();
-    let kind = match Number::named(kind) {
-        Some(number) => Kind::Number(number),
-        None if kind.starts_with("string") => Kind::Text,
-        None if kind == "Header" => Kind::Type("std_msgs/Header".to_owned()),
-        None if kind.contains('/') => Kind::Type(short(kind)),
-        None => Kind::Type(format!("{package}/{kind}")),
-    };
-    Some(Field { name: name.to_owned(), kind, many })
 }

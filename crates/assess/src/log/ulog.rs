@@ -1,20 +1,23 @@
-//! PX4 ULog: the records of a file, in order, up to its end or to the first that is damaged.
+//! PX4 ULog: the records of a file in order, and the places that could not be read.
 //!
 //! Written after the format's description (<https://docs.px4.io/main/en/dev_log/ulog_file_format.html>, version 1), because a
-//! judged log needs the offset at which reading stopped, which the crate `px4-ulog` 0.6.1 does not give. The layout of messages is in `layout`.
-//! Parameters, texts and the logger's own statistics are skipped.
+//! judged log needs the offset of each damage, which the crate `px4-ulog` 0.6.1 does not give. Behind a damage reading goes on at the next
+//! record of `sync`; where there is none, it ends. The layout of messages is in `layout`. Parameters, texts and the logger's own statistics are
+//! skipped.
+
+mod sync;
 
 use std::collections::BTreeMap;
 
+use super::found::Found;
 use super::layout::Formats;
-use super::{End, LogError, MAX_TOPICS, Topic};
+use super::{LogError, MAX_TOPICS, Topic};
+use sync::{Record, There};
 
 /// First bytes of a file; the eighth is the version.
 pub(super) const MAGIC: [u8; 7] = *b"ULog\x01\x12\x35";
 /// Length of the header: magic, version, start time.
 const HEADER: usize = 16;
-/// Length of a record's own header: its size, its type.
-const RECORD: usize = 3;
 /// Bit of the first incompatibility byte: data is appended behind the offsets that the flags name.
 const APPENDED: u8 = 1;
 
@@ -32,14 +35,19 @@ pub(super) struct Tables {
     pub(super) topics: Vec<Topic>,
     subscriptions: BTreeMap<u16, Subscription>,
     /// Time that the logger lost, milliseconds.
-    pub(super) dropouts_ms: u64,
+    dropouts_ms: u64,
+    /// Messages of subscriptions that were lost with a damaged place.
+    strays: u64,
 }
 
-/// Reads every record; `each` takes the index of a topic and the message.
+/// Takes the index of a topic, the number of places that were lost before, and a message.
+pub(super) type Each<'a> = dyn FnMut(usize, u32, &[u8]) + 'a;
+
+/// Reads every message.
 ///
 /// # Errors
 /// When the bytes are not a log of version 0 or 1, or its flags name an incompatibility that is not known.
-pub(super) fn walk(bytes: &[u8], each: &mut dyn FnMut(usize, &[u8])) -> Result<(Tables, End), LogError> {
+pub(super) fn walk(bytes: &[u8], each: &mut Each<'_>) -> Result<(Tables, Found), LogError> {
     let refuse = |at: usize, why: String| LogError::Refused { at: at as u64, why };
     let header = bytes.get(..HEADER).ok_or_else(|| {
         refuse(bytes.len(), format!("a ULog header has {HEADER} bytes, the file ends after {}", bytes.len()))
@@ -47,60 +55,45 @@ pub(super) fn walk(bytes: &[u8], each: &mut dyn FnMut(usize, &[u8])) -> Result<(
     if let Some(version) = header.get(7).filter(|version| **version > 1) {
         return Err(refuse(7, format!("ULog version {version}, expected 0 or 1")));
     }
-    let mut tables = Tables::default();
+    let (mut tables, mut found) = (Tables::default(), Found::default());
     let mut appended = Vec::new();
     let mut at = HEADER;
     while at < bytes.len() {
         let cut = appended.first().copied().filter(|start| *start > at);
-        let (kind, body, next) = match record(bytes, at, cut) {
-            Ok(Found::Record(kind, body, next)) => (kind, body, next),
-            // The logger crashed within a record and appended what it saved: reading goes on there.
-            Ok(Found::Cut(start)) => {
-                appended.remove(0);
-                at = start;
-                continue;
+        let taken = match sync::at(bytes, at, cut) {
+            Ok(There::Record(record)) if record.kind == b'B' => {
+                appended = flags(record.body).map_err(|why| refuse(at, why))?;
+                Ok(record.next)
             }
-            Err(why) => return Ok((tables, End::stopped(at, bytes.len(), why))),
+            Ok(There::Record(record)) => {
+                sync::check(bytes, at, &record, cut).and_then(|()| tables.take(&record, found.lost(), each))
+            }
+            // The logger crashed within a record and appended what it saved: reading goes on there.
+            Ok(There::Cut(start)) => {
+                appended.remove(0);
+                Ok(start)
+            }
+            Err(why) => Err(why),
         };
-        if kind == b'B' {
-            appended = flags(body).map_err(|why| refuse(at, why))?;
-        } else if let Err(why) = tables.take(kind, body, each) {
-            return Ok((tables, End::stopped(at, bytes.len(), why)));
-        }
-        at = next;
+        at = match taken {
+            Ok(next) => next,
+            Err(why) => match sync::find(bytes, at + 1) {
+                Some(next) => {
+                    found.lose(at, next, &why);
+                    next
+                }
+                None => {
+                    found.stop(at, why);
+                    break;
+                }
+            },
+        };
     }
-    Ok((tables, End::whole(bytes.len())))
-}
-
-enum Found<'a> {
-    /// Type, body, and the place of the next.
-    Record(u8, &'a [u8], usize),
-    /// The record is cut by data that is appended here.
-    Cut(usize),
-}
-
-fn record(bytes: &[u8], at: usize, cut: Option<usize>) -> Result<Found<'_>, String> {
-    let left = bytes.len() - at;
-    if let (Some(start), true) = (cut, left < RECORD) {
-        return Ok(Found::Cut(start));
+    found.dropouts_ms = tables.dropouts_ms;
+    if tables.strays > 0 {
+        found.note(format!("{} messages are of subscriptions that were lost with a damaged place", tables.strays));
     }
-    let [low, high, kind, ..] = bytes[at..] else {
-        return Err(format!("a record's header has {RECORD} bytes, {left} are left"));
-    };
-    let size = usize::from(u16::from_le_bytes([low, high]));
-    let end = at + RECORD + size;
-    if let Some(start) = cut.filter(|start| end > *start && *start < bytes.len()) {
-        return Ok(Found::Cut(start));
-    }
-    let shown = char::from(kind).escape_default();
-    // Records of types from after this program are skipped, as the format wants; anything but a capital letter is damage.
-    if !kind.is_ascii_uppercase() {
-        return Err(format!("a record's type is a capital letter, got `{shown}`"));
-    }
-    let body = bytes.get(at + RECORD..end);
-    let body =
-        body.ok_or_else(|| format!("a record `{shown}` of {size} bytes, {} are left", left.saturating_sub(RECORD)))?;
-    Ok(Found::Record(kind, body, end))
+    Ok((tables, found))
 }
 
 /// Starts of the data appended to the log.
@@ -121,18 +114,21 @@ fn flags(body: &[u8]) -> Result<Vec<usize>, String> {
 }
 
 impl Tables {
-    fn take(&mut self, kind: u8, body: &[u8], each: &mut dyn FnMut(usize, &[u8])) -> Result<(), String> {
-        match kind {
+    /// Takes a record; gives the place of the next.
+    fn take(&mut self, record: &Record<'_>, part: u32, each: &mut Each<'_>) -> Result<usize, String> {
+        let body = record.body;
+        let taken = match record.kind {
             b'F' => self.formats.add(body),
             b'A' => self.subscribe(body),
-            b'D' => self.data(body, each),
+            b'D' => self.data(body, part, each),
             b'O' => {
                 let lost = body.first_chunk().ok_or("a dropout has 2 bytes")?;
                 self.dropouts_ms += u64::from(u16::from_le_bytes(*lost));
                 Ok(())
             }
             _ => Ok(()),
-        }
+        };
+        taken.map(|()| record.next)
     }
 
     fn subscribe(&mut self, body: &[u8]) -> Result<(), String> {
@@ -156,18 +152,22 @@ impl Tables {
         Ok(())
     }
 
-    fn data(&mut self, body: &[u8], each: &mut dyn FnMut(usize, &[u8])) -> Result<(), String> {
+    fn data(&mut self, body: &[u8], part: u32, each: &mut Each<'_>) -> Result<(), String> {
         let [low, high, message @ ..] = body else {
             return Err(format!("data has 2 bytes or more, got {}", body.len()));
         };
         let id = u16::from_le_bytes([*low, *high]);
-        let of = self.subscriptions.get(&id).ok_or_else(|| format!("data of the unknown subscription {id}"))?;
+        let Some(of) = self.subscriptions.get(&id) else {
+            // Its subscription was lost with a damaged place.
+            self.strays += u64::from(part > 0);
+            return if part > 0 { Ok(()) } else { Err(format!("data of the unknown subscription {id}")) };
+        };
         let topic = &mut self.topics[of.topic];
         if message.len() < of.size {
             return Err(format!("a message of `{}` has {} bytes, got {}", topic.name, of.size, message.len()));
         }
         topic.records += 1;
-        each(of.topic, message);
+        each(of.topic, part, message);
         Ok(())
     }
 }

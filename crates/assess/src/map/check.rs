@@ -9,6 +9,8 @@ use super::{Axes, Dimension, Field, Map, REFERENCE, Stamp, StampUnit, Unit};
 const MAX_CORNERS: usize = 256;
 /// Most modes with a name, and most strengths of one injection.
 const MAX_LISTED: usize = 64;
+/// Longest lever, metres.
+const MAX_LEVER_M: f64 = 50.0;
 
 impl Map {
     pub(super) fn check(&self, check: &mut Check<'_>) {
@@ -53,9 +55,15 @@ impl Map {
             (&fix.latitude, Dimension::Angle),
             (&fix.longitude, Dimension::Angle),
             (&fix.yaw, Dimension::Angle),
-            (&fix.sigma, Dimension::Length),
         ] {
             check.dimension(field.as_ref(), dimension);
+        }
+        check.deviation(fix.sigma.as_ref());
+        if let Some(lever) = &fix.lever_m
+            && !lever.as_ref().iter().all(|m| m.abs() <= MAX_LEVER_M)
+        {
+            check
+                .at(lever, &format!("a lever is [ahead, left], each within {MAX_LEVER_M} m of the rear axle's middle"));
         }
         fix.valid.iter().for_each(|valid| check.path(&valid.field));
         let local = (fix.x.is_some(), fix.y.is_some());
@@ -158,6 +166,12 @@ impl<'a> Check<'a> {
             (Some(_), _) => self.whole("a stamp with the unit `log` has no `field`: it is the recorder's time"),
             (None, _) => self.whole("a stamp has a `field`, unless its unit is `log`"),
         }
+    }
+
+    /// A deviation, or its square.
+    fn deviation(&mut self, field: Option<&Spanned<Field>>) {
+        let square = field.is_some_and(|field| field.as_ref().unit.dimension() == Dimension::Variance);
+        self.dimension(field, if square { Dimension::Variance } else { Dimension::Length });
     }
 
     fn dimension(&mut self, field: Option<&Spanned<Field>>, wanted: Dimension) {

@@ -88,6 +88,8 @@ pub enum Frame {
 pub enum Dimension {
     /// Length.
     Length,
+    /// Square of a length.
+    Variance,
     /// Angle.
     Angle,
     /// Speed.
@@ -100,6 +102,7 @@ impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Dimension::Length => "length",
+            Dimension::Variance => "variance",
             Dimension::Angle => "angle",
             Dimension::Speed => "speed",
             Dimension::Rate => "rate of turn",
@@ -119,6 +122,9 @@ pub enum Unit {
     /// Millimetre.
     #[serde(rename = "mm")]
     Millimetre,
+    /// Square metre: a variance.
+    #[serde(rename = "m2")]
+    SquareMetre,
     /// Radian.
     #[serde(rename = "rad")]
     Radian,
@@ -147,6 +153,7 @@ impl Unit {
     pub fn dimension(self) -> Dimension {
         match self {
             Unit::Metre | Unit::Centimetre | Unit::Millimetre => Dimension::Length,
+            Unit::SquareMetre => Dimension::Variance,
             Unit::Radian | Unit::Degree | Unit::DegreeE7 => Dimension::Angle,
             Unit::MetrePerSecond | Unit::KilometrePerHour => Dimension::Speed,
             Unit::RadianPerSecond | Unit::DegreePerSecond => Dimension::Rate,
@@ -157,6 +164,7 @@ impl Unit {
     pub(super) fn of(dimension: Dimension) -> &'static str {
         match dimension {
             Dimension::Length => "m, cm, mm",
+            Dimension::Variance => "m2",
             Dimension::Angle => "rad, deg, 1e-7deg",
             Dimension::Speed => "m/s, km/h",
             Dimension::Rate => "rad/s, deg/s",
@@ -167,7 +175,7 @@ impl Unit {
     pub(crate) fn si(self) -> f64 {
         let degree = core::f64::consts::PI / 180.0;
         match self {
-            Unit::Metre | Unit::Radian | Unit::MetrePerSecond | Unit::RadianPerSecond => 1.0,
+            Unit::Metre | Unit::SquareMetre | Unit::Radian | Unit::MetrePerSecond | Unit::RadianPerSecond => 1.0,
             Unit::Centimetre => 1e-2,
             Unit::Millimetre => 1e-3,
             Unit::Degree | Unit::DegreePerSecond => degree,

@@ -101,7 +101,8 @@ pub(crate) fn ulog(drive: &[At]) -> (Vec<u8>, Vec<usize>) {
     (bytes, borders)
 }
 
-const ODOMETRY: &str = "# An estimate.\nstd_msgs/Header header\nstring child_frame_id\nfloat64[2] place\ngeometry_msgs/Twist twist\nfloat32[] \
+/// Definition of the messages that [`mcap`] has in CDR.
+pub(crate) const ODOMETRY: &str = "# An estimate.\nstd_msgs/Header header\nstring child_frame_id\nfloat64[2] place\ngeometry_msgs/Twist twist\nfloat32[] \
 rest\n================================================================================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time \
 stamp\nstring frame_id\n================================================================================\nMSG: \
 builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n================================================================================\nMSG: \
@@ -109,10 +110,19 @@ geometry_msgs/Twist\nuint8 KIND=3\nfloat64 linear\nfloat64 angular 0.0\nfloat32 
 
 /// The drive as MCAP with a topic in CDR and one in JSON.
 pub(crate) fn mcap(drive: &[At], compressed: bool) -> Vec<u8> {
-    let compression = compressed.then_some(mcap::Compression::Zstd);
+    mcap_with(drive, compressed.then_some(mcap::Compression::Zstd), ODOMETRY.as_bytes(), |message| message)
+}
+
+/// The same with another definition, and messages in CDR that are changed.
+pub(crate) fn mcap_with(
+    drive: &[At],
+    compression: Option<mcap::Compression>,
+    definition: &[u8],
+    change: impl Fn(Vec<u8>) -> Vec<u8>,
+) -> Vec<u8> {
     let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(4096)).profile("ros2");
     let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
-    let schema = writer.add_schema("nav_msgs/msg/Odometry", "ros2msg", ODOMETRY.as_bytes()).unwrap();
+    let schema = writer.add_schema("nav_msgs/msg/Odometry", "ros2msg", definition).unwrap();
     let wheels = writer.add_channel(schema, "/odom", "cdr", &BTreeMap::new()).unwrap();
     let json = writer.add_schema("Fix", "jsonschema", b"{}").unwrap();
     let fix = writer.add_channel(json, "/fix", "json", &BTreeMap::new()).unwrap();
@@ -123,7 +133,7 @@ pub(crate) fn mcap(drive: &[At], compressed: bool) -> Vec<u8> {
             log_time: at.us * 1000,
             publish_time: at.us * 1000,
         };
-        writer.write_to_known_channel(&header(wheels), &cdr(at)).unwrap();
+        writer.write_to_known_channel(&header(wheels), &change(cdr(at))).unwrap();
         let text = format!(
             r#"{{"stamp":{{"sec":{},"nanosec":{}}},"p":[{},{}],"yaw":{}}}"#,
             at.us / 1_000_000,
@@ -158,6 +168,65 @@ fn cdr(at: &At) -> Vec<u8> {
     put(&0.5_f32.to_le_bytes(), 4);
     [&[0, 1, 0, 0], body.as_slice()].concat()
 }
+
+/// A message with a fix on a circle, and one with odometry, at a moment.
+pub(crate) type Pair = (u64, String, String);
+
+/// A circle of 5 m at 1 m/s without noise, ten pairs a second; the receiver is `lever` metres ahead of and to the left of the axle. `more` is what
+/// else a fix has, by its second.
+pub(crate) fn circle(seconds: u64, [ahead, left]: [f64; 2], more: impl Fn(f64) -> String) -> Vec<Pair> {
+    let pair = |i: u64| {
+        let t = i as f64 / 10.0;
+        let (sin, cos) = libm::sincos(0.2 * t);
+        let yaw = libm::atan2(sin, cos);
+        let (x, y) = (5.0 * sin + ahead * cos - left * sin, 5.0 * (1.0 - cos) + ahead * sin + left * cos);
+        let odometry = format!(r#"{{"t":{t},"v":1.0,"w":0.2,"yaw":{yaw}}}"#);
+        (i * 100_000, format!(r#"{{"t":{t},"x":{x},"y":{y}{}}}"#, more(t)), odometry)
+    };
+    (0..=seconds * 10).map(pair).collect()
+}
+
+/// Pairs as MCAP with JSON, in chunks of about a second.
+pub(crate) fn json(pairs: &[Pair], compression: Option<mcap::Compression>) -> Vec<u8> {
+    let options = mcap::WriteOptions::new().compression(compression).chunk_size(Some(2048));
+    let mut writer = options.create(Cursor::new(Vec::new())).unwrap();
+    let schema = writer.add_schema("any", "jsonschema", b"{}").unwrap();
+    let [fix, odometry] =
+        ["/fix", "/odom"].map(|topic| writer.add_channel(schema, topic, "json", &BTreeMap::new()).unwrap());
+    for (us, one, other) in pairs {
+        for (channel_id, text) in [(odometry, other), (fix, one)] {
+            let header = MessageHeader { channel_id, sequence: 0, log_time: us * 1000, publish_time: us * 1000 };
+            writer.write_to_known_channel(&header, text.as_bytes()).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    writer.into_inner().into_inner()
+}
+
+/// The map of a circle; more lines of `[fix]` go behind `source`.
+pub(crate) const CIRCLE_MAP: &str = r#"title = "circle"
+vehicle = "wheeled"
+
+[fix]
+topic = "/fix"
+source = "gnss"
+stamp = { field = "t", unit = "s" }
+x = { field = "x", unit = "m" }
+y = { field = "y", unit = "m" }
+
+[odometry]
+topic = "/odom"
+source = "wheels"
+stamp = { field = "t", unit = "s" }
+speed = { field = "v", unit = "m/s" }
+yaw_rate = { field = "w", unit = "rad/s" }
+
+[heading]
+topic = "/odom"
+source = "imu"
+stamp = { field = "t", unit = "s" }
+yaw = { field = "yaw", unit = "rad" }
+"#;
 
 /// The map of the MCAP file.
 pub(crate) const MCAP_MAP: &str = r#"title = "made drive"

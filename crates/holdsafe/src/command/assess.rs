@@ -4,12 +4,13 @@
 //! This one opens the files and hands them over.
 
 pub(super) mod confined;
+mod files;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use assess::log::MAX_LOG;
+use assess::Terms;
 use assess::map::MAX_MAP;
 use runner::Context;
 use runner::failure::{Exit, Failure};
@@ -18,13 +19,13 @@ use confined::Request;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A recording: PX4 ULog, or MCAP with JSON or ROS 2's CDR.
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// A recording: PX4 ULog, or MCAP with JSON or ROS 2's CDR, be it packed by zstd; or a bag's folder; or the files of a split bag in order.
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
     /// The map: which field of the recording is which input, and in which unit.
     #[arg(long, value_name = "MAP", required_unless_present = "guess", conflicts_with = "guess")]
     map: Option<PathBuf>,
-    /// A platform file whose bounds the guards take [default: that of `ground`].
+    /// A platform file whose bounds and limits the guards take [default: that of `ground`].
     #[arg(long, value_name = "FILE", conflicts_with = "guess")]
     platform: Option<PathBuf>,
     /// Print a first map, made from the names of the recording's topics.
@@ -33,7 +34,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let recording = read(&args.file, MAX_LOG)?;
+    let recording = files::read(&args.files)?;
     let judged = match &args.map {
         None => None,
         Some(map) => {
@@ -43,17 +44,19 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             };
             let text = read_text(map)?;
             let platform = scenario::load_platform(&platform)?;
-            let bounds = platform.bounds.to_bounds();
+            let terms = Terms { bounds: platform.bounds.to_bounds(), limits: platform.limits() };
             let map = (map.display().to_string(), text);
-            Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), bounds })
+            Some(confined::Judged { map, platform: platform.name.as_str().to_owned(), terms })
         }
     };
-    let request = Request { file: args.file.display().to_string(), judged, seed: context.seed, json: context.json };
+    let file = args.files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" ");
+    let files = recording.iter().map(|(name, bytes)| (name.clone(), bytes.len() as u64)).collect();
+    let request = Request { file, judged, seed: context.seed, json: context.json, files };
     confine(context, &request, &recording)
 }
 
 /// Starts this program again as the one that parses, which prints the result; gives its exit code.
-fn confine(context: &Context, request: &Request, recording: &[u8]) -> Result<Exit, Failure> {
+fn confine(context: &Context, request: &Request, recording: &[files::Named]) -> Result<Exit, Failure> {
     let program = std::env::current_exe().map_err(Failure::internal)?;
     let mut line = serde_json::to_vec(request).map_err(Failure::internal)?;
     line.push(b'\n');
@@ -63,7 +66,8 @@ fn confine(context: &Context, request: &Request, recording: &[u8]) -> Result<Exi
     let mut child = command.spawn().map_err(Failure::internal)?;
     if let Some(mut pipe) = child.stdin.take() {
         // One that ends before it has read everything reports by its status.
-        let _unread = pipe.write_all(&line).and_then(|()| pipe.write_all(recording));
+        let _unread =
+            pipe.write_all(&line).and_then(|()| recording.iter().try_for_each(|(_, bytes)| pipe.write_all(bytes)));
     }
     let status = child.wait().map_err(Failure::internal)?;
     if context.stop.asked() {

@@ -80,3 +80,88 @@ fn unusable_recording_names_the_byte() {
     assert_eq!(told.status.code(), Some(2));
     assert!(text.contains("at byte 7: ULog version 2, expected 0 or 1"), "{text}");
 }
+
+/// The map of the circle that `crates/assess` tests with.
+const CIRCLE: &str = r#"title = "circle"
+vehicle = "wheeled"
+[fix]
+topic = "/fix"
+source = "gnss"
+stamp = { field = "t", unit = "s" }
+x = { field = "x", unit = "m" }
+y = { field = "y", unit = "m" }
+[odometry]
+topic = "/odom"
+source = "wheels"
+stamp = { field = "t", unit = "s" }
+speed = { field = "v", unit = "m/s" }
+yaw_rate = { field = "w", unit = "rad/s" }
+[heading]
+topic = "/odom"
+source = "imu"
+stamp = { field = "t", unit = "s" }
+yaw = { field = "yaw", unit = "rad" }
+"#;
+
+/// A folder with the circle twice, as `bag_2` and `bag_10`, beside the file of words about them.
+fn bag() -> (tempfile::TempDir, String) {
+    let dir = tempfile::tempdir().unwrap();
+    let circle = root().join("crates/assess/tests/made/lz4.mcap");
+    std::fs::create_dir(dir.path().join("bag")).unwrap();
+    for name in ["bag_10.mcap", "bag_2.mcap"] {
+        std::fs::copy(&circle, dir.path().join("bag").join(name)).unwrap();
+    }
+    std::fs::write(dir.path().join("bag/metadata.yaml"), "relative_file_paths: [../../secret.mcap]\n").unwrap();
+    std::fs::write(dir.path().join("map.toml"), CIRCLE).unwrap();
+    let path = dir.path().to_str().unwrap().to_owned();
+    (dir, path)
+}
+
+#[test]
+fn folder_of_a_bag_is_one_recording() {
+    let (_dir, path) = bag();
+    let (folder, map) = (format!("{path}/bag"), format!("{path}/map.toml"));
+    let files = ["bag_2", "bag_10"].map(|name| format!("{folder}/{name}.mcap"));
+    let told = |paths: &[&str]| {
+        let told = holdsafe(&[&["assess"], paths, &["--map", &map, "--json"]].concat());
+        serde_json::from_slice::<Value>(&told.stdout).unwrap_or_else(|why| panic!("{why}: {told:?}"))
+    };
+    let whole = told(&[&folder]);
+    assert_eq!((&whole["facts"]["fixes"], &whole["facts"]["parts"]), (&102.into(), &2.into()), "{whole}");
+    assert_eq!(whole["sha256"], told(&[&files[0], &files[1]])["sha256"]);
+    assert!(whole["remarks"].to_string().contains("stamps go back by 5.1 s at 5.1 s"), "{whole}");
+    std::fs::remove_file(&files[0]).and_then(|()| std::fs::remove_file(&files[1])).unwrap();
+    let empty = holdsafe(&["assess", &folder, "--guess"]);
+    assert!(String::from_utf8(empty.stderr).unwrap().contains("a folder without a recording"));
+}
+
+#[test]
+fn limits_are_those_of_the_named_platform() {
+    let (dir, path) = bag();
+    let text = std::fs::read_to_string(root().join("platforms/ground.toml")).unwrap();
+    let short = text.replace("name = \"ground\"", "name = \"short\"").replace("wheelbase_m = 1.2", "wheelbase_m = 0.8");
+    let file = dir.path().join("short.toml");
+    std::fs::write(&file, short).unwrap();
+    let (map, recording) = (format!("{path}/map.toml"), format!("{path}/bag/bag_2.mcap"));
+    for (platform, words) in [(None, "origin is 0.6 m ahead"), (file.to_str(), "origin is 0.4 m ahead")] {
+        let given = platform.map_or(vec![], |file| vec!["--platform", file]);
+        let told = holdsafe(&[&["assess", &recording, "--map", &map][..], &given].concat());
+        let text = String::from_utf8(told.stdout).unwrap();
+        assert!(told.status.success() && text.contains(words), "{text}{}", String::from_utf8_lossy(&told.stderr));
+    }
+}
+
+#[test]
+fn damage_is_the_first_thing_that_is_told() {
+    let (_dir, path) = bag();
+    let (file, map) = (format!("{path}/bag/bag_2.mcap"), format!("{path}/map.toml"));
+    let mut bytes = std::fs::read(&file).unwrap();
+    bytes[2000] ^= 4;
+    std::fs::write(&file, bytes).unwrap();
+    for rest in [&["--guess"][..], &["--map", &map]] {
+        let told = holdsafe(&[&["assess", &file], rest].concat());
+        let text = String::from_utf8(told.stderr).unwrap();
+        assert!(told.status.code() == Some(2) && text.contains("1 part could not be read: bytes 42 to "), "{text}");
+        assert!(text.find("could not be read") < text.find("/fix"), "{text}");
+    }
+}

@@ -211,7 +211,7 @@ fn tests_table(object: &AssessObject) -> comfy_table::Table {
     for row in &object.tests {
         let name = row.test.map_or("any", Check::name).to_owned();
         if !row.judged {
-            table.add_row([name, "NOT ASSESSED: no input in the map".to_owned()]);
+            table.add_row([name, "NOT ASSESSED: no input".to_owned()]);
             continue;
         }
         let rate = row.per_hour.as_ref().map_or_else(

@@ -4,18 +4,17 @@ use std::io::{BufRead, Read};
 
 use assess::log::{Log, MAX_LOG};
 use assess::map::{MAX_MAP, Map};
-use assess::{TrackError, guess};
+use assess::{Terms, TrackError, guess};
 use results::report::{AssessObject, Assessed, assess_table};
 use runner::failure::{Exit, Failure};
 use runner::out;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use wire::bounds::Bounds;
 
 /// Name of the service, and of its row in the table of rights.
 pub(crate) const NAME: &str = "assess";
-/// Longest request, bytes: a map in JSON's escapes, and names.
-const MAX_REQUEST: u64 = 8 * MAX_MAP;
+/// Longest request, bytes: a map in JSON's escapes, and the names of many files.
+const MAX_REQUEST: u64 = 64 * MAX_MAP;
 
 /// Line before the bytes of the recording.
 #[derive(Serialize, Deserialize)]
@@ -26,6 +25,9 @@ pub(super) struct Request {
     pub(super) judged: Option<Judged>,
     pub(super) seed: u64,
     pub(super) json: bool,
+    /// Names and lengths of its files, whose bytes follow one another; without any, all bytes are one file.
+    #[serde(default)]
+    pub(super) files: Vec<(String, u64)>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -34,7 +36,7 @@ pub(super) struct Judged {
     pub(super) map: (String, String),
     /// Name of the platform.
     pub(super) platform: String,
-    pub(super) bounds: Bounds,
+    pub(super) terms: Terms,
 }
 
 /// Confines this process, reads a request and a recording, and prints the result.
@@ -60,18 +62,18 @@ fn request() -> Result<Request, Failure> {
 }
 
 fn answer(request: &Request) -> Result<Exit, Failure> {
-    let Request { file: name, judged, seed, json } = request;
+    let Request { file: name, judged, seed, json, files } = request;
     let unusable = |why: &dyn std::fmt::Display| Failure::new(Exit::Usage, format!("{name}: {why}"));
     let mut bytes = Vec::new();
     std::io::stdin().lock().take(MAX_LOG + 1).read_to_end(&mut bytes).map_err(Failure::internal)?;
-    let log = Log::open(&bytes).map_err(|why| unusable(&why))?;
-    let Some(Judged { map: (at, text), platform, bounds }) = judged else {
+    let log = Log::open_all(&split(files, &bytes)).map_err(|why| unusable(&why))?;
+    let Some(Judged { map: (at, text), platform, terms }) = judged else {
         let text = guess(&log).map_err(|why| unusable(&why))?;
         out::say(format_args!("{}", text.trim_end()));
         return Ok(Exit::Fine);
     };
     let map = Map::parse(at, text)?;
-    let result = assess::assess(&log, &map, bounds, *seed).map_err(|why: TrackError| unusable(&why))?;
+    let result = assess::assess(&log, &map, terms, *seed).map_err(|why: TrackError| unusable(&why))?;
     let sha256 = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
     let of = Assessed { file: name.clone(), sha256, log: &log, map: &map, platform: platform.clone(), seed: *seed };
     let object = AssessObject::new(of, &result);
@@ -81,4 +83,16 @@ fn answer(request: &Request) -> Result<Exit, Failure> {
         out::say(format_args!("{}", assess_table(&object).trim_end()));
     }
     Ok(if object.judged_s > 0.0 { Exit::Fine } else { Exit::NoEvidence })
+}
+
+/// The files of a recording out of the bytes of all.
+fn split<'a>(files: &'a [(String, u64)], mut bytes: &'a [u8]) -> Vec<(&'a str, &'a [u8])> {
+    let mut all = Vec::new();
+    for (name, length) in files {
+        let length = usize::try_from(*length).unwrap_or(usize::MAX).min(bytes.len());
+        let (file, rest) = bytes.split_at(length);
+        all.push((name.as_str(), file));
+        bytes = rest;
+    }
+    if all.is_empty() { vec![("", bytes)] } else { all }
 }

@@ -1,0 +1,76 @@
+//! The files of a recording by their first bytes: ULog, MCAP, either of them packed as a whole by zstd, and the ones that are not read, each
+//! with what to do about it.
+
+use std::borrow::Cow;
+
+use super::{Format, LogError, MAX_LOG, bag, ulog};
+
+/// Formats that are not read: name, first bytes, and the way out.
+const OTHERS: [(&str, &[u8], &str); 5] = [
+    (
+        "an SQLite3 bag of rosbag2",
+        b"SQLite format 3\0",
+        "convert it: `ros2 bag convert -i BAG -o out.yaml`, where out.yaml is `output_bags: [{uri: converted, storage_id: mcap, all: true}]`, and \
+         assess the folder `converted`",
+    ),
+    (
+        "a bag of ROS 1",
+        b"#ROSBAG V2.0",
+        "convert it: `rosbags-convert --src IN.bag --dst converted --dst-storage mcap` (pip install rosbags), and assess the folder `converted`",
+    ),
+    ("packed by gzip", &[0x1f, 0x8b], "unpack it with `gunzip` and assess the file that is in it"),
+    ("packed by xz", &[0xfd, b'7', b'z', b'X', b'Z'], "unpack it with `unxz` and assess the file that is in it"),
+    ("a ZIP archive", b"PK\x03\x04", "unpack it with `unzip` and assess the files that are in it"),
+];
+
+/// The inside of a file, and why it ends early, if it does.
+type Inside<'a> = (Cow<'a, [u8]>, Option<String>);
+
+/// One file, expanded, and its format.
+pub(super) fn open(bytes: &[u8]) -> Result<(Inside<'_>, Format), LogError> {
+    let (bytes, cut) = if bytes.starts_with(&bag::ZSTD) { expanded(bytes)? } else { (Cow::Borrowed(bytes), None) };
+    if bytes.len() as u64 > MAX_LOG {
+        return Err(LogError::Refused { at: MAX_LOG, why: format!("at most {MAX_LOG} bytes are read") });
+    }
+    let format = format(&bytes).map_err(|why| LogError::Refused { at: 0, why })?;
+    Ok(((bytes, cut), format))
+}
+
+/// The inside of a file that is one zstd stream.
+fn expanded(bytes: &[u8]) -> Result<Inside<'_>, LogError> {
+    let refused = |why: String| LogError::Refused { at: 0, why };
+    let decoder = zstd::stream::read::Decoder::with_buffer(bytes)
+        .map_err(|why| refused(format!("packed by zstd, and broken: {why}")))?;
+    let (inside, ended) = bag::read(decoder, MAX_LOG + 1);
+    let cut = ended.err().map(|why| format!("the zstd stream breaks off after {} bytes expanded: {why}", inside.len()));
+    match (inside.is_empty(), cut) {
+        (true, Some(cut)) => Err(refused(cut)),
+        (_, cut) => Ok((Cow::Owned(inside), cut)),
+    }
+}
+
+fn format(bytes: &[u8]) -> Result<Format, String> {
+    if bytes.starts_with(&ulog::MAGIC) {
+        return Ok(Format::Ulog);
+    }
+    if bytes.starts_with(mcap::MAGIC) {
+        return Ok(Format::Mcap);
+    }
+    if let Some((name, _, remedy)) = OTHERS.iter().find(|(_, first, _)| bytes.starts_with(first)) {
+        return Err(format!("{name}, which is not read; {remedy}"));
+    }
+    if is_tlog(bytes) {
+        return Err("a telemetry log of MAVLink (.tlog), which is not read; assess the log that the autopilot wrote itself (PX4's .ulg), or write the \
+                    messages that the map needs as MCAP with JSON"
+            .to_owned());
+    }
+    Err("neither a ULog (`ULog`, 01 12 35) nor an MCAP file (89 `MCAP0`) by its first bytes, nor one of them packed by zstd".to_owned())
+}
+
+/// A time in microseconds since 1970, most byte first, before each MAVLink frame.
+fn is_tlog(bytes: &[u8]) -> bool {
+    /// The years 2000 and 2100.
+    const TIMES: std::ops::Range<u64> = 946_684_800_000_000..4_102_444_800_000_000;
+    let time = bytes.first_chunk().is_some_and(|time| TIMES.contains(&u64::from_be_bytes(*time)));
+    time && matches!(bytes.get(8), Some(0xfd | 0xfe))
+}

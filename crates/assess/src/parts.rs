@@ -1,0 +1,179 @@
+//! The stretches of a recording that are judged apart: between two of them its stamps go back, or a part could not be read.
+//!
+//! A player that begins again, or a clock that is set back, gives two stretches under the same stamps. Messages that come a little late are none:
+//! a stretch begins where several in a row are well behind. The stamps of fixes and of odometry tell where; other topics are cut at their own
+//! step back, if they have one near, else at the same place of the file.
+
+use std::collections::BTreeMap;
+
+use crate::columns::Clock;
+use crate::log::{Row, Rows};
+
+/// Messages in a row that are behind.
+const IN_A_ROW: usize = 3;
+/// The least by which the first of them is, microseconds.
+const BACK_US: u64 = 200_000;
+/// Most steps back of one topic; what is behind further ones is left out, message by message.
+const MAX_BACKS: usize = 1000;
+
+/// A topic's rows with readable stamps, in the order of the file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Timed {
+    pub(crate) rows: Vec<(u64, Row)>,
+    /// Messages in all.
+    pub(crate) messages: u64,
+    /// Those that could not be read, and the reason for the first.
+    pub(crate) unread: u64,
+    pub(crate) why: Option<String>,
+}
+
+/// A step back of the stamps.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Back {
+    /// Message that is the first behind it.
+    place: u64,
+    /// Stamp that the message would have had: the newest, and the time between this and the one before it, microseconds.
+    pub(crate) at: u64,
+    /// Time by which it is behind that, microseconds.
+    pub(crate) by: u64,
+}
+
+/// Mark of a stretch: places lost before it, steps back before it.
+pub(crate) type Key = (u32, usize);
+
+impl Timed {
+    pub(crate) fn of(rows: Rows, clock: Clock) -> Self {
+        let (messages, unread, why) = (rows.rows.len() as u64 + rows.unread, rows.unread, rows.why);
+        let rows = rows.rows.into_iter().filter_map(|row| Some((clock.read(&row)?, row))).collect();
+        Self { rows, messages, unread, why }
+    }
+
+    /// Every step back that lasts.
+    fn backs(&self) -> Vec<Back> {
+        let (mut backs, mut newest, mut between) = (Vec::new(), 0, 0);
+        for (i, (at, row)) in self.rows.iter().enumerate() {
+            let next = self.rows.get(i..i + IN_A_ROW).unwrap_or_default();
+            let behind = next.iter().all(|(at, _)| *at < newest) && next.is_sorted_by(|a, b| a.0 <= b.0);
+            if behind && !next.is_empty() && at + BACK_US <= newest && backs.len() < MAX_BACKS {
+                let due = newest + between;
+                backs.push(Back { place: row.place, at: due, by: due - at });
+                (newest, between) = (*at, 0);
+            }
+            if *at > newest {
+                between = if newest > 0 { at - newest } else { 0 };
+                newest = *at;
+            }
+        }
+        backs
+    }
+
+    /// The rows of each stretch, for steps back found in all.
+    fn split(self, backs: &[Back]) -> BTreeMap<Key, Vec<(u64, Row)>> {
+        let cuts = self.cuts(backs);
+        let mut parts: BTreeMap<Key, Vec<(u64, Row)>> = BTreeMap::new();
+        for (at, row) in self.rows {
+            let key = (row.part, cuts.partition_point(|cut| *cut <= row.place));
+            parts.entry(key).or_default().push((at, row));
+        }
+        parts
+    }
+
+    /// The place in this topic of each step back: its own nearest one of about the size, if any.
+    fn cuts(&self, backs: &[Back]) -> Vec<u64> {
+        let own: Vec<(u64, u64)> = self
+            .rows
+            .windows(2)
+            .filter_map(|two| Some((two[1].1.place, two[0].0.checked_sub(two[1].0).filter(|by| *by > 0)?)))
+            .collect();
+        let cut = |i: usize, back: &Back| {
+            let after = i.checked_sub(1).map_or(0, |before| backs[before].place);
+            let before = backs.get(i + 1).map_or(u64::MAX, |next| next.place);
+            let first = own.partition_point(|(place, _)| *place <= after);
+            let near = own[first..].iter().take_while(|(place, _)| *place < before);
+            let alike = near.filter(|(_, by)| *by >= back.by / 2);
+            alike.map(|(place, _)| *place).min_by_key(|place| place.abs_diff(back.place)).unwrap_or(back.place)
+        };
+        let mut cuts: Vec<u64> = backs.iter().enumerate().map(|(i, back)| cut(i, back)).collect();
+        // Two steps never take one place.
+        (1..cuts.len()).for_each(|i| cuts[i] = cuts[i].max(cuts[i - 1]));
+        cuts
+    }
+}
+
+/// The steps back of fixes, and those of odometry that are not the same.
+pub(crate) fn backs(fixes: &Timed, odometry: &Timed) -> Vec<Back> {
+    let mut all = fixes.backs();
+    let own = all.len();
+    for back in odometry.backs() {
+        let same = all[..own].iter().any(|other| {
+            let at = fixes.rows.partition_point(|(_, row)| row.place < other.place);
+            let place = |i: usize| fixes.rows.get(i).map(|(_, row)| row.place);
+            let from = at.checked_sub(IN_A_ROW).and_then(place).unwrap_or(0);
+            (from..=place(at + IN_A_ROW).unwrap_or(u64::MAX)).contains(&back.place)
+        });
+        if !same {
+            all.push(back);
+        }
+    }
+    all.sort_by_key(|back| back.place);
+    all
+}
+
+/// A topic cut into stretches, to be asked for each.
+#[derive(Default)]
+pub(crate) struct Stretches(BTreeMap<Key, Vec<(u64, Row)>>);
+
+impl Stretches {
+    pub(crate) fn of(timed: Timed, backs: &[Back]) -> Self {
+        Self(timed.split(backs))
+    }
+
+    /// The stretches in their order.
+    pub(crate) fn keys(&self) -> impl Iterator<Item = Key> + '_ {
+        self.0.keys().copied()
+    }
+
+    /// The rows of one; none where the topic has no message in it.
+    pub(crate) fn rows(&self, key: Key) -> &[(u64, Row)] {
+        self.0.get(&key).map_or(&[], Vec::as_slice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn timed(stamps: &[u64], step: u64) -> Timed {
+        let row = |(i, at): (usize, &u64)| {
+            (*at * 100_000, Row { log_us: None, place: i as u64 * step, part: 0, values: Vec::new() })
+        };
+        Timed { rows: stamps.iter().enumerate().map(row).collect(), ..Timed::default() }
+    }
+
+    #[test]
+    fn lasting_step_back_begins_a_stretch() {
+        let fixes = timed(&[10, 20, 30, 40, 10, 20, 30, 40, 50], 2);
+        assert_eq!(backs(&fixes, &Timed::default()), [Back { place: 8, at: 5_000_000, by: 4_000_000 }]);
+        for late in [
+            &[10, 20, 19, 30, 40, 50][..],
+            &[10, 20, 30, 5, 40, 50, 60],
+            &[10, 20, 30, 40, 10, 20],
+            &[10, 10, 10, 10, 20],
+        ] {
+            assert_eq!(backs(&timed(late, 1), &Timed::default()), [], "{late:?}");
+        }
+    }
+
+    #[test]
+    fn other_topics_are_cut_at_their_own_step() {
+        let fixes = timed(&[10, 20, 30, 40, 10, 20, 30, 40, 50], 2);
+        let mut odometry = timed(&[10, 20, 30, 40, 50, 10, 20, 30, 40], 2);
+        odometry.rows.iter_mut().for_each(|(_, row)| row.place += 1);
+        let found = backs(&fixes, &odometry);
+        assert_eq!(found.len(), 1, "{found:?}");
+        let parts = Stretches::of(odometry, &found);
+        assert_eq!(parts.keys().map(|key| parts.rows(key).len()).collect::<Vec<_>>(), [5, 4]);
+        let silent = Stretches::of(timed(&[10, 20, 30, 40, 50, 60], 3), &found);
+        assert_eq!(silent.keys().map(|key| silent.rows(key).len()).collect::<Vec<_>>(), [3, 3]);
+    }
+}
