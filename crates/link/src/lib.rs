@@ -16,6 +16,7 @@ pub mod dtls;
 pub mod files;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
+pub mod framed;
 pub mod guard;
 pub mod input_journal;
 pub mod instrument;

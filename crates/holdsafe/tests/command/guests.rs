@@ -6,7 +6,8 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use super::{holdsafe, root};
+use super::live::TRIES;
+use super::{alone, holdsafe, root, started};
 
 /// Drives straight on at 1 m/s where driving is enabled, by the newest fix; without one by the last.
 const STRAIGHT: &str = r#"place='[0,0]'
@@ -124,6 +125,43 @@ fn a_failed_guarded_guest_is_stopped() {
     assert_eq!((&trial["outcome"], &trial["guest"]["failure"]["fault"]), (&"GUEST_FAILED".into(), &"ended".into()));
     let driven = trial["mission"]["driven_m"].as_f64().unwrap();
     assert!(driven > 0.5 && driven < 5.0, "{driven}");
+}
+
+/// Shipped guests, with a platform that each can drive and a program that it needs.
+const SHIPPED: [(&str, &str, &str); 5] = [
+    ("follower", "courier", "follower.py"),
+    ("mrpt", "courier", "mrpt-guest"),
+    ("wpilib", "courier", ".venv/bin/python"),
+    ("raptor", "air", ".venv/bin/python"),
+    ("basilisk", "space", ".venv/bin/python"),
+];
+
+/// The follower always; the others where their programs are installed.
+#[test]
+fn shipped_guests_drive_live_inside_confinement() {
+    let _alone = alone();
+    for (name, platform, needs) in SHIPPED {
+        let folder = root().join("guests").join(name);
+        if !folder.join(needs).exists() {
+            eprintln!("skipped: {name} is not installed (guests/README.md)");
+            continue;
+        }
+        let file = folder.join("guest.toml");
+        let dir = tempfile::tempdir().unwrap();
+        let tries = TRIES.to_string();
+        let arguments =
+            ["run", "nominal", "--live", "--trials", "1", "--retries", &tries, "--platform", platform, "--json"];
+        let guest = ["--autonomy", file.to_str().unwrap(), "--out", dir.path().join("out").to_str().unwrap()]
+            .map(str::to_owned);
+        let guest: Vec<&str> = guest.iter().map(String::as_str).collect();
+        let output = started(&[&arguments[..], &guest].concat());
+        let object: Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|_| panic!("{name}: {}", String::from_utf8_lossy(&output.stderr)));
+        let trial = &object["trials"][0];
+        assert_eq!(trial["outcome"], "NOMINAL", "{name}: {trial}");
+        assert!(trial["mission"]["driven_m"].as_f64().unwrap() > 3.0, "{name}: {trial}");
+        assert_ne!(trial["confinement"], "none", "{name}: {trial}");
+    }
 }
 
 #[test]
