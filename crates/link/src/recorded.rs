@@ -51,6 +51,14 @@ pub enum RecordedError {
 /// # Errors
 /// When a file cannot be read at all. A file that is cut gives the frames before the cut.
 pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
+    frames_within(directory, |_| None)
+}
+
+/// The same of as many bytes of each file as `length` gives for its name, if it gives any.
+///
+/// # Errors
+/// As [`frames`].
+pub fn frames_within(directory: &Path, length: impl Fn(&str) -> Option<u64>) -> Result<Vec<Frame>, RecordedError> {
     let io = |error| RecordedError::Io { file: directory.to_owned(), error };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(directory).map_err(io)? {
@@ -63,14 +71,23 @@ pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     let (mut frames, mut room) = (Vec::new(), MAX_FRAMES);
     for file in files {
-        let bytes = read_file(&file)?;
+        let most = file.file_name().and_then(|name| length(name.to_str()?));
+        let bytes = read_file(&file, most)?;
         frames.extend(frames_in(&bytes, &mut room).map_err(|why| RecordedError::Damaged { file, why })?);
     }
     Ok(frames)
 }
 
-fn read_file(file: &Path) -> Result<Vec<u8>, RecordedError> {
-    files::read(file, MAX_FILE).map_err(|error| RecordedError::Io { file: file.to_owned(), error })
+/// The bytes of a file, up to its length.
+fn read_file(file: &Path, length: Option<u64>) -> Result<Vec<u8>, RecordedError> {
+    let read = || match length.filter(|length| *length <= MAX_FILE) {
+        None => files::read(file, MAX_FILE),
+        Some(length) => {
+            let mut bytes = Vec::new();
+            files::open(file)?.take(length).read_to_end(&mut bytes).map(|_| bytes)
+        }
+    };
+    read().map_err(|error| RecordedError::Io { file: file.to_owned(), error })
 }
 
 /// The frames of one file, within `room` bytes of memory, from which their cost is taken off.

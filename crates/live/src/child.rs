@@ -1,7 +1,7 @@
 //! One service process: started with its specification on a pipe, ended by closing that pipe.
 
 use std::io::{BufRead, BufReader, Write};
-use std::os::unix::process::ExitStatusExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::PathBuf;
 use std::process::{Child as Process, ChildStdin, Command, Stdio};
 use std::sync::mpsc::Sender;
@@ -123,7 +123,8 @@ impl Child {
         command.env_clear().envs(std::env::vars().filter(|(name, _)| seen(name)));
         // The allocator reserves 1 GiB at once otherwise: the whole address space of most services.
         command.env("MIMALLOC_ARENA_RESERVE", "32MiB");
-        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        // A group of its own: an interrupt from the keyboard is the launcher's, which seals what there is of the run.
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).process_group(0);
         let mut process = command.spawn().map_err(|e| format!("cannot start {:?}: {e}", command.get_program()))?;
         let pipe = process.stdin.take();
         if let Some(stdout) = process.stdout.take() {

@@ -7,6 +7,7 @@
 pub mod calm;
 pub mod child;
 mod core_waits;
+pub mod detector;
 mod disk;
 mod guest;
 pub mod hosts;
@@ -19,7 +20,6 @@ pub mod service;
 mod spec;
 pub mod store;
 pub mod trial;
-pub mod try_detector;
 mod witness;
 
 use std::collections::VecDeque;
@@ -86,7 +86,7 @@ pub enum LiveError {
     /// The host lacks something, or a service did not come up.
     #[error("{0}")]
     Environment(String),
-    /// The user stopped it.
+    /// The user stopped it before it began.
     #[error("stopped")]
     Stopped,
 }
@@ -134,6 +134,8 @@ pub struct Aftermath {
     pub lost: Option<Lost>,
     /// Duration of the run, microseconds.
     pub lasted: u64,
+    /// True if the user stopped it before its end.
+    pub stopped: bool,
     /// The longest wait of a service for a core, microseconds.
     pub waited: Micros,
     /// Levels of confinement that its services reached.
@@ -244,7 +246,7 @@ pub fn run(
     };
     let stayed = company.stay(topology, start_us, &mut again)?;
     let levels = specs.levels;
-    company.finish()?;
+    company.finish();
     let broker = secret.of(NodeId::BROKER);
     let held = topology.held(Some((&broker, OVERSLEPT_US)));
     let (heads, stops) = (witness::heads(topology, &company.stats), stops(&stayed.events, start_us));
@@ -252,8 +254,8 @@ pub fn run(
     let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    let (lost, lasted, waited) = (stayed.lost(), stayed.lasted, stayed.waited);
-    Ok(Aftermath { log, verification, held, lost, lasted, waited, levels, logs })
+    let (lost, Stayed { lasted, waited, stopped, .. }) = (stayed.lost(), stayed);
+    Ok(Aftermath { log, verification, held, lost, lasted, stopped, waited, levels, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
@@ -341,6 +343,8 @@ struct Stayed {
     waited: Micros,
     /// Duration of the run, microseconds.
     lasted: u64,
+    /// True if the user stopped it before its end.
+    stopped: bool,
 }
 
 impl Stayed {
@@ -456,7 +460,12 @@ impl Company<'_> {
                     waiting.retain(|n| *n != node);
                 }
                 Ok((node, Line::Refused(why))) => return Err(format!("{node} did not start: {why}").into()),
-                Ok((node, Line::Ended)) => return Err(format!("{node} ended before it was ready").into()),
+                Ok((node, Line::Ended)) => {
+                    let signal = self.children.iter_mut().find(|child| child.node == node).and_then(Child::ended_by);
+                    let by = signal.and_then(|number| Signal::try_from(i32::from(number)).ok());
+                    let by = by.map_or_else(|| "ended by itself".to_owned(), |signal| format!("was ended by {signal}"));
+                    return Err(format!("{node} {by} before it was ready").into());
+                }
                 Ok((_, Line::Closed(why))) => {
                     return Err(why.unwrap_or_else(|| "the window was closed before the run began".to_owned()).into());
                 }
@@ -480,7 +489,8 @@ impl Company<'_> {
         let end = start_us + topology.duration;
         loop {
             let now = trace_us();
-            if self.stop.asked() {
+            let stopped = self.stop.asked();
+            if stopped && now < start_us {
                 return Err(LiveError::Stopped);
             }
             if now >= start_us {
@@ -489,14 +499,14 @@ impl Company<'_> {
             if let Some(grown) = growth.as_mut().and_then(Growth::look) {
                 process_faults.note(clock(), grown);
             }
-            if now >= end && !self.window {
-                let lasted = if windowed { now.saturating_sub(start_us) } else { topology.duration };
+            if stopped || now >= end && !self.window {
+                let lasted = if windowed || stopped { now - start_us } else { topology.duration };
                 // Whoever is still stopped has an account to close.
                 for child in &mut self.children {
                     child.go_on();
                 }
                 let (events, waited) = (process_faults.events().to_vec(), core_waits.longest_us());
-                return Ok(Stayed { events, overslept, waited, lasted });
+                return Ok(Stayed { events, overslept, waited, lasted, stopped });
             }
             if process_faults.next().is_some_and(|at| start_us + at <= now) {
                 if let Some(node) = process_faults.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
@@ -566,13 +576,10 @@ impl Company<'_> {
     /// Quiesces, lets messages under way arrive, and has every process write the closing account: the relays first, then
     /// the services that send to the gateway directly (they would dial again once the gateway is gone), then the gateway,
     /// so that no datagram is under way while its two ends count; the recorder last.
-    fn finish(&mut self) -> Result<(), LiveError> {
+    fn finish(&mut self) {
         self.children.iter_mut().for_each(|c| c.tell(&Control::Quiesce));
         let until = trace_us() + GRACE_US;
         while trace_us() < until {
-            if self.stop.asked() {
-                return Err(LiveError::Stopped);
-            }
             self.hear(Duration::from_millis(20));
         }
         let turn = |node: NodeId| match node {
@@ -592,7 +599,6 @@ impl Company<'_> {
             }
         }
         self.hear(Duration::from_millis(10));
-        Ok(())
     }
 
     fn hear(&mut self, patience: Duration) {

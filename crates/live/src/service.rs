@@ -1,23 +1,38 @@
 //! The services, so that one program can start itself again as each of them: same code, separate process.
 
 use std::process::ExitCode;
+use std::sync::Arc;
+
+use perception::detector::Brought;
+use perception::model::ModelRef;
+use perception::process::detector::DETECTOR;
+use perception::sight::Sight;
+
+use super::child::Services;
 
 /// Runs the service called `name`; `None` for an unknown name.
 pub fn main(name: &str) -> Option<ExitCode> {
     Some(match name {
         "sim" => sim::process::main(),
-        "perception" => perception::process::main(),
+        "perception" => perception::process::main_with(own_detector),
         "autonomy" => autonomy::process::main_with(super::guest::attend),
         "gateway" => gateway::process::main(),
         "console" => console::process::main(),
         "broker" => broker::process::main(),
         "adversary" => adversary::process::main(),
         "recorder" => link::process::main(),
-        "try-detector" => perception::process::try_detector::main(),
+        DETECTOR => perception::process::detector::main(),
+        super::guest::ATTENDANT => super::guest::main(),
         "confine" => confine::inside::main(),
         "host" => sandbox::host::main(),
         "level" => sandbox::probe::main(),
         "janitor" => super::janitor::main(),
         _ => return None,
     })
+}
+
+/// A detector of others, in a process of this program.
+fn own_detector(brought: &Brought, runtime: Option<&ModelRef>) -> Result<Arc<dyn Sight>, String> {
+    let program = std::env::current_exe().map_err(|why| why.to_string())?;
+    super::detector::start(&Services::Own(program), brought, runtime)
 }

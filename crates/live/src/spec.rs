@@ -335,8 +335,8 @@ fn is_hostile(member: &Member) -> bool {
 /// Files of others that a participant reads.
 fn models(role: &Role) -> Vec<PathBuf> {
     let Role::Perception(config) = role else { return Vec::new() };
-    let detector = config.detector.as_ref().map(|brought| &brought.model);
-    let files = detector.into_iter().chain(&config.runtime).filter(|_| config.rendered);
+    // A detector of others has a process of its own.
+    let files = config.runtime.iter().filter(|_| config.rendered);
     files.map(|file| std::path::absolute(&file.path).unwrap_or_else(|_| file.path.clone())).collect()
 }
 

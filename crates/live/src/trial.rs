@@ -14,6 +14,9 @@ use oracle::{judge, stalled};
 use scenario::{Scenario, Setup};
 use topology::{RunSecret, Topology, lay_out};
 
+/// Reason for which a run that the user stopped is INVALID.
+pub const STOPPED: &str = "stopped by the user";
+
 /// A finished live run.
 pub struct Run {
     /// The participants.
@@ -30,6 +33,8 @@ pub struct Run {
     pub replays: Vec<CoreReplay>,
     /// Levels of confinement that its services reached.
     pub levels: Levels,
+    /// True if the user stopped it before its end: it is INVALID, and its files are whole up to there.
+    pub stopped: bool,
     /// Folder of its recording and input journals.
     pub logs: Logs,
 }
@@ -43,8 +48,8 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
     let after = run(&topology, &secret, setup.policy.record_guard, options)?;
     let Judged { evidence, verdict, spoilt, replays } = conclude(&topology, setup, &after);
-    let Aftermath { held, levels, logs, .. } = after;
-    Ok(Run { topology, held, evidence, verdict, spoilt, replays, levels, logs })
+    let Aftermath { held, levels, stopped, logs, .. } = after;
+    Ok(Run { topology, held, evidence, verdict, spoilt, replays, levels, stopped, logs })
 }
 
 /// Judgement of a finished run.
@@ -65,10 +70,12 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
     let replays = journals::replay(topology, after.logs.folder());
     let (entries, broken_log) = read(&after.log);
     let lost = after.lost.map(|lost| lost.to_string());
+    let stopped = || format!("{STOPPED} at {} of {} ms", after.lasted / 1000, topology.duration / 1000);
+    let stopped = after.stopped.then(stopped);
     let evidence = Evidence {
         under: topology.under,
         entries,
-        broken_log: broken_log.or(lost),
+        broken_log: stopped.or(topology.detector_faults()).or(broken_log).or(lost),
         log_flaws: after.verification.flaws.clone(),
         differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
@@ -82,7 +89,7 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
         killed: topology.killed(),
     };
     let verdict = judge(&evidence);
-    let spoilt = spoilt(&evidence, &verdict, after.verification.late, after.waited);
+    let spoilt = spoilt(&evidence, &verdict, after.verification.late, after.waited).filter(|_| !after.stopped);
     Judged { evidence, verdict, spoilt, replays }
 }
 

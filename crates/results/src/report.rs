@@ -8,6 +8,7 @@ mod assess;
 mod campaign;
 #[cfg(feature = "parquet")]
 mod columns;
+mod consistent;
 mod cost;
 mod curve;
 mod explain;

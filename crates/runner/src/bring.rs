@@ -1,11 +1,11 @@
 //! `--detector FILE --labels FILE`: a custom detector that takes the shipped one's place, tried before any trial runs
-//! with it.
+//! with it, and run in a process of its own.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use live::child::Services;
-use live::try_detector::{Limits, try_detector};
+use live::detector::Remote;
 use perception::detector::{Brought, Detector};
 use perception::process;
 use perception::stages::Stages;
@@ -45,10 +45,9 @@ impl Bring {
         if let Some(sha256) = labels.sha256 {
             model.sha256 = sha256;
         }
-        let mut brought = Brought { model, head: labels.head, loaded: None };
+        let mut brought = Brought::new(model, labels.head);
         let program = std::env::current_exe()?;
-        try_detector(&Services::Own(program), &brought, Limits::USUAL).map_err(refused)?;
-        brought.loaded = Some(Arc::new(process::load(&brought).map_err(|e| refused(e.to_string()))?));
+        brought.loaded = Some(Arc::new(Remote::start(Services::Own(program), &brought).map_err(refused)?));
         Ok(Some(Loaded { brought, options }))
     }
 

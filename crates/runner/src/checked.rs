@@ -6,6 +6,7 @@
 //! the command's own.
 
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
@@ -15,14 +16,17 @@ use live::store;
 use live::store::verdict::{self, Ended};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
+use wire::plain;
 
 use super::failure::{Exit, Failure};
-use super::{Context, out, runs};
+use super::{Context, claimed, out, runs};
 use crate::error::EngineError;
 use crate::verified::Verified;
 
 /// The most that is read of it.
 const MAX_VERDICT_BYTES: u64 = 1 << 20;
+/// The most that is hashed of a file of a recording whose length is not known.
+const MAX_RECORDING_BYTES: u64 = 1 << 30;
 /// The longest reason, characters.
 const MAX_REASON: usize = 400;
 
@@ -52,7 +56,7 @@ impl Unverified {
 pub struct RunVerification {
     /// The folder of its trial.
     pub run: String,
-    /// SHA-256 of the recording's files, one behind the other.
+    /// SHA-256 of the recording's files, one behind the other, each as long as `held.json` says.
     pub sha256: String,
     /// It verifies, and its trial did not end INVALID.
     pub valid: bool,
@@ -114,17 +118,21 @@ pub fn every(dir: &Path) -> Result<Vec<Checked>, Failure> {
 }
 
 fn trial(path: PathBuf) -> Result<Checked, Failure> {
-    let (events, sealed, findings) = match crate::verified::verify(&path) {
-        Ok(Verified { events, sealed, findings, .. }) => (events, sealed, findings),
+    let (events, sealed, findings, held) = match crate::verified::verify(&path) {
+        Ok(Verified { events, sealed, findings, held, .. }) => (events, sealed, findings, Some(held)),
         // Without keys and heads the recording cannot be verified, which is no better than a failed verification.
-        Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(store::HELD) => {
-            (0, false, vec![format!("{}: {message}: without it nothing is verified; is the run over?", store::HELD)])
-        }
+        Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(store::HELD) => (
+            0,
+            false,
+            vec![format!("{}: {message}: without it nothing is verified; is the run over?", store::HELD)],
+            None,
+        ),
         Err(error) => return Err(error.into()),
     };
     let (outcome, ended) = ended(&path);
-    let reason = unsound(sealed, &findings, &path).or(ended).map(|reason| tame(&reason));
-    let (run, sha256) = (path.display().to_string(), digest(&path.join("recording"))?);
+    let claimed = || claimed::contradiction(&path, held.as_deref(), outcome);
+    let reason = unsound(sealed, &findings, &path).or(ended).or_else(claimed).map(|reason| tame(&reason));
+    let (run, sha256) = (path.display().to_string(), digest(&path)?);
     let holds = sealed && findings.is_empty();
     let verification = RunVerification { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
     Ok(Checked { path, verification })
@@ -157,32 +165,42 @@ pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     }
 }
 
+/// The contradiction between the recording in `trial`, whose `held.json` has this digest and whose class is `outcome`, and the results of
+/// the command that made it, if any.
+pub fn contradiction(trial: &Path, held: &str, outcome: Option<Outcome>) -> Option<String> {
+    claimed::contradiction(trial, Some(held), outcome)
+}
+
 /// Reason for which a trial that ended INVALID with this first finding is no evidence.
 pub fn ended_invalid(first: Option<impl std::fmt::Display>) -> String {
     let why = first.map_or_else(|| "an injection has no receipt".to_owned(), |why| why.to_string());
     format!("the trial itself ended INVALID: {why}")
 }
 
-/// SHA-256 of a recording's files, by number.
-fn digest(recording: &Path) -> Result<String, Failure> {
+/// SHA-256 of the recording of the trial in `path`, file by file, by number: of each as many bytes as `held.json` says, so that a file
+/// that grew since costs no more.
+fn digest(path: &Path) -> Result<String, Failure> {
     let mut parts: Vec<PathBuf> = Vec::new();
-    for entry in fs::read_dir(recording)? {
+    for entry in fs::read_dir(path.join("recording"))? {
         let path = entry?.path();
         if path.is_file() && path.extension().is_some_and(|e| e == "mcap") {
             parts.push(path);
         }
     }
     parts.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    let lengths = store::read_held(path).ok().and_then(|(held, _)| held.files).unwrap_or_default();
     let mut digest = Sha256::new();
     for file in parts {
-        std::io::copy(&mut files::open(&file)?, &mut digest)?;
+        let name = file.strip_prefix(path).map(|name| name.display().to_string()).unwrap_or_default();
+        let most = lengths.get(&name).map_or(MAX_RECORDING_BYTES, |held| held.bytes);
+        std::io::copy(&mut files::open(&file)?.take(most), &mut digest)?;
     }
     Ok(hex(&digest.finalize()))
 }
 
 /// Possibly foreign text: on one line, of bounded length, without terminal control characters.
 pub(crate) fn tame(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(MAX_REASON).collect()
+    text.chars().map(plain::shown).take(MAX_REASON).collect()
 }
 
 /// Names the INVALID inputs before any other output: on stdout, or where that is for the object, on stderr.

@@ -9,6 +9,7 @@ use evidence::{Evidence, Verdict, Witnessed};
 use live::child::Services;
 use live::journals::CoreReplay;
 use live::store::verdict::Ended;
+use live::trial::STOPPED;
 use live::{LiveError, store};
 use oracle::judged;
 use parallel::progress::Stop;
@@ -140,7 +141,7 @@ fn live_trial(
     stop: &Stop,
     view: View<'_>,
 ) -> Result<Trial, EngineError> {
-    let run = run_live(scenario, setup, seed, stop, view)?;
+    let run = live_run(scenario, setup, seed, stop, view)?;
     if let Some(directory) = &setup.run_dir {
         store::events(directory, &run.evidence)
             .and_then(|()| store::replays(directory, &run.replays))
@@ -155,14 +156,37 @@ fn live_trial(
     let confinement = Some(run.levels.summary());
     let trial =
         Trial { host_stall_ms, confinement, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
-    match &setup.run_dir {
-        Some(directory) => held(directory, &run.held, trial),
-        None => Ok(trial),
+    // The user's wish explains more than what the host did.
+    let mut trial = trial;
+    trial.findings.sort_by_key(|finding| !finding.contains(STOPPED));
+    let trial = match &setup.run_dir {
+        Some(directory) => held(directory, &run.held, trial)?,
+        None => trial,
+    };
+    if !run.stopped {
+        return Ok(trial);
     }
+    if let (Some(directory), Some(held)) = (&setup.run_dir, &trial.held) {
+        let (ms, at) = (run.evidence.duration / 1000, directory.display());
+        link::note!("stopped at {ms} ms; sealed as far as it came: {at}, whose held.json has SHA-256 {held}");
+    }
+    Err(EngineError::Stopped)
 }
 
-/// Runs one live trial with this program as every service; its logs are kept where the setup says so.
+/// Runs one live trial with this program as every service to its end; its logs are kept where the setup says so.
 pub fn run_live(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    view: View<'_>,
+) -> Result<live::trial::Run, EngineError> {
+    let run = live_run(scenario, setup, seed, stop, view)?;
+    if run.stopped { Err(EngineError::Stopped) } else { Ok(run) }
+}
+
+/// The same, up to where the user stops it.
+fn live_run(
     scenario: &Scenario,
     setup: &Setup,
     seed: u64,
@@ -190,6 +214,11 @@ pub fn replay(run: &Checked) -> Result<Vec<ReplayRow>, EngineError> {
         remedy: "name the directory of one live trial, as `run SCENARIO --live --out DIR` makes below DIR/live"
             .to_owned(),
     };
+    if !run.path().join("mouth").is_dir() {
+        let message = "a run in the twin, which leaves no input journals".to_owned();
+        let remedy = "its seed gives every byte again: `holdsafe inspect replay SCENARIO --seed N`".to_owned();
+        return Err(EngineError::Unreadable { file: run.path().to_owned(), message, remedy });
+    }
     let text = link::files::read(&file, MAX_REPLAY_BYTES).map_err(|e| unreadable(e.to_string()))?;
     let cores: Vec<CoreReplay> = serde_json::from_slice(&text).map_err(|e| unreadable(e.to_string()))?;
     let told = |r: CoreReplay| ReplayRow {

@@ -1,7 +1,7 @@
 //! A file of JSON lines that grows as a command goes on, and is whole after any end of it, `kill -9` too.
 //!
-//! A line is written in one piece when it is complete. An incomplete last line is ignored, and cut off before another is
-//! written. The content of a line is its owner's business.
+//! A line is an object, written in one piece when it is complete, with a digest at its end (`chain`), so that a changed line is refused.
+//! An incomplete last line is ignored, and cut off before another is written. The content of a line is its owner's business.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
@@ -15,6 +15,7 @@ use parallel::progress::Stop;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::chain::{self, Chain};
 use super::failure::{Exit, Failure};
 
 /// The longest line that is read.
@@ -27,8 +28,17 @@ const LOOK: Duration = Duration::from_millis(100);
 pub struct Lines {
     path: PathBuf,
     file: File,
-    /// Offset of the next line; held while one is written.
-    end: Mutex<u64>,
+    /// Held while a line is written.
+    end: Mutex<End>,
+}
+
+/// End of the lines of a file.
+#[derive(Clone, Debug, Default)]
+pub struct End {
+    /// Offset of the next line.
+    offset: u64,
+    /// The digest of the last one.
+    chain: Chain,
 }
 
 /// Place of a line in its file.
@@ -46,22 +56,26 @@ impl Lines {
     ) -> Result<Self, Failure> {
         let file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
         let end = scan(path, &file, take)?;
-        file.set_len(end)?;
+        file.set_len(end.offset)?;
         Ok(Self { path: path.to_owned(), file, end: Mutex::new(end) })
     }
 
     /// Adds a line.
+    ///
+    /// # Errors
+    /// When it cannot be written, or is no object with a field.
     pub fn put(&self, value: &impl Serialize) -> Result<At, Failure> {
-        let line = serde_json::to_string(value).map_err(Failure::internal)? + "\n";
-        let bytes = u32::try_from(line.len()).map_err(Failure::internal)?;
+        let object = serde_json::to_string(value).map_err(Failure::internal)?;
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
-        let at = At { from: *end, bytes };
+        let (line, chain) = end.chain.seal(&object).ok_or_else(|| Failure::internal("an object expected in a line"))?;
+        let line = line + "\n";
+        let at = At { from: end.offset, bytes: u32::try_from(line.len()).map_err(Failure::internal)? };
         if let Err(error) = (&self.file).write_all(line.as_bytes()) {
             // Half a line in the middle would be worse than none.
             self.file.set_len(at.from)?;
             return Err(error.into());
         }
-        *end += u64::from(bytes);
+        *end = End { offset: at.from + u64::from(at.bytes), chain };
         Ok(at)
     }
 
@@ -69,10 +83,12 @@ impl Lines {
     pub fn get<T: DeserializeOwned>(&self, at: At) -> Result<T, Failure> {
         let mut line = vec![0; at.bytes as usize];
         self.file.read_exact_at(&mut line, at.from)?;
-        serde_json::from_slice(&line).map_err(|e| {
-            let changed = format!("{}, byte {}: {e}; did another program write there?", self.path.display(), at.from);
-            Failure::new(Exit::Environment, changed)
-        })
+        let changed = |why: &dyn std::fmt::Display| {
+            let told = format!("{}, byte {}: {why}; did another program write there?", self.path.display(), at.from);
+            Failure::new(Exit::Environment, told)
+        };
+        let (object, _) = chain::part(line.trim_ascii_end()).ok_or_else(|| changed(&"no digest at its end"))?;
+        serde_json::from_slice(&object).map_err(|why| changed(&why))
     }
 }
 
@@ -104,20 +120,26 @@ pub fn lock(directory: &Path, stop: &Stop) -> Result<File, Failure> {
     }
 }
 
-/// Gives each whole line of `path` to `take`, and returns the end of the last one.
+/// Gives the object of each whole line of `path` to `take`, and returns the end of the last one.
+///
+/// # Errors
+/// The first line that is not as it was written, or that `take` finds a fault in.
 pub fn scan<T: DeserializeOwned>(
     path: &Path,
     file: impl Read,
     mut take: impl FnMut(At, T) -> Result<(), String>,
-) -> Result<u64, Failure> {
-    let (mut reader, mut line, mut end) = (BufReader::new(file), Vec::new(), 0);
+) -> Result<End, Failure> {
+    let (mut reader, mut line, mut end) = (BufReader::new(file), Vec::new(), End::default());
     for number in 1u64.. {
         line.clear();
         let bytes = reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
         let taken = match line.last() {
             Some(b'\n') => {
-                let at = At { from: end, bytes: bytes as u32 };
-                serde_json::from_slice(&line).map_err(|e| e.to_string()).and_then(|value| take(at, value))
+                let at = At { from: end.offset, bytes: bytes as u32 };
+                end.chain.open(line.trim_ascii_end()).and_then(|(object, chain)| {
+                    end.chain = chain;
+                    serde_json::from_slice(&object).map_err(|e| e.to_string()).and_then(|value| take(at, value))
+                })
             }
             Some(_) if bytes as u64 == MAX_LINE_BYTES => Err(format!("longer than {MAX_LINE_BYTES} bytes")),
             Some(_) | None => break,
@@ -126,9 +148,25 @@ pub fn scan<T: DeserializeOwned>(
             let at = format!("{}:{number}: {why}", path.display());
             Failure::new(Exit::Usage, format!("{at}; remove the file, its results come again"))
         })?;
-        end += bytes as u64;
+        end.offset += bytes as u64;
     }
     Ok(end)
+}
+
+/// These lines with digests anew, each an object with a digest or without one; others stay as they are. For tests of what reads a line
+/// that fits its digest.
+pub fn reseal(text: &[u8]) -> Vec<u8> {
+    let mut chain = Chain::default();
+    let mut sealed = |line: &[u8]| {
+        let body = line.trim_ascii_end();
+        let object = chain::part(body).map_or_else(|| body.to_vec(), |(object, _)| object);
+        let (line, next) = chain.seal(std::str::from_utf8(&object).ok()?)?;
+        chain = next;
+        Some((line + "\n").into_bytes())
+    };
+    text.split_inclusive(|byte| *byte == b'\n')
+        .flat_map(|line| line.ends_with(b"\n").then(|| sealed(line)).flatten().unwrap_or_else(|| line.to_vec()))
+        .collect()
 }
 
 /// Gives each whole line of the file at `path` to `take`; a file that is not there has none. `fits` returns the fault of a line.
@@ -161,23 +199,40 @@ pub fn each<T: DeserializeOwned>(
 mod tests {
     use super::*;
 
+    #[derive(serde::Serialize, serde::Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Line {
+        n: u32,
+    }
+
     fn read(path: &Path) -> Result<Vec<u32>, Failure> {
         let mut all = Vec::new();
-        Lines::open(path, |_, n| {
+        Lines::open(path, |_, Line { n }| {
             all.push(n);
             Ok(())
         })?;
         Ok(all)
     }
 
+    /// A file of these lines in a folder.
+    fn written(directory: &Path, lines: &[u32]) -> PathBuf {
+        let path = directory.join("a.jsonl");
+        let file = Lines::open(&path, |_, _: Line| Ok(())).expect("opened");
+        for n in lines {
+            file.put(&Line { n: *n }).expect("written");
+        }
+        path
+    }
+
     #[test]
     fn truncated_line_is_cut_before_the_next() {
         let directory = tempfile::tempdir().expect("a folder");
-        let path = directory.path().join("a.jsonl");
-        std::fs::write(&path, "1\n22\n33").expect("written");
-        let lines = Lines::open(&path, |_, _: u32| Ok(())).expect("opened");
-        let at = lines.put(&44).expect("written");
-        assert_eq!(lines.get::<u32>(at).expect("read again"), 44);
+        let path = written(directory.path(), &[1, 22, 33]);
+        let text = std::fs::read_to_string(&path).expect("text");
+        std::fs::write(&path, &text[..text.len() - 3]).expect("cut");
+        let lines = Lines::open(&path, |_, _: Line| Ok(())).expect("opened");
+        let at = lines.put(&Line { n: 44 }).expect("written");
+        assert_eq!(lines.get::<Line>(at).expect("read again").n, 44);
         drop(lines);
         assert_eq!(read(&path).expect("opened"), [1, 22, 44]);
     }
@@ -200,11 +255,12 @@ mod tests {
     }
 
     #[test]
-    fn malformed_line_is_reported_with_remedy() {
+    fn changed_line_is_reported_with_remedy() {
         let directory = tempfile::tempdir().expect("a folder");
-        let path = directory.path().join("a.jsonl");
-        std::fs::write(&path, "1\nx\n3\n").expect("written");
+        let path = written(directory.path(), &[1, 2, 3]);
+        let text = std::fs::read_to_string(&path).expect("text");
+        std::fs::write(&path, text.replace("\"n\":2", "\"n\":4")).expect("changed");
         let told = read(&path).expect_err("refused").to_string();
-        assert!(told.contains("a.jsonl:2: ") && told.contains("remove the file"), "{told}");
+        assert!(told.contains("a.jsonl:2: changed by hand") && told.contains("remove the file"), "{told}");
     }
 }

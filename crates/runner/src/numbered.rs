@@ -170,6 +170,7 @@ fn same(directory: &Path, terms: &Value) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lines::reseal;
 
     fn repetition(reached: u64, cpu_us: u64) -> Repetition {
         Repetition { stages: vec![Stage { tried: 8, reached, spent: 1, cpu_us }] }
@@ -215,10 +216,12 @@ mod tests {
             told.exit() == Exit::Unexpected && told.to_string().contains("result 1 came out differently"),
             "{told}"
         );
-        fs::write(theirs.path().join(RESULTS), "{\"number\":4,\"result\":{\"stages\":[]}}\n").expect("written");
+        fs::write(theirs.path().join(RESULTS), reseal(b"{\"number\":4,\"result\":{\"stages\":[]}}\n"))
+            .expect("written");
         let told = own.add(theirs.path()).expect_err("too many").to_string();
         assert!(told.contains("results.jsonl:1: result 4 of 4"), "{told}");
-        fs::write(theirs.path().join(RESULTS), "{\"number\":3,\"result\":{\"stages\":[]}}\n").expect("written");
+        fs::write(theirs.path().join(RESULTS), reseal(b"{\"number\":3,\"result\":{\"stages\":[]}}\n"))
+            .expect("written");
         let told = own.add(theirs.path()).expect_err("no result").to_string();
         assert!(told.contains("results.jsonl:1: without a stage"), "{told}");
         fs::remove_file(theirs.path().join(RESULTS)).expect("there");

@@ -10,10 +10,12 @@ use std::path::{Path, PathBuf};
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use guest::Program;
+use link::files;
 pub use link::terminal::say;
 use perception::detector::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
+use serde_json::Value;
 use wire::bounds::Bounds;
 
 use super::Context;
@@ -38,7 +40,7 @@ pub struct Manifest {
     /// The guest in place of the unit's mission and navigation.
     #[serde(skip_serializing_if = "Option::is_none")]
     guest: Option<Program>,
-    /// [`files`] below the root.
+    /// [`inputs`] below the root.
     files: BTreeMap<String, String>,
 }
 
@@ -59,7 +61,7 @@ impl Manifest {
             bounds: planned.iter().map(|p| (name(p), p.setup.bounds)).collect(),
             detector: planned.iter().find_map(|p| p.setup.detector.clone()),
             guest: planned.iter().find_map(|p| p.setup.guest.as_ref().map(|guest| Program::clone(&guest.program))),
-            files: files(&context.root()?)?,
+            files: inputs(&context.root()?)?,
         })
     }
 }
@@ -69,7 +71,7 @@ impl Manifest {
 const INPUTS: [&str; 4] = ["scenarios", "platforms", "policies", "crates/perception/models"];
 
 /// SHA-256 of each file below `root` that a result depends on, by its path.
-pub fn files(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
+pub fn inputs(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
     let mut files = BTreeMap::new();
     INPUTS.iter().try_for_each(|directory| hash_directory(root, directory, &mut files))?;
     Ok(files)
@@ -126,6 +128,42 @@ pub fn unused(folder: &Path) -> Result<(), Failure> {
             Err(Failure::new(Exit::Usage, message))
         }
         Err(e) => Err(Failure::new(Exit::Usage, format!("{}: {e}", folder.display()))),
+    }
+}
+
+/// Name of the file with the inputs of a run.
+pub const MANIFEST: &str = "manifest.json";
+/// The longest manifest that is read.
+const MAX_MANIFEST_BYTES: u64 = 4 << 20;
+
+/// Writes the inputs of a run into its folder.
+///
+/// # Errors
+/// When the folder has those of another run, whose results would be replaced.
+pub fn write_manifest(dir: &Path, manifest: &Manifest) -> Result<(), Failure> {
+    let path = dir.join(MANIFEST);
+    if path.exists() {
+        let there = files::read(&path, MAX_MANIFEST_BYTES)?;
+        let same = serde_json::from_slice::<Value>(&there).ok() == serde_json::to_value(manifest).ok();
+        if !same {
+            let of = |text: &Value| difference(text, manifest);
+            let differs = serde_json::from_slice(&there).ok().and_then(|there| of(&there)).unwrap_or_default();
+            let message = format!("{} has the results of another run{differs}; name another --out", dir.display());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+    }
+    write_json(dir, MANIFEST, manifest)
+}
+
+/// The first field in which a manifest differs from that of another run.
+fn difference(there: &Value, manifest: &Manifest) -> Option<String> {
+    let own = serde_json::to_value(manifest).ok()?;
+    let (own, there) = (own.as_object()?, there.as_object()?);
+    let field = own.keys().chain(there.keys()).find(|key| own.get(*key) != there.get(*key))?;
+    let short = |value: Option<&Value>| value.map(ToString::to_string).filter(|text| text.len() < 80);
+    match (short(there.get(field)), short(own.get(field))) {
+        (Some(there), Some(own)) => Some(format!(" ({field}: {there}, this one has {own})")),
+        _ => Some(format!(" (another `{field}`)")),
     }
 }
 

@@ -144,8 +144,7 @@ pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
 /// Prepares the variations of a loaded scenario.
 pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);
-    let platform = wanted.platform.as_ref().map(|chosen| load_platform(&chosen.file));
-    let platform = platform.map(|loaded| loaded.map(|platform| scenario.on(&platform)));
+    let platform = wanted.platform.as_ref().map(|chosen| on_platform(scenario, chosen));
     let scenario = &platform.transpose()?.unwrap_or_else(|| scenario.clone());
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
@@ -161,6 +160,20 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
         return Err(Failure::new(Exit::Usage, message));
     }
     variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect()
+}
+
+/// The scenario on a platform; says so where neither states the classes of it.
+fn on_platform(scenario: &Scenario, chosen: &Chosen) -> Result<Scenario, Failure> {
+    let platform = load_platform(&chosen.file)?;
+    let on = scenario.on(&platform);
+    if scenario.states_no_class_on(&platform) {
+        let (asked, name) = (&chosen.asked, scenario.name.as_str());
+        link::note!(
+            "`{asked}` owes no class of `{name}`, and the scenario states none for it: FALSE_TRIP, LATE and UNSAFE are unexpected, and what \
+             else comes is told and not judged"
+        );
+    }
+    Ok(on)
 }
 
 /// Gives a variation its policy, bounds and platform.

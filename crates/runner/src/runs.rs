@@ -18,7 +18,7 @@ const LISTED: usize = 20;
 const BESIDE: [&str; 4] = ["held.json", "events.jsonl", "site.json", "verdict.json"];
 
 /// True if this is the folder of one trial. A live one has its site and input journals before anything is recorded.
-fn is_trial(dir: &Path) -> bool {
+pub(crate) fn is_trial(dir: &Path) -> bool {
     let has = |folder: &str| dir.join(folder).is_dir();
     (has("recording") || has("mouth")) && BESIDE.iter().any(|file| dir.join(file).is_file())
 }

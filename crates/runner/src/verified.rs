@@ -37,7 +37,10 @@ pub struct Verified {
 /// It is no run directory, or has no recording.
 pub fn frames(run: &Path) -> Result<Vec<Frame>, EngineError> {
     readable(run)?;
-    link::recorded::frames(&run.join("recording")).map_err(|e| not_a_run(run.to_owned(), e.to_string()))
+    // Bytes behind those that the run left are a finding, and no part of it.
+    let lengths = store::read_held(run).ok().and_then(|(held, _)| held.files).unwrap_or_default();
+    let length = |name: &str| lengths.get(&format!("recording/{name}")).map(|held| held.bytes);
+    link::recorded::frames_within(&run.join("recording"), length).map_err(|e| not_a_run(run.to_owned(), e.to_string()))
 }
 
 fn not_a_run(file: PathBuf, message: String) -> EngineError {

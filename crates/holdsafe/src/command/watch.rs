@@ -152,6 +152,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// Shows the operator's view until the run ends, a person asks, or, of a run that is over, once.
 fn print(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
+    if !run.join("mouth").is_dir() {
+        let says = format!(
+            "{}: a run in the twin, which no console has shown; `holdsafe report` and `inspect explain` read it",
+            run.display()
+        );
+        return Err(Failure::new(Exit::NoEvidence, says));
+    }
     let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
     let unread = |why: JournalError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
     let unopened = |why: JournalError| {

@@ -7,6 +7,7 @@ use std::process::{Child, Command, Output, Stdio};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
+use runner::lines::reseal;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
 
@@ -263,6 +264,9 @@ fn killed_campaign_resumes_without_loss_or_repetition() {
     fs::copy(place.dir("killed").join("plan.json"), place.dir("marked").join("plan.json")).unwrap();
     let marked = before.replacen("\"sim_us\":9000000", "\"sim_us\":9000001", 1);
     fs::write(place.dir("marked").join("trials.jsonl"), &marked).unwrap();
+    let told = refused(&place.campaign("marked", &["--trials", "12"]));
+    assert!(told.contains("trials.jsonl:1: changed by hand"), "{told}");
+    fs::write(place.dir("marked").join("trials.jsonl"), reseal(marked.as_bytes())).unwrap();
     fine(&place.campaign("marked", &["--trials", "12"]));
     assert!(place.lines("marked")[0].contains("\"sim_us\":9000001"));
     // As if it had been in the middle of a line.
@@ -333,7 +337,7 @@ fn part_of_another_campaign_is_refused() {
     // A trial that came out differently in two parts.
     let trials = place.dir("same").join("trials.jsonl");
     let text = fs::read_to_string(&trials).unwrap();
-    fs::write(&trials, text.replacen("HOLD_SAFE", "UNSAFE", 1)).unwrap();
+    fs::write(&trials, reseal(text.replacen("HOLD_SAFE", "UNSAFE", 1).as_bytes())).unwrap();
     let error = refused(&place.merge(&["ours", "same"], "both"));
     assert!(error.contains("expected HOLD_SAFE with log ") && error.contains("got UNSAFE with log "), "{error}");
 }

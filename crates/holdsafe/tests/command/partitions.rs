@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
+use runner::lines::reseal;
 use tempfile::TempDir;
 
 use super::holdsafe;
@@ -96,9 +97,13 @@ fn partitions_of_an_estimate_equal_one_process() {
     let part = place.dir("jobs/parts/partition=1");
     fs::write(part.join("results.jsonl"), altered.join("\n") + "\n").unwrap();
     let (code, told) = place.run("whole", &["--from", part.to_str().unwrap()]);
+    assert!(code == Some(2) && told.contains("results.jsonl:1: changed by hand"), "{told}");
+    let altered = reseal((altered.join("\n") + "\n").as_bytes());
+    fs::write(part.join("results.jsonl"), altered).unwrap();
+    let (code, told) = place.run("whole", &["--from", part.to_str().unwrap()]);
     assert!(code == Some(3) && told.contains("result 0 came out differently elsewhere"), "{told}");
     let impossible = place.kept("whole").join("\n").replace("\"tried\":8", "\"tried\":18446744073709551615");
-    fs::write(part.join("results.jsonl"), impossible + "\n").unwrap();
+    fs::write(part.join("results.jsonl"), reseal((impossible + "\n").as_bytes())).unwrap();
     let (code, told) = place.run("fresh", &["--from", part.to_str().unwrap()]);
     assert!(code == Some(2) && told.contains("results.jsonl:1: no repetition of this estimate"), "{told}");
     let (code, told) = said(&holdsafe(&[place.words, &["--partition", "1/2"]].concat()));

@@ -20,7 +20,7 @@ fn verify(run: &Path) -> Output {
     holdsafe(&["verify", run.to_str().unwrap()])
 }
 
-fn said(output: &Output) -> String {
+pub(super) fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
@@ -143,7 +143,13 @@ fn kept_run_is_not_overwritten() {
     assert!(tree(dir.path()) == before, "something was written");
     assert_eq!(verify(&run).status.code(), Some(0));
     let other = holdsafe(&["run", "loss", "--trials", "1", "--seed", "2", "--quiet", "--out", out.to_str().unwrap()]);
-    assert_eq!(other.status.code(), Some(0), "another seed has a folder of its own: {}", said(&other));
+    assert_eq!(other.status.code(), Some(2), "{}", said(&other));
+    assert!(
+        said(&other).contains("results of another run (seed: 1, this one has 2); name another --out"),
+        "{}",
+        said(&other)
+    );
+    assert!(tree(dir.path()) == before, "something was written");
     let live = run.to_str().unwrap();
     let output = holdsafe(&["live", "loss", "--out", live]);
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
@@ -176,7 +182,7 @@ fn an_export_over_what_it_reads_is_refused() {
 }
 
 /// The command, ended after a minute: one that waits for a writer that never comes would wait for ever.
-fn bounded(arguments: &[&str]) -> Output {
+pub(super) fn bounded(arguments: &[&str]) -> Output {
     let program =
         Command::new("timeout").args(["-s", "KILL", "60", env!("CARGO_BIN_EXE_holdsafe")]).args(arguments).output();
     program.unwrap()
@@ -227,6 +233,13 @@ fn as_live(run: &Path) -> Held {
     held
 }
 
+/// A recording without the result of its command, as it is handed on.
+fn handed_on(dir: &Path, scenario: &str) -> PathBuf {
+    let run = recorded(dir, scenario);
+    fs::remove_file(dir.join(scenario).join("result.json")).unwrap();
+    run
+}
+
 /// Makes the digests of a changed directory anew, as an attacker can.
 fn seal_anew(run: &Path, held: &Held) {
     fs::remove_file(run.join("held.json")).unwrap();
@@ -237,7 +250,7 @@ fn seal_anew(run: &Path, held: &Held) {
 #[test]
 fn truncated_guard_log_is_found_despite_new_digests() {
     let dir = tempfile::tempdir().unwrap();
-    let run = recorded(dir.path(), "process_ends");
+    let run = handed_on(dir.path(), "process_ends");
     let held = as_live(&run);
     assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
     let (_, told) = store::read_held(&run).unwrap();
@@ -264,7 +277,7 @@ fn truncated_guard_log_is_found_despite_new_digests() {
 #[test]
 fn directory_of_an_earlier_program_lists_uncovered_parts() {
     let dir = tempfile::tempdir().unwrap();
-    let run = recorded(dir.path(), "loss");
+    let run = handed_on(dir.path(), "loss");
     let (mut held, _) = store::read_held(&run).unwrap();
     held.files = None;
     held.heads.retain(|head| by_recorder(head.node));

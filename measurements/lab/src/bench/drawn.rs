@@ -99,7 +99,7 @@ pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Resul
 
 /// Digest of every input of a sequence beside its stratum and number.
 fn digest(context: &Context, kept: &Kept, lot: Lot) -> Result<String, Failure> {
-    let of = (kept.build(), context.seed, lot.draws, out::files(&context.root()?)?);
+    let of = (kept.build(), context.seed, lot.draws, out::inputs(&context.root()?)?);
     let text = serde_json::to_vec(&of).map_err(Failure::internal)?;
     Ok(hex(&Sha256::digest(text))[..16].to_owned())
 }

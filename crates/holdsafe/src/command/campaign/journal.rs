@@ -108,6 +108,11 @@ pub(super) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
     Ok(plan)
 }
 
+/// True if a folder has finished trials of a campaign.
+pub(super) fn has_journal(directory: &Path) -> bool {
+    [PLAN, TRIALS].iter().all(|name| directory.join(name).is_file())
+}
+
 /// Gives each finished trial in a folder of the campaign to `take`; the folder stays as it is.
 pub(super) fn each_row(
     directory: &Path,

@@ -91,7 +91,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let default = context.runs_folder()?.join(&label);
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
     let journal = Journal::open(&dir, &plan, &context.stop)?;
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
+    out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
     let known = Known { journal: &journal, merged: merged(args, &plan)? };
     let jobs = args.jobs.map_or_else(parallel::cores, usize::from);
     all(context, &plan, &planned, partition, jobs, &known).map_err(|failure| match failure.exit() {
@@ -193,25 +193,37 @@ pub(super) fn conclude(
     partition: Partition,
 ) -> Result<CampaignObject, Failure> {
     let mut table = TrialFile::create(dir, plan)?;
+    let of_journal = (|number| journal.outcome(number), |number| journal.row(number));
+    let campaign = folded(plan, partition.is_whole(), of_journal, |v, i, row| table.add_trial(v, i, row))?;
+    table.finish()?;
+    out::write_result(dir, "campaign.json", "campaign", &campaign)?;
+    Ok(campaign)
+}
+
+/// Folds the finished trials that count, and of a partition all; `outcome` and `row` give each by its number. `each` is given those that
+/// are folded, in order.
+pub(super) fn folded(
+    plan: &Plan,
+    whole: bool,
+    (outcome, row): (impl Fn(u64) -> Option<Outcome>, impl Fn(u64) -> Result<Option<Row>, Failure>),
+    mut each: impl FnMut(usize, u64, &Row) -> Result<(), Failure>,
+) -> Result<CampaignObject, Failure> {
     let mut digest = Sha256::new_with_prefix("holdsafe campaign\n");
     digest.update(plan.digest());
     let mut rows = Vec::new();
     for (v, variation) in plan.variations.iter().enumerate() {
-        let counts = partition.is_whole().then(|| plan.wanted(v, |number| journal.outcome(number)));
+        let counts = whole.then(|| plan.wanted(v, &outcome));
         let wanted = counts.unwrap_or(plan.terms.trials);
         let mut fold = Fold::default();
         for i in 0..wanted {
-            let Some(row) = journal.row(plan.number(v, i))? else { continue };
+            let Some(row) = row(plan.number(v, i))? else { continue };
             digest.update(line(plan, v, i, &row)?);
-            table.add_trial(v, i, &row)?;
+            each(v, i, &row)?;
             fold.take(plan, variation, i, row);
         }
         rows.push(fold.row(plan, v, variation, wanted));
     }
-    table.finish()?;
-    let campaign = CampaignObject::new(plan, hex(&digest.finalize()), rows);
-    out::write_result(dir, "campaign.json", "campaign", &campaign)?;
-    Ok(campaign)
+    Ok(CampaignObject::new(plan, hex(&digest.finalize()), rows))
 }
 
 /// A trial in the campaign's hash: a line of JSON.
@@ -226,11 +238,25 @@ pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> 
     if context.json {
         return out::print_json("campaign", campaign);
     }
-    out::say(format_args!("{}{}", campaign_table(campaign), dir.display()));
+    out::say(format_args!("{}{}{}", campaign_table(campaign), beside(campaign), dir.display()));
     if !table::IS_BUILT {
         link::note!("{}", table::LEFT_OUT);
     }
     Ok(())
+}
+
+/// A line on unexpected trials beside a claim that is shown, which decides the exit code alone.
+fn beside(campaign: &CampaignObject) -> String {
+    let shown = campaign.claim.is_some_and(|claims| claims.shown > 0);
+    let unexpected: u64 = campaign.rows.iter().map(|row| row.unexpected).sum();
+    if !shown || unexpected == 0 {
+        return String::new();
+    }
+    let trials = if unexpected == 1 { "1 trial" } else { &format!("{unexpected} trials") };
+    format!(
+        "outside of the expected classes: {trials}. The claim says nothing of them, and it alone decides the exit code; \
+         campaign.json names the first of each variation\n"
+    )
 }
 
 /// With a claim the claim decides; otherwise the expected classes do. A campaign that lacks trials is no evidence. A partition is not

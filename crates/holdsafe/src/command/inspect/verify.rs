@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
+use live::store::HELD;
+use runner::error::EngineError;
 use runner::failure::{Exit, Failure};
 use runner::verified::Verified;
 use runner::{Context, checked, out, runs};
@@ -39,12 +41,20 @@ fn digest(text: &str) -> Result<String, String> {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
-    let mut verified = runner::verified::verify(&run)?;
+    let mut verified = runner::verified::verify(&run).map_err(|error| match error {
+        EngineError::Unreadable { file, message, .. } if file.ends_with(HELD) => {
+            let told = format!("INVALID: {}: {HELD}: {message}: without it nothing is verified", run.display());
+            Failure::new(Exit::NoEvidence, told)
+        }
+        other => other.into(),
+    })?;
     if let Some(told) = args.held.as_ref().filter(|told| **told != verified.held) {
         verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {told}", verified.held));
     }
+    let (outcome, ended) = checked::ended(&run);
+    let contradiction = ended.is_none().then(|| checked::contradiction(&run, &verified.held, outcome)).flatten();
+    verified.findings.extend(contradiction);
     let holds = verified.sealed && verified.findings.is_empty();
-    let (_, ended) = checked::ended(&run);
     let valid = holds && ended.is_none();
     if !context.json {
         if let Some(why) = ended.as_ref().filter(|_| holds) {

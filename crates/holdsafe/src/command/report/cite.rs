@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use dossier::reader::Reason;
 use evidence::SCHEMA_VERSION;
 use evidence::log::hex;
 use link::files;
@@ -74,6 +75,7 @@ pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Resu
     if results.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no result beside the manifest", directory.display())));
     }
+    agree(&directory)?;
     let recorded = checked::every(&directory)?;
     let recorded: Vec<&Checked> = recorded.iter().collect();
     checked::say(context, &recorded);
@@ -83,6 +85,21 @@ pub(super) fn run(context: &Context, run: &Path, unverified: Unverified) -> Resu
         false => out::say(format_args!("{}", cited.bibtex)),
     }
     Ok(unverified.exit(&recorded, Exit::Fine))
+}
+
+/// Checks that the results of a command agree with themselves, and with the finished trials beside them.
+fn agree(directory: &Path) -> Result<(), Failure> {
+    for file in super::page::RESULTS.iter().map(|name| directory.join(name)).filter(|file| file.is_file()) {
+        let bytes = files::read(&file, MAX_RESULT_BYTES)?;
+        let mut results = dossier::reader::Results::default();
+        match results.read(&file.display().to_string(), &bytes) {
+            Ok(()) => super::page::folder_agrees(&file, &results)?,
+            Err(why) if matches!(why.why, Reason::Contradiction(_)) => return Err(super::page::refused(why)),
+            // A result that no page takes is cited all the same.
+            Err(_) => {}
+        }
+    }
+    Ok(())
 }
 
 /// The directory with the manifest of `run`: itself, or the nearest around it.

@@ -12,7 +12,7 @@ use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::recorded::Recorded;
-use runner::{Context, checked, engine, out, plan, runs};
+use runner::{Context, checked, engine, out, plan, runs, spares};
 use serde::Serialize;
 use sim::scene::Scene;
 use viewer::Viewer;
@@ -85,10 +85,11 @@ struct Found {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = args.one()?;
-    let out = args.out.as_deref().ok_or_else(|| Failure::new(Exit::Usage, "name a file with --out FILE"))?;
+    let file = args.out.as_deref().ok_or_else(|| Failure::new(Exit::Usage, "name a file with --out FILE"))?;
     let name = run.to_str().ok_or_else(|| Failure::new(Exit::Usage, format!("{}: not UTF-8", run.display())))?;
-    let asked = Asked { run: name, out, options: &args.mcap };
+    let asked = Asked { run: name, out: file, options: &args.mcap };
     spares_its_inputs(&asked)?;
+    spares::evidence(file)?;
     let found = if run.is_dir() { of_recording(&asked)? } else { of_scenario(context, &asked)? };
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{name}: no entry of any service")));
@@ -99,7 +100,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (channels, unread) = write(context, &asked, found)?;
     let channels: Vec<Channel> =
         channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
-    let (run, file) = (name.to_owned(), out.display().to_string());
+    let (run, file) = (name.to_owned(), file.display().to_string());
     if context.json {
         let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread, not_kept };
         checked::print_json("export", &object, &read)?;

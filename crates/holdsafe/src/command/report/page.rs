@@ -5,22 +5,22 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use dossier::reader::{MAX_FILE_BYTES, Manifest, Results};
+use dossier::reader::{Found, MAX_FILE_BYTES, Manifest, Reason, Refused, Results};
 use dossier::{Dossier, Recording};
 use evidence::SCHEMA_VERSION;
 use results::summary;
 use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::recorded::Recorded;
-use runner::{Context, checked, out, plan, runs};
+use runner::{Context, checked, out, plan, runs, spares};
 use serde::Serialize;
 
 use super::Args;
+use crate::command::campaign::recount;
 
 /// The file in a folder of a command's results that holds the result.
-const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
-/// The file beside a result that names its inputs.
-const MANIFEST: &str = "manifest.json";
+pub(super) const RESULTS: [&str; 5] =
+    ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
 /// The page where no other is named.
 const PAGE: &str = "report.html";
 /// Its title where no other is given.
@@ -104,6 +104,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
     }
     let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
+    files.iter().try_for_each(|(path, _)| spares_inputs(path, &args.given))?;
     for (path, bytes) in &files {
         write(path, bytes)?;
         written.files.push(path.display().to_string());
@@ -128,10 +129,24 @@ pub(in crate::command) fn write_of_folder(context: &Context, dir: &Path, title: 
 
 /// The manifest beside the first result that has one.
 fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
-    let beside = |path: &PathBuf| if path.is_dir() { path.join(MANIFEST) } else { path.with_file_name(MANIFEST) };
+    let beside =
+        |path: &PathBuf| if path.is_dir() { path.join(out::MANIFEST) } else { path.with_file_name(out::MANIFEST) };
     let Some(file) = args.given.iter().map(beside).find(|file| file.is_file()) else { return Ok(None) };
     let read = Manifest::read(&file.display().to_string(), &bounded(&file)?);
     read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
+}
+
+/// Checks that a file to be written is none of those that the page is made of, and no other evidence.
+fn spares_inputs(path: &Path, given: &[PathBuf]) -> Result<(), Failure> {
+    spares::evidence(path)?;
+    let whole = fs::canonicalize(path).ok();
+    match given.iter().find(|input| whole.is_some() && fs::canonicalize(input).ok() == whole) {
+        None => Ok(()),
+        Some(input) => {
+            let message = format!("{} is {}, which is read; name another file", path.display(), input.display());
+            Err(Failure::new(Exit::Usage, message))
+        }
+    }
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
@@ -154,8 +169,8 @@ fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
         let (told, runs) = match found(path)? {
             Given::Result(file, runs) => {
                 let bytes = bounded(&file)?;
-                let read = results.read(&file.display().to_string(), &bytes);
-                read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
+                results.read(&file.display().to_string(), &bytes).map_err(refused)?;
+                folder_agrees(&file, &results)?;
                 (false, runs)
             }
             Given::Runs(runs) => (true, runs),
@@ -187,6 +202,24 @@ fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
         },
         checked,
     ))
+}
+
+/// The failure of a result that is refused: one that contradicts itself is no evidence.
+pub(super) fn refused(why: Refused) -> Failure {
+    let exit = if matches!(why.why, Reason::Contradiction(_)) { Exit::NoEvidence } else { Exit::Usage };
+    Failure::new(exit, why.to_string())
+}
+
+/// Checks the newest of `results`, which was read from `file`, against the finished trials beside it.
+pub(super) fn folder_agrees(file: &Path, results: &Results) -> Result<(), Failure> {
+    let Some(Found::Campaign(campaign)) = results.given().last().map(|given| &given.found) else { return Ok(()) };
+    let Some(folder) = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "campaign.json")) else {
+        return Ok(());
+    };
+    match recount::contradiction(folder, campaign)? {
+        None => Ok(()),
+        Some(why) => Err(Failure::new(Exit::NoEvidence, format!("{}: {why}", folder.display()))),
+    }
 }
 
 /// Meaning of a path.

@@ -105,6 +105,7 @@ impl Around {
                     shared_kib: self.shared_kib,
                 };
                 match live::trial::run_live(&one.variation.scenario, &one.setup, seed, options) {
+                    Ok(run) if run.stopped => return Err(EngineError::Stopped.into()),
                     Ok(run) if run.spoilt.is_some() && left > 0 => left -= 1,
                     Ok(run) => {
                         let level = one.variation.scenario.level();

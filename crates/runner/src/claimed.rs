@@ -1,0 +1,187 @@
+//! What the results around a recorded trial claim of it: its class, and the digest of its `held.json`.
+//!
+//! `result.json` of `run` names both for each trial that was kept, and so do the finished trials (`kept`) of a command that resumes. A
+//! recording that lies in another's place, or a class that was changed, contradicts them. A recording without results around claims
+//! nothing. Whether the recording itself is whole is left to `verified`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use evidence::trial::Outcome;
+use link::files;
+use results::mode::Mode;
+use serde::Deserialize;
+
+use super::kept;
+
+/// Folders from that of the command to a trial's, without and with a cell.
+const LEVELS: [usize; 2] = [3, 4];
+/// The longest result or file of finished trials that is read, bytes.
+const MAX_BYTES: u64 = 256 << 20;
+/// Most files of finished trials that are looked into.
+const MAX_FILES: usize = 10_000;
+
+/// The object in `result.json`, as far as it is read: a run, or several.
+#[derive(Deserialize)]
+struct Ran {
+    #[serde(default)]
+    scenario: Option<String>,
+    #[serde(default)]
+    mode: Option<Mode>,
+    #[serde(default)]
+    trials: Vec<Claim>,
+    #[serde(default)]
+    runs: Vec<Ran>,
+}
+
+/// A trial, as far as it is read.
+#[derive(Deserialize)]
+struct Claim {
+    seed: u64,
+    #[serde(default)]
+    cell: Option<String>,
+    outcome: Outcome,
+    #[serde(default)]
+    held: Option<String>,
+}
+
+/// A trial by the names of its folders.
+struct Place {
+    command: PathBuf,
+    mode: Mode,
+    scenario: String,
+    /// With points for slashes.
+    cell: Option<String>,
+    seed: u64,
+}
+
+/// The contradiction between the recording in `trial` and the results around it, if any.
+pub(crate) fn contradiction(trial: &Path, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
+    let whole = fs::canonicalize(trial).ok()?;
+    LEVELS.into_iter().filter_map(|levels| Place::of(&whole, levels)).find_map(|place| place.against(held, outcome))
+}
+
+impl Place {
+    /// The place of a trial's folder, `levels` below that of its command.
+    fn of(trial: &Path, levels: usize) -> Option<Self> {
+        let command = trial.ancestors().nth(levels)?;
+        let names: Vec<&str> = trial.strip_prefix(command).ok()?.iter().filter_map(|name| name.to_str()).collect();
+        let (mode, scenario, cell, seed) = match names.as_slice() {
+            [mode, scenario, seed] => (mode, scenario, None, seed),
+            [mode, scenario, cell, seed] => (mode, scenario, Some((*cell).to_owned()), seed),
+            _ => return None,
+        };
+        let mode = [Mode::Twin, Mode::Live].into_iter().find(|known| known.name() == *mode)?;
+        let (command, scenario) = (command.to_owned(), (*scenario).to_owned());
+        Some(Self { command, mode, scenario, cell, seed: seed.parse().ok()? })
+    }
+
+    fn against(&self, held: Option<&str>, outcome: Option<Outcome>) -> Option<String> {
+        let (file, claims) = match self.claims() {
+            Ok((file, claims)) => (file, claims),
+            Err(told) => return Some(told),
+        };
+        let file = file?;
+        let named: Vec<&Claim> = claims.iter().filter(|claim| claim.held.is_some()).collect();
+        if named.is_empty() {
+            return Some(format!("{file} names no recording of this trial"));
+        }
+        let Some(own) = named.iter().find(|claim| claim.held.as_deref() == held) else {
+            let expected = named[0].held.as_deref().unwrap_or_default();
+            return Some(format!(
+                "{file} names another recording of this trial, whose held.json has SHA-256 {expected}"
+            ));
+        };
+        let recorded = outcome?;
+        let differs = || format!("{file} says {}, the recording {}", own.outcome.name(), recorded.name());
+        (own.outcome != recorded).then(differs)
+    }
+
+    /// The claims of this trial, and the file that they stand in; no file without results.
+    fn claims(&self) -> Result<(Option<String>, Vec<Claim>), String> {
+        let (result, shelf) = (self.command.join("result.json"), self.command.join("kept"));
+        if result.is_file() {
+            let read = || -> std::io::Result<Ran> { Ok(serde_json::from_slice(&files::read(&result, MAX_BYTES)?)?) };
+            let ran = read().map_err(|why| format!("result.json: {why}: nothing is known of this trial"))?;
+            // A result of another kind names no trials.
+            if ran.mode.is_some() {
+                return Ok((Some("result.json".to_owned()), self.of_runs(ran)));
+            }
+        }
+        if shelf.is_dir() { self.of_shelf(&shelf) } else { Ok((None, Vec::new())) }
+    }
+
+    fn of_runs(&self, ran: Ran) -> Vec<Claim> {
+        let one_or_more = if ran.runs.is_empty() { vec![ran] } else { ran.runs };
+        let own = |ran: &Ran| ran.mode == Some(self.mode) && ran.scenario.as_deref() == Some(&self.scenario);
+        let trials = one_or_more.into_iter().filter(own).flat_map(|ran| ran.trials);
+        trials.filter(|claim| self.is_of(claim)).collect()
+    }
+
+    fn is_of(&self, claim: &Claim) -> bool {
+        claim.seed == self.seed && claim.cell.as_ref().map(|cell| cell.replace('/', ".")) == self.cell
+    }
+
+    /// Those of the finished trials, which lie in a file for each variation, mode, policy and program.
+    fn of_shelf(&self, shelf: &Path) -> Result<(Option<String>, Vec<Claim>), String> {
+        let told = |why: &dyn std::fmt::Display| format!("kept: {why}: nothing is known of this trial");
+        let (before, mode) = (format!("{}.", self.scenario), format!(".{}.", self.mode.name()));
+        let mut claims = Vec::new();
+        for entry in fs::read_dir(shelf).map_err(|why| told(&why))?.take(MAX_FILES) {
+            let path = entry.map_err(|why| told(&why))?.path();
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            if !name.starts_with(&before) || !name.contains(&mode) || !name.ends_with(".jsonl") {
+                continue;
+            }
+            let text = files::read(&path, MAX_BYTES).map_err(|why| told(&why))?;
+            for trial in kept::finished(&text).map_err(|why| told(&why))?.into_values() {
+                let claim = Claim { seed: trial.seed, cell: trial.cell, outcome: trial.outcome, held: trial.held };
+                if self.is_of(&claim) {
+                    claims.push(claim);
+                }
+            }
+        }
+        Ok(((!claims.is_empty()).then(|| "kept".to_owned()), claims))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A recording's folder below a command's, and a result that names it with this class and digest.
+    fn told(class: &str, digest: &str, held: &str) -> Option<String> {
+        let folder = tempfile::tempdir().unwrap();
+        let trial = folder.path().join("twin/teammate/verbatim.present/7");
+        fs::create_dir_all(&trial).unwrap();
+        let result = format!(
+            r#"{{"kind":"run","scenario":"teammate","mode":"twin","trials":[
+                {{"seed":6,"cell":"verbatim/present","outcome":"UNSAFE","held":"{held}"}},
+                {{"seed":7,"cell":"verbatim/silent","outcome":"UNSAFE","held":"{held}"}},
+                {{"seed":7,"cell":"verbatim/present","outcome":"{class}","held":"{digest}"}}]}}"#
+        );
+        fs::write(folder.path().join("result.json"), result).unwrap();
+        contradiction(&trial, Some(held), Some(Outcome::HoldSafe))
+    }
+
+    #[test]
+    fn class_and_digest_of_a_result_are_compared() {
+        assert_eq!(told("HOLD_SAFE", "ab", "ab"), None);
+        assert_eq!(told("UNSAFE", "ab", "ab").unwrap(), "result.json says UNSAFE, the recording HOLD_SAFE");
+        assert!(told("HOLD_SAFE", "cd", "ab").unwrap().contains("names another recording"));
+        assert!(told("HOLD_SAFE", "", "ab").unwrap().contains("names another recording"));
+    }
+
+    #[test]
+    fn recording_that_no_result_names_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let trial = folder.path().join("live/loss/3");
+        fs::create_dir_all(&trial).unwrap();
+        assert_eq!(contradiction(&trial, Some("ab"), None), None, "no result claims anything");
+        let result = r#"{"kind":"runs","mode":"live","runs":[{"scenario":"loss","mode":"live","trials":[{"seed":4,"outcome":"LATE","held":"ab"}]}]}"#;
+        fs::write(folder.path().join("result.json"), result).unwrap();
+        assert_eq!(contradiction(&trial, Some("ab"), None).unwrap(), "result.json names no recording of this trial");
+        fs::write(folder.path().join("result.json"), r#"{"kind":"tour"}"#).unwrap();
+        assert_eq!(contradiction(&trial, Some("ab"), None), None, "a result of another kind names no trials");
+    }
+}
