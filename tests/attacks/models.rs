@@ -26,7 +26,7 @@ fn colours(head: &str) -> Head {
 }
 
 fn brought(path: &Path, head: Head) -> Brought {
-    Brought { model: pin(path).expect("a small file"), head, loaded: None }
+    Brought::new(pin(path).expect("a small file"), head)
 }
 
 fn refused(path: &Path, head: Head) -> LoadError {

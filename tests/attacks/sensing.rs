@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use evidence::trial::Outcome;
-use evidence::{Fate, Property};
+use evidence::{Fate, Property, Witnessed};
 use holdsafe_tests::{rendered, shipped, variations};
 use instrument::{Any, Note};
 use oracle::judge;
@@ -156,6 +156,20 @@ fn localisation_jump_holds_in_time() {
 fn a_frozen_or_noisy_localisation_holds_in_time() {
     holds_within_th("localisation_freeze");
     holds_within_th("localisation_noise");
+}
+
+/// The cause is odometry's, and once it is true again the unit goes on by consent.
+#[test]
+fn frozen_odometry_holds_in_time_and_is_named() {
+    holds_within_th("odometry_freeze");
+    for run in shipped("odometry_freeze").expect(SEEDS) {
+        let seen = |w: &Witnessed| match w.entry.event {
+            Any::Service(Event::NavigationSeen { fix, odometry }) => Some((fix, odometry)),
+            _ => None,
+        };
+        let seen: Vec<(bool, bool)> = run.evidence.entries.iter().filter_map(seen).collect();
+        assert!(seen.starts_with(&[(true, true), (true, false)]), "{seen:?}");
+    }
 }
 
 #[test]

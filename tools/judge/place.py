@@ -8,6 +8,7 @@ from bisect import bisect_left
 from math import hypot
 
 from log import RESTING_MODES
+from plant import OVERSPEED
 
 GAP_US = 250_000  # truth is known between entries that are no further apart
 # What odometry may be wrong by while fixes are not used: mm, a share of the way, and mm/s of wheels that hold a slope.
@@ -78,7 +79,7 @@ def p5_distrusted(log):
         moved = (pose[0] - pose0[0], pose[1] - pose0[1])
         went = (at[0] - at0[0], at[1] - at0[1])
         # Without odometry the pose may lag behind by all that the unit can go.
-        unseen = without(blind, since, t) / 1e6 * log.bounds["max_speed_mm_s"]
+        unseen = without(blind, since, t) / 1e6 * (log.bounds["max_speed_mm_s"] + OVERSPEED)
         allowed = ODOMETRY[0] + ODOMETRY[1] * way + ODOMETRY[2] * (t - since) / 1e6 + unseen
         if hypot(*moved) > ODOMETRY[0] and hypot(moved[0] - went[0], moved[1] - went[1]) > allowed:
             yield "P5", t, "a pose moved under fixes that the unit distrusts"

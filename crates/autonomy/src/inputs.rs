@@ -50,7 +50,7 @@ impl Autonomy {
         if let Some(pilot) = &mut self.pilot {
             pilot.read(&reading);
         }
-        let present = (reading.fix.is_some(), reading.odometry.is_some());
+        let present = (reading.fix.is_some(), reading.odometry.is_some() && self.localisation.hears_odometry());
         if self.present.replace(present) != Some(present) {
             self.write(now, Event::NavigationSeen { fix: present.0, odometry: present.1 });
         }

@@ -180,7 +180,7 @@ impl Autonomy {
             picture: Picture::default(),
             crops: Crops::default(),
             bearings: Bearings::default(),
-            localisation: Localisation::new(config.limits, waived),
+            localisation: Localisation::new(config.limits, waived).telling_repeats(setup.bounds.product_limit()),
             fence,
             map,
             bounds,

@@ -9,8 +9,11 @@
 //! - the *receiver's time* runs with this host's clock ([`Guard::TimeBase`], `receiver`).
 //!
 //! While one of them fails, no fix is used: pose and anchor go by odometry alone, and only fixes that agree again end
-//! that. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
+//! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
 //! that the policy waives still reports its findings, and keeps no fix out.
+//!
+//! Odometry that repeats its last reading while the unit moves gives nothing new: noise of the wheels differs from reading to reading. Where
+//! that is told ([`Localisation::telling_repeats`]), it counts as silent once it has lasted.
 //!
 //! A unit that flies has a height on top (`height`).
 //!
@@ -50,6 +53,12 @@ pub struct Localisation {
     newest: Option<Instant>,
     fix: Option<Instant>,
     odometry: Option<(Instant, Odometry)>,
+    /// The newest reading of odometry, new or repeated.
+    heard: Option<Odometry>,
+    /// Time after which repeated readings count as none; never without it.
+    repeats: Option<Span>,
+    /// Odometry has repeated itself for so long.
+    stale: bool,
     track: Option<Estimates>,
     disagrees: bool,
     drift: Drift,
@@ -88,6 +97,18 @@ impl Localisation {
         Localisation { limits, passed_over, height, ..Localisation::default() }
     }
 
+    /// The same, with odometry that has repeated one reading for `limit` taken for silent. For odometry with noise of its own; readings
+    /// without any repeat honestly.
+    #[must_use]
+    pub fn telling_repeats(self, limit: Span) -> Self {
+        Localisation { repeats: Some(limit), ..self }
+    }
+
+    /// True unless odometry only repeats itself.
+    pub fn hears_odometry(&self) -> bool {
+        !self.stale
+    }
+
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
     pub fn take(&mut self, reading: &Navigation, waived: Waived) {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
@@ -100,8 +121,9 @@ impl Localisation {
         if let (Some(height), Some(spatial)) = (&mut self.height, &reading.spatial) {
             height.take(spatial, reading.stamp, elapsed);
         }
-        self.advance(reading.odometry, elapsed);
-        if let Some(odometry) = reading.odometry {
+        let repeated = self.repeats_itself(reading);
+        self.advance(reading.odometry.filter(|_| !self.stale), elapsed);
+        if let Some(odometry) = reading.odometry.filter(|_| !repeated) {
             self.odometry = Some((reading.stamp, odometry));
         }
         if let Some(fix) = reading.fix {
@@ -187,6 +209,16 @@ impl Localisation {
         self.waived
     }
 
+    /// True if odometry gives its last reading again, which wheels that turn do not, or at rest none; notes for how long.
+    fn repeats_itself(&mut self, reading: &Navigation) -> bool {
+        let moves = |odometry: &Odometry| (odometry.speed_mm_s, odometry.yaw_rate_mrad_s) != (0, 0);
+        let repeated = self.repeats.is_some() && reading.odometry.filter(moves).is_some_and(|o| self.heard == Some(o));
+        self.heard = reading.odometry.or(self.heard);
+        let lasts = |(at, _): (Instant, Odometry)| self.repeats.is_some_and(|limit| reading.stamp.since(at) >= limit);
+        self.stale = repeated && self.odometry.is_some_and(lasts);
+        repeated
+    }
+
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64) {
         let reach = self.speed().abs() * elapsed;
         let slides = self.slides;
@@ -214,7 +246,11 @@ impl Localisation {
         self.disagrees = beyond_gate(&self.limits, (&seen, &anchor), fix.sigma_mm, unobserved, self.disagrees);
         let innovation = (seen.at.0 - anchor.at.0, seen.at.1 - anchor.at.1);
         let share = f64::from(self.limits.odometry_permille) / 1000.0;
-        self.drift.take(innovation, elapsed, self.speed(), (share, unobserved));
+        if self.disagrees {
+            self.drift.pass(elapsed, self.speed());
+        } else {
+            self.drift.take(innovation, elapsed, self.speed(), (share, unobserved));
+        }
         let usable = !self.distrusted();
         if let Some(estimates) = self.track.as_mut().filter(|_| usable) {
             let share = estimates.follow(&seen, elapsed);
@@ -338,6 +374,39 @@ mod tests {
         assert!(kept < 400.0, "{kept}");
         let followed = strayed(Guards::default().with(Guard::Drift));
         assert!(followed > 1800.0, "{followed}");
+    }
+
+    /// One fix far off is the gate's alone.
+    #[test]
+    fn single_outlier_is_forgotten_with_the_next_fix() {
+        let mut localisation = Localisation::default();
+        drive(&mut localisation, 0, 200, |_| 0.0);
+        drive(&mut localisation, 200, 1, |_| 11_000.0);
+        assert!(localisation.distrusted());
+        let now = drive(&mut localisation, 201, 1, |_| 0.0);
+        assert_eq!((localisation.lost(now, LIMIT), localisation.drifts()), (None, None));
+    }
+
+    #[test]
+    fn odometry_that_repeats_itself_in_motion_is_silent() {
+        let read = |localisation: &mut Localisation, i: u64, odometry: (i32, i16)| {
+            let pose = Pose { x_mm: 2000 * i as i32 / 20, y_mm: 0, yaw_mrad: 0 };
+            let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
+            let (speed_mm_s, yaw_rate_mrad_s) = odometry;
+            let odometry = Some(Odometry { speed_mm_s, yaw_rate_mrad_s });
+            localisation.take(&Navigation { stamp: at(i), fix, odometry, spatial: None }, Waived::default());
+        };
+        let after = |odometry: fn(i32) -> (i32, i16), repeats: bool| {
+            let localisation = Localisation::default();
+            let mut localisation = if repeats { localisation.telling_repeats(LIMIT) } else { localisation };
+            (0..20).for_each(|i| read(&mut localisation, i, (2000 + i as i32, 0)));
+            (20..30).for_each(|i| read(&mut localisation, i, odometry(i as i32)));
+            (localisation.lost(at(29), LIMIT).is_some(), localisation.hears_odometry())
+        };
+        assert_eq!(after(|_| (2019, 0), true), (true, false), "repeated for half a second");
+        assert_eq!(after(|_| (2019, 0), false), (false, true), "not told there");
+        assert_eq!(after(|i| (2000 + i % 2, 0), true), (false, true), "noise of the wheels");
+        assert_eq!(after(|_| (0, 0), true), (false, true), "wheels at rest");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use wire::mode::Mode;
 use wire::time::Instant;
 
 use super::finding;
+use super::speed::OVERSPEED;
 use super::timeline::Timeline;
 
 /// East and north, millimetres.
@@ -172,7 +173,8 @@ fn flagged_and_used(evidence: &Evidence, sights: &[Sight], truth: &Series<2>) ->
         let off = length(minus(moved, went));
         let lasted = (s.at - since) as f64 / 1e6;
         let overlap = |(from, to): &(Micros, Micros)| s.at.min(*to).saturating_sub(since.max(*from)) as f64 / 1e6;
-        let unseen = blind.iter().map(overlap).sum::<f64>() * f64::from(evidence.bounds.max_speed_mm_s);
+        let fastest = f64::from(evidence.bounds.max_speed_mm_s) + f64::from(OVERSPEED);
+        let unseen = blind.iter().map(overlap).sum::<f64>() * fastest;
         let allowed = ODOMETRY.0 + ODOMETRY.1 * way + ODOMETRY.2 * lasted + unseen;
         if length(moved) > ODOMETRY.0 && off > allowed {
             let what = format!("a pose moved by {off:.0} mm under fixes that the unit distrusts");

@@ -18,7 +18,7 @@ use super::{finding, process_fault};
 
 /// By how much a plant that drives may be faster than its set-point, mm/s: on the steepest ground that a scene may have,
 /// downhill adds 1 m/s² (`docs/reference/bounds.md`), and the plant corrects 4 m/s² for each m/s.
-const OVERSPEED: i32 = 250;
+pub(crate) const OVERSPEED: i32 = 250;
 
 /// A stretch of time in one mode.
 struct Stay {

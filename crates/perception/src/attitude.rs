@@ -113,6 +113,7 @@ impl Watch {
                 sigma: SIGMA_M,
                 supported,
                 vetoed,
+                absent: Modalities::default(),
                 complete,
                 bounds: None,
             })

@@ -53,6 +53,7 @@ impl Cold {
             let Some(sighting) = judgement.sighting.as_mut().filter(|s| s.class == Class::Vehicle) else { continue };
             if self.is_cold(stamp, ego.to_world(sighting.place), sighting) {
                 sighting.vetoed = sighting.vetoed.with(Modality::Thermal);
+                sighting.absent = Modalities::default();
                 judgement.vetoed = sighting.vetoed;
             }
         }
@@ -128,7 +129,17 @@ mod tests {
         let (thermal, none) = (Modalities::default().with(Modality::Thermal), Modalities::default());
         let (supported, vetoed) = if warm { (thermal, none) } else { (none, thermal) };
         let (class, score, place, sigma) = (Class::Vehicle, 900, [ahead, 0.0], 0.3);
-        let sighting = Sighting { class, score, place, sigma, supported, vetoed, complete: true, bounds: None };
+        let sighting = Sighting {
+            class,
+            score,
+            place,
+            sigma,
+            supported,
+            vetoed,
+            absent: Modalities::default(),
+            complete: true,
+            bounds: None,
+        };
         let mut judged = [Judgement { detection: 0, supported, vetoed, sighting: Some(sighting) }];
         cold.judge(Instant(k * 100_000), Some(&Placement::ORIGIN), &mut judged);
         let after = judged[0].sighting.expect("the sighting");

@@ -21,6 +21,7 @@ use crate::letterbox::{HEIGHT, Letterbox, SIDES, WIDTH};
 use crate::model::{Model, ModelError, ModelRef, Networks};
 use crate::onnx::{Inspected, OnnxError};
 use crate::runtime::{RuntimeError, environment};
+use crate::sight::{Faults, Sight, Watched};
 
 /// Reason for the lack of a detector, or of detections.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +54,9 @@ pub enum DetectorError {
         /// Its output.
         got: String,
     },
+    /// The process that it runs in ended, was silent, or refused it.
+    #[error("detector: {0}")]
+    Process(String),
     /// The image is not of the camera's size.
     #[error("image of {got} bytes, expected {wanted}")]
     Image {
@@ -164,9 +168,31 @@ pub struct Brought {
     pub model: ModelRef,
     /// Decoding of its output.
     pub head: Head,
-    /// The same, loaded. It cannot be sent: every process reads the file and holds it to the pin itself.
+    /// The same, loaded. It cannot be sent: every process that asks it has one of its own.
     #[serde(skip)]
-    pub loaded: Option<Arc<Detector>>,
+    pub loaded: Option<Arc<dyn Sight>>,
+    /// Its faults in this run.
+    #[serde(skip)]
+    pub faults: Faults,
+}
+
+impl Brought {
+    /// A detector with this file and decoding, not loaded.
+    pub fn new(model: ModelRef, head: Head) -> Self {
+        Self { model, head, loaded: None, faults: Faults::default() }
+    }
+
+    /// The same for a run of its own, without faults.
+    #[must_use]
+    pub fn for_run(&self) -> Self {
+        Self { faults: Faults::default(), ..self.clone() }
+    }
+
+    /// The loaded detector, whose faults are noted in this.
+    pub(crate) fn watched(&self) -> Option<Arc<dyn Sight>> {
+        let sight = Arc::clone(self.loaded.as_ref()?);
+        Some(Arc::new(Watched { sight, faults: self.faults.clone() }))
+    }
 }
 
 /// Hash and head say which detector it is, loaded or not.

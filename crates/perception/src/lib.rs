@@ -4,6 +4,7 @@
 //!   [`head`]), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the
 //!   bus; everything after them is the same code.
 //! - [`mod@attitude`] makes sightings of attitude sensors, on a platform that looks at stars and not at objects.
+//! - [`sight`] asks a detector in this process or another one, and notes the faults of one of others.
 //! - [`content`] tells new sensor content from repeated; a sensor that repeats itself has given no product.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`] places it
 //!   in the world, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
@@ -31,6 +32,7 @@ pub mod process;
 pub mod provenance;
 pub mod reasons;
 pub mod runtime;
+pub mod sight;
 pub mod stages;
 pub mod thermal;
 pub mod tracker;
@@ -151,7 +153,7 @@ impl Perception {
         let detector = match &config.detector {
             _ if !config.rendered => return Self::make(setup, config, None, now),
             None => None,
-            Some(Brought { loaded: Some(detector), .. }) => Some(Arc::clone(detector)),
+            Some(brought @ Brought { loaded: Some(_), .. }) => brought.watched(),
             Some(other) => return Err(PerceptionError::NotLoaded(other.model.path.display().to_string())),
         };
         // A custom detector proposes by itself.

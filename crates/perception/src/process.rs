@@ -3,7 +3,7 @@
 //!
 //! A detector from a file is [`load`]ed here alone, by the running process: read, held to its pin, inspected, tried.
 
-pub mod try_detector;
+pub mod detector;
 
 use std::io::Read;
 use std::path::Path;
@@ -15,18 +15,18 @@ use serde::{Deserialize, Serialize};
 use wire::setup::Setup;
 
 use crate::detector::{Brought, Detector, DetectorError};
-use crate::letterbox::{HEIGHT, WIDTH};
 use crate::model::{MAX_MODEL, Model, ModelError, ModelRef, hex_digest};
 use crate::runtime::{self, RuntimeError};
-use crate::{Perception, PerceptionConfig};
+use crate::sight::Sight;
+use crate::{Perception, PerceptionConfig, letterbox};
 
 /// The largest ONNX Runtime library, bytes.
 const MAX_LIBRARY: usize = 256 << 20;
 /// The most CPU time that a detector may take for a frame, microseconds: half of the time between two frames. The rest
 /// is for the other stages of perception, and for other processes on the host.
 pub const MOST_CPU_US: u64 = 50_000;
-/// Frames on which a detector is tried. The fastest counts: delays in the others are not the model's.
-const TRIED: usize = 3;
+/// Images on which a detector is tried, a black one and others. The fastest counts: delays in the others are not the model's.
+const TRIED: u64 = 8;
 
 /// Configuration that a launcher puts into [`ServiceSpec::config`] for perception.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,24 +71,33 @@ pub enum LoadError {
     },
 }
 
-/// Runs the service until its launcher ends it.
+/// Runs the service until its launcher ends it. It can start no detector of others.
 pub fn main() -> ExitCode {
-    match make() {
+    main_with(|_, _| Err("this program starts no detectors".into()))
+}
+
+/// Runs the service until its launcher ends it; `start` starts the process of a detector that the configuration names, with a runtime of
+/// its own where one is named.
+pub fn main_with(start: impl FnOnce(&Brought, Option<&ModelRef>) -> Result<Arc<dyn Sight>, String>) -> ExitCode {
+    match make(start) {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
         Err(why) => link::drive::refuse("perception", &why.to_string()),
     }
 }
 
-fn make() -> Result<(ServiceSpec, Perception), Box<dyn std::error::Error>> {
-    let spec = link::confined::from_stdin("perception")?;
-    let ProcessConfig { setup, config } = spec.config()?;
+fn make(
+    start: impl FnOnce(&Brought, Option<&ModelRef>) -> Result<Arc<dyn Sight>, String>,
+) -> Result<(ServiceSpec, Perception), Box<dyn std::error::Error>> {
+    let spec = ServiceSpec::from_stdin()?;
+    let ProcessConfig { setup, mut config } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
+    // A detector of others has a process and a confinement of its own.
+    if let Some(brought) = config.detector.as_mut().filter(|_| config.rendered) {
+        brought.loaded = Some(start(brought, config.runtime.as_ref())?);
+    }
+    let spec = link::confined::confine(spec, "perception")?;
     if let Some(library) = config.runtime.as_ref().filter(|_| config.rendered) {
         adopt(library)?;
-    }
-    let mut config = config;
-    if let Some(brought) = config.detector.as_mut().filter(|_| config.rendered) {
-        brought.loaded = Some(Arc::new(load(brought)?));
     }
     let core = Perception::new(setup, config, spec.started())?;
     Ok((spec, core))
@@ -115,12 +124,27 @@ pub fn load(brought: &Brought) -> Result<Detector, LoadError> {
 /// CPU time of the quickest of some frames, microseconds.
 fn quickest(detector: &Detector) -> Result<u64, DetectorError> {
     let mut least = u64::MAX;
-    for _ in 0..TRIED {
+    for number in 0..TRIED {
+        let image = drawn(number);
         let from = link::clock::thread_cpu_us();
-        detector.detect(&[0; 3 * WIDTH * HEIGHT], 1000)?;
+        detector.detect(&image, 1000)?;
         least = least.min(link::clock::thread_cpu_us().saturating_sub(from));
     }
     Ok(least)
+}
+
+/// An image to try a model on: the first is black, each other one drawn from its number.
+fn drawn(number: u64) -> Vec<u8> {
+    let mut state = number;
+    // SplitMix64 (Steele, Lea and Flood, 2014).
+    let next = |_| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (mixed ^ (mixed >> 31)) as u8
+    };
+    let bytes = 3 * letterbox::WIDTH * letterbox::HEIGHT;
+    if number == 0 { vec![0; bytes] } else { (0..bytes).map(next).collect() }
 }
 
 /// Uses a pinned ONNX Runtime library in this process, before any model is loaded.

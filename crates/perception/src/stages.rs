@@ -10,13 +10,14 @@ use wire::sensor::{Candidates, Detection, Frames, ProductMode};
 use crate::detector::{Detector, DetectorError};
 use crate::fused::Disputed;
 use crate::lidar::Scanner;
+use crate::sight::Sight;
 use crate::{depth, fused, thermal};
 
 /// The stages with their models. A clone shares the models.
 #[derive(Clone, Debug)]
 pub struct Stages {
     sensors: Sensors,
-    detector: Arc<Detector>,
+    detector: Arc<dyn Sight>,
     thermal: Arc<Detector>,
     /// Proposes in place of the colour detector, which can then dispute.
     fused: Option<Arc<Detector>>,
@@ -25,7 +26,7 @@ pub struct Stages {
 
 impl Stages {
     /// For these sensors: a detector that sees the colour image, and one that sees the bands of the thermal.
-    pub fn new(sensors: &Sensors, detector: Arc<Detector>, thermal: Arc<Detector>) -> Self {
+    pub fn new(sensors: &Sensors, detector: Arc<dyn Sight>, thermal: Arc<Detector>) -> Self {
         Stages { sensors: *sensors, detector, thermal, fused: None, scanner: Scanner::new(&sensors.lidar) }
     }
 
@@ -61,8 +62,8 @@ impl Stages {
     }
 
     /// The detector that sees the colour image.
-    pub fn detector(&self) -> &Detector {
-        &self.detector
+    pub fn detector(&self) -> &dyn Sight {
+        self.detector.as_ref()
     }
 
     /// The detector that sees the bands of the thermal image.

@@ -27,6 +27,9 @@ const OPINIONS: usize = 5;
 const SUPPORTS: usize = 1;
 /// Of those, how many make a veto: most of them.
 const VETOES: usize = 3;
+/// And how many make one where a modality only shows nothing: all but one, for a stage misses a frame more often than it errs, and the
+/// track limit is as long.
+const ABSENCES: usize = 4;
 /// Updates that make a tentative track a track, within the last five frames.
 const CONFIRMATIONS: u32 = 3;
 const CONFIRMATION_FRAMES: u8 = 0b1_1111;
@@ -50,12 +53,39 @@ struct Hypothesis {
     confirmed: bool,
     confidence: u16,
     votes: [u32; 4],
-    /// Supporting and vetoing modalities in the newest frames, newest first.
-    opinions: [(Modalities, Modalities); OPINIONS],
+    /// In the newest frames, newest first.
+    opinions: [Opinion; OPINIONS],
     updated: Instant,
     frame: FrameId,
     /// Its newest sighting's place in the image.
     bounds: Option<PixelBox>,
+}
+
+/// What one frame says of a track.
+#[derive(Clone, Copy, Debug, Default)]
+struct Opinion {
+    supported: Modalities,
+    /// Those that speak against it, by what they show or by showing nothing.
+    vetoed: Modalities,
+    /// Those that speak against it by showing nothing.
+    absent: Modalities,
+}
+
+impl Opinion {
+    /// Of a sighting that claims the class `own`, or another one. Another class is colour's word against the track; what other modalities
+    /// say of that claim they do not say of the track.
+    fn of(sighting: &Sighting, own: Option<Class>) -> Self {
+        let Sighting { supported, vetoed, absent, .. } = *sighting;
+        if own.is_none_or(|own| own == sighting.class) {
+            return Opinion { supported, vetoed, absent };
+        }
+        let places = [Modality::Depth, Modality::Lidar].into_iter().filter(|place| supported.has(*place));
+        Opinion {
+            supported: places.fold(Modalities::default(), Modalities::with),
+            vetoed: Modalities::default().with(Modality::Rgb),
+            absent: Modalities::default(),
+        }
+    }
 }
 
 /// The tracker.
@@ -175,7 +205,7 @@ impl Hypothesis {
     }
 
     fn learn(&mut self, sighting: &Sighting) {
-        self.hear(sighting.supported, sighting.vetoed);
+        self.hear(Opinion::of(sighting, self.confirmed.then(|| self.class())));
         self.bounds = sighting.bounds;
         self.history <<= 1;
         if !sighting.stands() {
@@ -193,19 +223,26 @@ impl Hypothesis {
         self.votes[sighting.class as usize] += u32::from(sighting.score);
     }
 
-    fn hear(&mut self, supported: Modalities, vetoed: Modalities) {
+    fn hear(&mut self, opinion: Opinion) {
         self.opinions.rotate_right(1);
-        self.opinions[0] = (supported, vetoed);
+        self.opinions[0] = opinion;
     }
 
-    /// The modalities that at least `least` of the newest opinions hold.
-    fn held(&self, least: usize, side: impl Fn(&(Modalities, Modalities)) -> Modalities) -> Modalities {
-        let holds = |m: &Modality| self.opinions.iter().filter(|o| side(o).has(*m)).count() >= least;
+    /// The modalities for which at least `least` of the newest opinions are so.
+    fn held(&self, least: usize, is: impl Fn(&Opinion, Modality) -> bool) -> Modalities {
+        let holds = |m: &Modality| self.opinions.iter().filter(|opinion| is(opinion, *m)).count() >= least;
         Modality::ALL.into_iter().filter(holds).fold(Modalities::default(), Modalities::with)
     }
 
+    /// The modalities that speak against it: by what they showed, or for longer by showing nothing.
+    fn against(&self) -> Modalities {
+        let shown = self.held(VETOES, |opinion, m| opinion.vetoed.has(m) && !opinion.absent.has(m));
+        let any = self.held(ABSENCES, |opinion, m| opinion.vetoed.has(m));
+        Modality::ALL.into_iter().filter(|m| shown.has(*m) || any.has(*m)).fold(Modalities::default(), Modalities::with)
+    }
+
     fn miss(&mut self) {
-        self.hear(Modalities::default(), Modalities::default());
+        self.hear(Opinion::default());
         self.history <<= 1;
         self.confidence -= self.confidence / 24;
     }
@@ -248,8 +285,8 @@ impl Hypothesis {
             vy_mm_s: millimetres(state[3]),
             sigma_mm: (variance.max(0.0).sqrt() * 1000.0).min(65_535.0) as u16,
             confidence: self.confidence,
-            supported: self.held(SUPPORTS, |o| o.0),
-            vetoed: self.held(VETOES, |o| o.1),
+            supported: self.held(SUPPORTS, |opinion, m| opinion.supported.has(m)),
+            vetoed: self.against(),
             updated: self.updated,
             frame: self.frame,
             across_px: self.bounds.map_or(0, across_px),

@@ -48,6 +48,8 @@ pub struct Sighting {
     pub supported: Modalities,
     /// Modalities that speak against it.
     pub vetoed: Modalities,
+    /// Of these, the ones that show nothing there and nothing else: a stage that misses a frame looks the same.
+    pub absent: Modalities,
     /// True if everything that its class lets one expect was seen; false without a thermal product for a warm class.
     pub complete: bool,
     /// Place in the image; none without one.
@@ -106,10 +108,11 @@ fn judge(
     let mut spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
     spatial.pass_over(unheard);
     let mut warmth = thermal::judge(detection, candidates.thermal.as_deref());
-    if warmth == Warmth::Contradicts && unheard.has(Modality::Thermal) {
+    if matches!(warmth, Warmth::Contradicts | Warmth::Absent) && unheard.has(Modality::Thermal) {
         warmth = Warmth::Fits;
     }
     let (supported, vetoed) = sets(disputed, &spatial, warmth);
+    let thermal = Modalities::default().with(Modality::Thermal);
     let sighting = spatial.place.filter(|_| enough(&spatial, warmth)).map(|Place { middle, sigma }| Sighting {
         class: detection.class,
         score: detection.score,
@@ -117,6 +120,7 @@ fn judge(
         sigma,
         supported,
         vetoed,
+        absent: if warmth == Warmth::Absent { thermal } else { Modalities::default() },
         complete: warmth != Warmth::Unknown,
         bounds: Some(detection.bounds),
     });
@@ -146,7 +150,7 @@ fn sets(disputed: bool, spatial: &Spatial, warmth: Warmth) -> (Modalities, Modal
     }
     match warmth {
         Warmth::Fits => supported = supported.with(Modality::Thermal),
-        Warmth::Contradicts => vetoed = vetoed.with(Modality::Thermal),
+        Warmth::Contradicts | Warmth::Absent => vetoed = vetoed.with(Modality::Thermal),
         Warmth::Unknown | Warmth::Neutral => {}
     }
     (supported, vetoed)

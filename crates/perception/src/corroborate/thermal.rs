@@ -22,14 +22,16 @@ pub enum Warmth {
     Neutral,
     /// As warm as its class.
     Fits,
-    /// Cold where it should be warm, or of a wrong temperature.
+    /// Nothing warm where something should be: a cold object, or a frame that the stage missed.
+    Absent,
+    /// Of a wrong temperature.
     Contradicts,
 }
 
 /// Judges `detection` by the warm regions of the frame.
 pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
     let Some(blobs) = blobs else { return Warmth::Unknown };
-    let mut own = blobs.iter().filter(|blob| blob.bounds.shared(&detection.bounds) >= SAME);
+    let own = || blobs.iter().filter(|blob| blob.bounds.shared(&detection.bounds) >= SAME);
     let warm = |blob: &Blob| match blob.class {
         Class::Vehicle => (VEHICLE_CK.0..=VEHICLE_CK.1).contains(&blob.peak_ck),
         Class::Person => (PERSON_CK.0..=PERSON_CK.1).contains(&blob.peak_ck),
@@ -37,14 +39,16 @@ pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
     };
     match detection.class {
         class @ (Class::Vehicle | Class::Person) => {
-            if own.any(|blob| blob.class == class && warm(blob)) {
+            if own().any(|blob| blob.class == class && warm(blob)) {
                 Warmth::Fits
+            } else if own().next().is_none() {
+                Warmth::Absent
             } else {
                 Warmth::Contradicts
             }
         }
         Class::Decoy | Class::Obstacle => {
-            if own.any(warm) {
+            if own().any(warm) {
                 Warmth::Contradicts
             } else {
                 Warmth::Neutral
@@ -69,7 +73,7 @@ mod tests {
         let bounds = PixelBox { x0: 40, y0: 50, x1: 60, y1: 60 };
         let claim = |class, blob| judge(&Detection { class, score: 900, bounds }, Some(&[blob]));
         assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 42)), Warmth::Fits);
-        assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 55)), Warmth::Contradicts, "beside it");
+        assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 55)), Warmth::Absent, "beside it");
         assert_eq!(claim(Class::Vehicle, blob(Class::Obstacle, 31_800, 42)), Warmth::Contradicts, "merely warm");
         assert_eq!(claim(Class::Vehicle, blob(Class::Person, 30_500, 42)), Warmth::Contradicts, "somebody before it");
         assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 45_000, 42)), Warmth::Contradicts, "on fire");
