@@ -36,11 +36,23 @@ def timely(log, node):
     return times
 
 
-def gap(log, last):
-    """Until when the plan of contacts lets a unit go on that was last heard of near the end of one: soon after the next has begun."""
+def contacts(log):
+    """The planned contacts, at times of the run."""
     relay = log.of("started", by="relay-telemetry")
     zero = relay[0]["t_us"] if relay else 0
-    plan = [(zero + c["from"], zero + c["until"]) for c in log.head.get("contacts", [])]
+    return [(zero + c["from"], zero + c["until"]) for c in log.head.get("contacts", [])]
+
+
+def gaps(log):
+    """The times without a planned contact; none without a plan."""
+    plan = contacts(log)
+    begins, ends = [0] + [end for _, end in plan], [begin for begin, _ in plan] + [log.end]
+    return [span for span in zip(begins, ends) if span[0] < span[1]] if plan else []
+
+
+def gap(log, last):
+    """Until when the plan of contacts lets a unit go on that was last heard of near the end of one: soon after the next has begun."""
+    plan = contacts(log)
     for (_, end), (begin, _) in zip(plan, plan[1:]):
         if last < begin and last >= end - CONTACT_NEAR - log.bounds["freshness_ms"] * 1000:
             return begin + CONTACT_TAKEN_UP + log.bounds["control_period_ms"] * 1000

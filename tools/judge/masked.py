@@ -1,10 +1,10 @@
 """What kept an injection from happening, where two did not see it: no actor's word counts for that.
 
 That a process was gone is the launcher's word and its own silence. That there was nothing to take hold of is told by whoever would have
-sent it, or by guards. That a fault was hidden by another is told by the other's receipt.
+sent it, or by guards; that there was no link, by the plan of contacts and the silence at its ends. That a fault was hidden by another is told by the other's receipt.
 """
 
-from links import LINK_SILENT, arrivals, datagram
+from links import DATAGRAM, LINK_SILENT, arrivals, datagram, gaps
 from log import key, planned, within
 
 AT_MOST = 200_000  # what is kept from it begins within so long of its time, which is too short to have done anything
@@ -17,7 +17,7 @@ def masked(log, plan, span, window, faults):
     """Whether something kept `plan` from happening all through its time."""
     what, value = planned(plan)
     span = (max(0, span[0]), max(span[0], min(span[1], log.end)))
-    if gone(log, what, value, plan["needs"]["running"], span):
+    if out_of_contact(log, what, value, span) or gone(log, what, value, plan["needs"]["running"], span):
         return True
     takes = plan["needs"]["takes"]
     if takes is not None and not claimed(log, what, value, window):
@@ -26,6 +26,17 @@ def masked(log, plan, span, window, faults):
     return what == "fault" and any(
         f[0] == value[0] and f[1] != value[1] and f[1] in ("dropout", "freeze") and covers(f[2:4], span) for f in faults
     )
+
+
+def out_of_contact(log, what, value, span):
+    """Whether the plan of contacts had no link for all that time, and nothing came to its ends."""
+    if not (what in ("stream", "broker") or what == "action" and value in DATAGRAM):
+        return False
+    if not any(covers(gap, span) for gap in gaps(log)):
+        return False
+    if any(within(span, a["t"]) for node in ("gateway", "unit-a") for a in arrivals(log, node)):
+        return False
+    return not any(within(span, e["t_us"]) for e in log.of("stream_saw") if e["event"]["sight"] in ("arrived", "delivered"))
 
 
 def covers(of, span):

@@ -28,6 +28,8 @@ pub enum Mask {
     NothingAsked,
     /// The gateway had accepted no report that it was to take hold of.
     NoReport,
+    /// By the plan of contacts there was no link, and nothing came to either end of it.
+    OutOfContact,
 }
 
 /// Fate of one injection.
@@ -95,6 +97,21 @@ impl FateName {
             FateName::Masked => "masked",
             FateName::NotProven => "not proven",
         }
+    }
+}
+
+impl InjectionRow {
+    /// In words, of one that did not arrive: plan, time, and the obstacle if one is proven.
+    pub fn undelivered(&self) -> Option<String> {
+        let by = |by: &serde_json::Value| by.to_string().replace(['"', '{', '}'], "").replace(['_', ':'], " ");
+        let why = match self.fate {
+            FateName::Noticed | FateName::Delivered => return None,
+            FateName::Masked => {
+                self.by.as_ref().map_or_else(|| "masked".to_owned(), |of| format!("masked: {}", by(of)))
+            }
+            FateName::NotProven => "not proven to have arrived, nor what kept it".to_owned(),
+        };
+        Some(format!("injection {} from {} ms: {why}", by(&self.what), self.from_ms))
     }
 }
 

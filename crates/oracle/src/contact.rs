@@ -14,16 +14,28 @@ const ACQUISITION: Micros = 2_000_000;
 /// Slack of clocks and logs.
 const SLACK: Micros = 50_000;
 
-/// Time until which a unit may go on, last heard or led at `last`, where that is near the end of a planned contact; none elsewhere.
-pub(super) fn spans(evidence: &Evidence, last: Micros) -> Option<Micros> {
+/// The planned contacts, at times of the run.
+fn windows(evidence: &Evidence) -> Vec<(Micros, Micros)> {
     let started = evidence
         .entries
         .iter()
         .find(|w| w.entry.node == NodeId::RELAY_TELEMETRY && matches!(w.entry.event, Any::Service(Event::Started)));
     let zero = started.map_or(0, |w| w.at);
+    evidence.contacts.iter().map(|contact| (zero + contact.from.0, zero + contact.until.0)).collect()
+}
+
+/// The times without a planned contact: before the first, between two, after the last. None without a plan.
+pub(super) fn gaps(evidence: &Evidence) -> Vec<(Micros, Micros)> {
+    let windows = windows(evidence);
+    let begins = std::iter::once(0).chain(windows.iter().map(|window| window.1));
+    let ends = windows.iter().map(|window| window.0).chain([evidence.duration]);
+    if windows.is_empty() { Vec::new() } else { begins.zip(ends).filter(|(from, to)| from < to).collect() }
+}
+
+/// Time until which a unit may go on, last heard or led at `last`, where that is near the end of a planned contact; none elsewhere.
+pub(super) fn spans(evidence: &Evidence, last: Micros) -> Option<Micros> {
     let heard = evidence.bounds.freshness_ms * 1000;
-    let windows: Vec<(Micros, Micros)> =
-        evidence.contacts.iter().map(|contact| (zero + contact.from.0, zero + contact.until.0)).collect();
+    let windows = windows(evidence);
     let pairs = windows.windows(2).map(|pair| (pair[0].1, pair[1].0));
     let near = |end: Micros| last + NEAR + heard + SLACK >= end;
     let mut gaps = pairs.filter(|(end, next)| near(*end) && last < *next);

@@ -3,7 +3,7 @@
 //! Inside the guards a guest's run is judged as the platform's own: the state machine, its mode and its guards are the platform's. A *bare*
 //! guest has none of these. Of its run the envelope is judged (P4), orders executed twice or late (P8), the object of an act (P11), standing
 //! still as long as an operator wants that (P3, P9), and how long it drives by a false place (P3); everything else is named in [`not_judged`].
-//! A safe state is read from the plant, never from what the guest says of itself; an arrival at the goal, true or stated, and an
+//! A safe state is read from the plant, never from what the guest says of itself, and it lasts; an arrival at the goal, true or stated, and an
 //! operator's HOLD are none. Of the place that it drives by there is its own word; a false one can only be held against the truth,
 //! which it cannot know.
 
@@ -98,13 +98,19 @@ pub(super) fn astray(evidence: &Evidence, line: &Timeline) -> Option<Finding> {
         Any::Service(Event::GuestPlaced { x_mm, y_mm }) => Some((w.at, w.entry.at, (f64::from(x_mm), f64::from(y_mm)))),
         _ => None,
     });
-    let mut since: Option<Micros> = None;
+    // Since when it has been astray, and since when it stands meanwhile: a short stop clears no false place.
+    let (mut since, mut stood): (Option<Micros>, Option<Micros>) = (None, None);
     for (at, stamp, place) in places {
         let Some([x, y]) = truth.before(stamp) else { continue };
         let off = length(minus(place, (x, y)));
         let moves = line.truth.iter().rev().find(|t| t.at <= at).is_some_and(drives);
-        since = (off > margin && moves).then_some(since.unwrap_or(at));
-        let Some(from) = since.filter(|since| at - since > th) else { continue };
+        stood = if moves { None } else { stood.or(Some(at)) };
+        if off <= margin || stood.is_some_and(|stood| at - stood >= th) {
+            since = None;
+        } else if moves {
+            since = since.or(Some(at));
+        }
+        let Some(from) = since.filter(|since| moves && at - since > th) else { continue };
         let due = super::speed::braked(evidence, from + th, 0);
         if at > due {
             let what = format!(
@@ -124,6 +130,21 @@ fn drives(truth: &Truth) -> bool {
 /// Distance from the end of the route within which a guest may take itself to have arrived, mm. On top goes the way that it brakes.
 const ARRIVED_MM: f64 = 2000.0;
 
+/// Way that a vehicle on wheels may still roll once it counts as standing, mm.
+const ROLLS_MM: f64 = 100.0;
+
+/// True if the plant, in its safe motion from `from` to the end of the run, has been so for twice *Th* and is where that began: one that
+/// creeps, or flies on slowly, is not. What leaves the ground may drift as far as the fence margin.
+fn lasts(evidence: &Evidence, line: &Timeline, from: Micros) -> bool {
+    let rest = || line.truth.iter().filter(move |t| t.at >= from);
+    let of = |t: &Truth| (f64::from(t.place.0), f64::from(t.place.1));
+    let long = evidence.duration.saturating_sub(from) >= 2 * evidence.bounds.to_hold_safe_ms * 1000;
+    long && rest().next().is_some_and(|first| {
+        let most = if first.kept.is_some() { f64::from(evidence.bounds.fence_margin_mm) } else { ROLLS_MM };
+        rest().all(|t| length(minus(of(t), of(first))) <= most)
+    })
+}
+
 /// Time from which the plant stands for good by the guest's doing, where it drove at `zero` or later: not since an operator's HOLD,
 /// and not at the end of the route by the truth or by the guest's own word.
 pub(super) fn stands_from(evidence: &Evidence, line: &Timeline, zero: Micros) -> Option<Micros> {
@@ -131,7 +152,7 @@ pub(super) fn stands_from(evidence: &Evidence, line: &Timeline, zero: Micros) ->
     let after = line.truth.iter().any(|t| t.at >= zero && drives(t));
     let from = process_fault::for_good(line, zero, |t| !drives(t));
     let from = from.filter(|from| (before || after) && matches!(line.mode_at(*from), Mode::Ready | Mode::PrepareToAct));
-    from.filter(|from| !arrived(evidence, *from))
+    from.filter(|from| lasts(evidence, line, *from) && !arrived(evidence, *from))
 }
 
 fn arrived(evidence: &Evidence, at: Micros) -> bool {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::claims::Claims;
 use evidence::log::hashes;
-use evidence::trial::{GuestFailure, Knowledge, StepRow, Trial};
+use evidence::trial::{GuestFailure, Knowledge, Outcome, StepRow, Trial};
 use evidence::{Evidence, InjectionRow, Micros, Verdict};
 use instrument::{Any, GuardVerdict, Note};
 use wire::event::{Account, Event, Interface};
@@ -68,7 +68,14 @@ pub fn findings(verdict: &Verdict) -> Vec<String> {
     let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
     let failure = verdict.guest.as_ref().and_then(|guest| guest.failure.as_ref());
     let failed = failed_guest(failure);
-    broken.chain(failed).chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}"))).collect()
+    let arrived = (verdict.outcome == Outcome::Invalid).then(|| undelivered(verdict)).into_iter().flatten();
+    let missing = verdict.mission.missing.iter().map(|what| format!("mission: {what}"));
+    broken.chain(failed).chain(arrived).chain(missing).collect()
+}
+
+/// The injections that did not arrive, each with its obstacle if one is proven.
+fn undelivered(verdict: &Verdict) -> impl Iterator<Item = String> {
+    verdict.injections.iter().map(InjectionRow::from).filter_map(|row| row.undelivered())
 }
 
 fn failed_guest(failure: Option<&GuestFailure>) -> impl Iterator<Item = String> {

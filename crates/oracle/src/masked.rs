@@ -2,7 +2,7 @@
 //!
 //! No injection is masked by an actor's word. The absence of a process is the launcher's word and that process's
 //! silence; the absence of a message to take hold of is told by its sender, or by the guards; a fault hidden by
-//! another, by the other's receipt. Where none of that holds for the whole time of the plan, it stays without proof.
+//! another, by the other's receipt; that there was no link, by the plan of contacts and the silence of the guards at its ends. Where none of that holds for the whole time of the plan, it stays without proof.
 
 use evidence::{Evidence, Mask, Micros, Plan, Planned, Takes, Witnessed};
 use instrument::{Action, Any, FaultKind, Note, Sight, Suspension};
@@ -14,7 +14,7 @@ use wire::id::{CommandId, NodeId};
 use super::arrived::Befallen;
 use super::datagram;
 use super::window::Window;
-use super::{life, link};
+use super::{contact, life, link};
 
 /// A span of time.
 type Span = (Micros, Micros);
@@ -25,6 +25,18 @@ const AT_MOST: Micros = 200_000;
 /// Time for which a message may have been on its way to the actor when its time began.
 const UNDER_WAY: Micros = 50_000;
 
+/// Actions on datagrams of the link.
+const LINK: [Action; 8] = [
+    Action::Delay,
+    Action::Drop,
+    Action::Duplicate,
+    Action::Reorder,
+    Action::Replay,
+    Action::Corrupt,
+    Action::Reoriginate,
+    Action::Inject,
+];
+
 /// Obstacle that kept `plan`, without a receipt, from arriving.
 pub(super) fn by(evidence: &Evidence, plan: &Plan, window: Window, faults: &[Befallen]) -> Option<Mask> {
     let span = window.span(evidence.duration);
@@ -32,7 +44,29 @@ pub(super) fn by(evidence: &Evidence, plan: &Plan, window: Window, faults: &[Bef
         let takes = plan.needs.takes.filter(|_| !claimed(evidence, plan.what, window))?;
         nothing(evidence, takes, span)
     };
-    gone(evidence, plan, span).or_else(idle).or_else(|| hidden(plan.what, span, faults))
+    let out = || out_of_contact(evidence, plan.what, span).then_some(Mask::OutOfContact);
+    out().or_else(|| gone(evidence, plan, span)).or_else(idle).or_else(|| hidden(plan.what, span, faults))
+}
+
+/// True for what is done to messages on the link between unit and control domain, where its plan of contacts had none and nothing came.
+fn out_of_contact(evidence: &Evidence, planned: Planned, span: Span) -> bool {
+    let on_link = match planned {
+        Planned::Action(action) => LINK.contains(&action),
+        Planned::Stream(_) | Planned::Broker(_) => true,
+        _ => false,
+    };
+    let targets = [NodeId::GATEWAY, evidence.under.node()];
+    let silent = || targets.iter().all(|target| !link::came(evidence, *target).iter().any(|at| within(span, *at)));
+    on_link && contact::gaps(evidence).into_iter().any(|gap| covers(gap, span)) && silent() && !streamed(evidence, span)
+}
+
+/// True if an end of the command streams saw bytes or a publication come.
+fn streamed(evidence: &Evidence, span: Span) -> bool {
+    let came = |w: &Witnessed| match w.entry.event {
+        Any::Instrument(Note::StreamSaw { sight, .. }) => matches!(sight, Sight::Arrived | Sight::Delivered),
+        _ => false,
+    };
+    evidence.entries.iter().any(|w| within(span, w.at) && came(w))
 }
 
 /// True if a span has begun in time and lasts for the whole rest of the plan's.

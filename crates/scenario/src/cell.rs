@@ -42,6 +42,10 @@ const SAFE: [Outcome; 6] = [
     Outcome::Undetected,
 ];
 
+/// Classes on a platform for which nobody stated any: those that are no failure.
+const UNSTATED: [Outcome; 5] =
+    [Outcome::Nominal, Outcome::Rejected, Outcome::Degraded, Outcome::HoldSafe, Outcome::Undetected];
+
 /// One variation of a scenario: its settings, its policy and its expected classes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -211,7 +215,7 @@ impl Scenario {
     }
 
     /// The same scenario on another platform, in every cell with the classes that `[[under]]` expects there under the cell's policy. Where none
-    /// are declared: the scenario's own if the platform owes those of the scenario's, else none, so that no class counts as unexpected.
+    /// are declared: the scenario's own if the platform owes those of the scenario's, else all but those of a failure ([`UNSTATED`]).
     #[must_use]
     pub fn on(&self, platform: &Platform) -> Scenario {
         let mut scenario = self.clone();
@@ -229,7 +233,7 @@ impl Scenario {
         let under: Vec<Under> =
             self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect();
         let declared = |policy: Option<&Name>| under.iter().find(|under| under.policy.as_deref() == policy);
-        let none = || Located::nowhere(List::default());
+        let none = || Located::nowhere(List::of(UNSTATED));
         scenario.expected = declared(None).map_or_else(none, |under| under.expected.clone());
         scenario.cell = List::of(self.cell.iter().map(|cell| {
             let mut cell = cell.clone();
@@ -241,6 +245,13 @@ impl Scenario {
         scenario.under = List::of(under);
         scenario.platform = Located::nowhere(platform.clone());
         scenario
+    }
+
+    /// True if this is another platform than the scenario's, which does not owe its classes, and of which the scenario states none.
+    pub fn states_no_class_on(&self, platform: &Platform) -> bool {
+        let owes = platform.owes.as_ref().is_some_and(|owes| **owes == *self.platform);
+        let declared = |under: &Under| under.platform.as_ref().is_some_and(|there| **there == *platform.name);
+        *platform.name != *self.platform && !owes && !self.under.iter().any(declared)
     }
 
     fn under(&self, policy: Option<&str>) -> Scenario {

@@ -11,6 +11,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error as _, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use wire::plain;
 use wire::time::Span;
 
 /// A finite number between `MIN`/1000 and `MAX`/1000, both included. Whole numbers may be written without a point.
@@ -69,8 +70,10 @@ impl<const MIN: i64, const MAX: i64> Real<MIN, MAX> {
             return Err(E::custom(format_args!("{value} is not a finite number")));
         }
         Self::new(value).ok_or_else(|| {
+            // Of hundreds of digits none helps.
+            let got = if value.abs() < 1e15 { value.to_string() } else { format!("{value:e}") };
             E::custom(format_args!(
-                "{value} is out of range, expected {} to {}",
+                "{got} is out of range, expected {} to {}",
                 MIN as f64 / 1000.0,
                 MAX as f64 / 1000.0
             ))
@@ -331,7 +334,7 @@ impl<const MAX: usize> Text<MAX> {
 
     /// The text, as much of it as there is room for.
     pub(super) fn cut(text: &str) -> Self {
-        let kept = text.chars().filter(|c| !c.is_control() || *c == '\n').scan(0, |bytes, c| {
+        let kept = text.chars().filter(|c| plain::is_plain(*c) || *c == '\n').scan(0, |bytes, c| {
             *bytes += c.len_utf8();
             (*bytes <= MAX).then_some(c)
         });
@@ -341,8 +344,8 @@ impl<const MAX: usize> Text<MAX> {
     fn new(text: &str) -> Result<Self, String> {
         if text.len() > MAX {
             Err(format!("text of {} bytes, at most {MAX} are taken", text.len()))
-        } else if text.chars().any(|c| c.is_control() && c != '\n') {
-            Err("text holds a control character".to_owned())
+        } else if text.chars().any(|c| !plain::is_plain(c) && c != '\n') {
+            Err("text holds a control character, or one that hides or reorders others".to_owned())
         } else {
             Ok(Self(text.to_owned()))
         }

@@ -40,6 +40,30 @@ fn a_stop_of_its_own_is_safe() {
     assert_eq!(bare(Some(Place(30_000, 0))).plant_stops(6000).judge().outcome, Outcome::HoldSafe);
 }
 
+/// Half a second before the end of the run, or a creep to it, is no safe state.
+#[test]
+fn a_stop_that_does_not_last_is_none() {
+    assert_eq!(bare(None).plant_stops(8500).judge().outcome, Outcome::Undetected);
+    assert_eq!(bare(None).plant_creeps(6000).judge().outcome, Outcome::Undetected);
+}
+
+/// It stands for half a second now and then.
+#[test]
+fn short_stops_clear_no_false_place() {
+    let stutters = |stop_ms: u64| {
+        let mut log = Log::whole();
+        log.thermal_fault(4000, 9000);
+        log.without(3000, 9000, |w| matches!(w.entry.event, instrument::Any::Instrument(Note::Truth { .. })));
+        for ms in (3100..9000).step_by(100) {
+            log.truth(ms, if (ms - 3100) % 1700 < stop_ms { 0 } else { 1000 }, 5000);
+        }
+        log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare: true, goal: None });
+        placed(&mut log, 4000, 9000, 2000).breaks()
+    };
+    assert_eq!(stutters(500), [Property::P3]);
+    assert_eq!(stutters(1600), []);
+}
+
 /// By the truth, or by the place that it states.
 #[test]
 fn arrival_at_the_goal_is_no_safe_state() {

@@ -307,6 +307,20 @@ impl Log {
         self
     }
 
+    /// From `ms` on the plant creeps at 48 mm/s.
+    pub(crate) fn plant_creeps(&mut self, ms: u64) -> &mut Log {
+        let from = self.way(ms).x_mm;
+        for w in &mut self.entries {
+            if let Any::Instrument(Note::Truth { x_mm, speed_mm_s, set_speed_mm_s, .. }) = &mut w.entry.event
+                && w.at >= ms * 1000
+            {
+                (*speed_mm_s, *set_speed_mm_s) = (48, 48);
+                *x_mm = from + (48 * (w.at / 1000 - ms) / 1000) as i32;
+            }
+        }
+        self
+    }
+
     /// Broken obligations, under the judge that knows that `node` is dead.
     pub(crate) fn breaks_with_dead(&self, node: NodeId) -> Vec<Property> {
         let verdict = self.judge_with(vec![node]);
