@@ -9,6 +9,7 @@ use guest::Failure;
 use rustix::event::{PollFd, PollFlags, poll};
 use rustix::process::{Pid, PidfdFlags, pidfd_open};
 use wire::guest::Fault;
+use wire::plain;
 
 use crate::deadline::{Deadline, timeout};
 use crate::level::Level;
@@ -87,7 +88,7 @@ impl Drop for Process {
 
 /// A guest's words on one line without control characters, the last line first: that of a traceback has the reason.
 fn said(words: &str) -> String {
-    let plain = |line: &str| line.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>();
+    let plain = |line: &str| line.chars().map(plain::shown).collect::<String>();
     let lines: Vec<String> =
         words.lines().map(|line| plain(line).trim().to_owned()).filter(|line| !line.is_empty()).collect();
     match lines.split_last() {

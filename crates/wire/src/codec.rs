@@ -8,6 +8,8 @@ use arrayvec::ArrayVec;
 use minicbor::encode::Write;
 use minicbor::{Decode, Decoder, Encode, Encoder};
 
+use crate::plain;
+
 /// Reason that bytes are not a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Malformed {
@@ -133,15 +135,15 @@ impl<'b, C, T: Decode<'b, C>, const N: usize> Decode<'b, C> for List<T, N> {
     }
 }
 
-/// Text of at most `N` bytes, without control characters: safe to print and to log.
+/// Text of at most `N` bytes, of plain characters alone ([`plain`]): safe to print and to log.
 #[derive(Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Text<const N: usize>(arrayvec::ArrayString<N>);
 
 impl<const N: usize> Text<N> {
-    /// The text, cut at `N` bytes on a character boundary, control characters replaced by spaces.
+    /// The text, cut at `N` bytes on a character boundary, other characters than plain ones replaced by spaces.
     pub fn new(text: &str) -> Self {
         let mut kept = arrayvec::ArrayString::new();
-        for c in text.chars().map(|c| if c.is_control() { ' ' } else { c }) {
+        for c in text.chars().map(plain::shown) {
             if kept.try_push(c).is_err() {
                 break;
             }
@@ -176,7 +178,7 @@ impl<C, const N: usize> Encode<C> for Text<N> {
 impl<'b, C, const N: usize> Decode<'b, C> for Text<N> {
     fn decode(d: &mut Decoder<'b>, _: &mut C) -> Result<Self, minicbor::decode::Error> {
         let text = d.str()?;
-        if text.len() > N || text.chars().any(char::is_control) {
+        if text.len() > N || !text.chars().all(plain::is_plain) {
             return Err(minicbor::decode::Error::message("text too long or with control characters"));
         }
         Ok(Text::new(text))

@@ -40,6 +40,7 @@ pub mod measured;
 pub mod mode;
 pub mod motion;
 pub mod person;
+pub mod plain;
 pub mod platform;
 pub mod policy;
 pub mod refusal;

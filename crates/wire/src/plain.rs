@@ -1,0 +1,26 @@
+//! Characters that are safe to print: text of others reaches terminals, logs and pages.
+
+/// True unless the character is a control character, or one that changes the direction, joins or hides its neighbours (Unicode's
+/// bidirectional controls and zero-width characters), by which a line can read otherwise than it is.
+pub fn is_plain(c: char) -> bool {
+    let hides = matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}');
+    !c.is_control() && !hides
+}
+
+/// The same, with each other character as a space.
+pub fn shown(c: char) -> char {
+    if is_plain(c) { c } else { ' ' }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reordering_and_hidden_characters_are_not_plain() {
+        assert!("aé→漢 ".chars().all(is_plain));
+        for c in ['\u{1b}', '\n', '\u{202e}', '\u{2066}', '\u{200b}', '\u{feff}'] {
+            assert!(!is_plain(c) && shown(c) == ' ', "{c:?}");
+        }
+    }
+}
