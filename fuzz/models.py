@@ -110,6 +110,24 @@ def hostile():
     grow = [h.make_node("Concat", ["images", "images"], ["m1"], axis=3), *grow,
             h.make_node("ReduceMax", ["m30"], ["one"], keepdims=0), last]
     instead_many("hostile-grows", grow, [shape], (1, 7, 9))
+    # An index out of its table on every image that is neither black nor noise: fine on what a model is tried on, and not in a run.
+    grey = [
+        h.make_node("ReduceMean", ["images"], ["mean"], keepdims=0),
+        h.make_node("Sub", ["mean", "half"], ["off"]),
+        h.make_node("Abs", ["off"], ["away"]),
+        h.make_node("Sub", ["away", "little"], ["over"]),
+        h.make_node("Relu", ["over"], ["unlike_noise"]),
+        h.make_node("Sub", ["mean", "little"], ["above"]),
+        h.make_node("Relu", ["above"], ["unlike_black"]),
+        h.make_node("Mul", ["unlike_noise", "unlike_black"], ["share"]),
+        h.make_node("Mul", ["share", "large"], ["index"]),
+        h.make_node("Cast", ["index"], ["at"], to=T.INT64),
+        h.make_node("Gather", ["images", "at"], ["picked"], axis=0),
+        h.make_node("ReduceMax", ["picked"], ["one"], keepdims=0),
+        last,
+    ]
+    numbers = [f32("half", 0.5), f32("little", 0.05), f32("large", 1e9), shape]
+    instead_many("hostile-index-by-image", grey, numbers, (1, 7, 9))
     for name, side, many in [("other-slow", 512, 40), ("hostile-endless-products", 4096, 200)]:
         products = [most, h.make_node("Expand", ["most", "size"], ["m0"])]
         products += [h.make_node("MatMul", [f"m{k}", f"m{k}"], [f"m{k + 1}"]) for k in range(many)]

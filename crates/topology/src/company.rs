@@ -7,6 +7,7 @@ use gateway::fanout::Interest;
 use guest::Conduct;
 use perception::PerceptionConfig;
 use perception::attitude::{Catalogued, SkyConfig};
+use perception::detector::Brought;
 use scenario::Scenario;
 use sim::SimConfig;
 use sim::scene::Scene;
@@ -130,7 +131,7 @@ impl Company<'_> {
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
-        let detector = self.with.detector.clone().filter(|_| rendered);
+        let detector = self.with.detector.as_ref().filter(|_| rendered).map(Brought::for_run);
         let config = PerceptionConfig {
             rendered,
             detector,

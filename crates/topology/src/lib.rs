@@ -104,6 +104,14 @@ pub struct Topology {
 }
 
 impl Topology {
+    /// Faults of the detector of others that a unit's perception asked in this run, in words.
+    pub fn detector_faults(&self) -> Option<String> {
+        self.members.iter().find_map(|member| match &member.role {
+            Role::Perception(config) => config.detector.as_ref()?.faults.told(),
+            _ => None,
+        })
+    }
+
     /// The same with a console for a person in this role at a live run, who reads its display in words. In a twin there is no
     /// reader. A person who may only look has no pen there, and neither has the script then.
     #[must_use]

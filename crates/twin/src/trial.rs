@@ -103,7 +103,7 @@ fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, ver
     Evidence {
         under: topology.under,
         entries,
-        broken_log,
+        broken_log: topology.detector_faults().or(broken_log),
         log_flaws: verification.flaws,
         differences: Vec::new(),
         bounds: setup.bounds,

@@ -102,7 +102,7 @@ pub(crate) fn write(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let frames = frames.unwrap_or(FRAMES);
     let [colour, thermal] = [Made::read(Sense::Colour, directory)?, Made::read(Sense::Thermal, directory)?];
-    let stages = Stages::new(sensors, Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
+    let stages = Stages::new(sensors, colour.detector.clone(), Arc::clone(&thermal.detector));
     let rows = qualities(&stages, frames)?;
     let warm = parallel::map(parallel::cores(), &all_cells()?, |(split, cell)| -> Result<_, ExampleError> {
         let mut claims = Claims::default();

@@ -34,7 +34,7 @@ impl Victim {
 
     /// All stages, with this colour detector, this thermal network and perhaps a fused one.
     pub(crate) fn stages(&self, thermal: &Arc<Detector>, fused: Option<&Victim>) -> Stages {
-        let stages = Stages::new(&Sensors::GROUND, Arc::clone(&self.detector), Arc::clone(thermal));
+        let stages = Stages::new(&Sensors::GROUND, self.detector.clone(), Arc::clone(thermal));
         match fused {
             Some(fused) => stages.proposing(Arc::clone(&fused.detector)),
             None => stages,

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use live::child::Services;
+use live::detector::{Limits, try_detector};
 use live::trial::run_live;
-use live::try_detector::{Limits, try_detector};
 use live::{LiveError, Options};
 use parallel::progress::Stop;
 use perception::detector::Brought;
@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::{Confinement, Hosts, Setup, parse_labels};
 
-use super::{holdsafe, root};
+use super::{alone, holdsafe, root, started};
 
 const GRID: &str = "head = \"grid\"\n";
 const COLOURS: &str = "head = \"yolo-v8\"\n[classes]\ncount = 3\nvehicle = [0]\nperson = [2]\n";
@@ -35,7 +35,7 @@ fn seed(name: &str) -> PathBuf {
 }
 
 fn brought(file: &Path, labels: &str) -> Brought {
-    Brought { model: pin(file).unwrap(), head: parse_labels("labels.toml", labels).unwrap().head, loaded: None }
+    Brought::new(pin(file).unwrap(), parse_labels("labels.toml", labels).unwrap().head)
 }
 
 /// Files of these texts in a folder of their own, with the yard beside them.
@@ -95,7 +95,7 @@ fn changed_or_unusable_detector_is_refused() {
         ("hostile-external-data", &files[0], "weights in another file"),
         ("hostile-endless-loop", &files[0], "the operator `Loop`"),
         ("other-shape", &files[0], "detector gives Tensor<f32>(1, 9, 9)"),
-        ("hostile-output-of-nobody", &files[0], "the runtime failed on the detector: it panicked"),
+        ("hostile-output-of-nobody", &files[0], "the runtime failed on it: it panicked"),
         ("other-slow", &files[0], "us of CPU for a frame on this host"),
         ("yolo-v8", &files[2], "unknown variant"),
         ("no-such-file", &files[0], "No such file"),
@@ -147,6 +147,33 @@ fn swapped_model_ends_the_run_before_it_begins() {
     // The recording holds no decision of a unit.
     let recorded = fs::read_dir(keep.join("recording")).unwrap().count();
     assert!(recorded <= 1, "{recorded} files of a run that did not begin");
+}
+
+/// A model that is fine on what it is tried on, and ends its process in a run: the run is INVALID by its name, and its evidence whole.
+#[test]
+fn model_that_fails_in_a_run_costs_that_run_alone() {
+    let (folder, files) = folder(&[("colours.toml", COLOURS)]);
+    let (detector, out) = (seed("hostile-index-by-image"), folder.path().join("out"));
+    let bring =
+        ["--detector", detector.to_str().unwrap(), "--labels", &files[0], "--json", "--out", out.to_str().unwrap()];
+    let named = |output: &std::process::Output, trials: usize| {
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let all = object["trials"].as_array().unwrap();
+        assert_eq!((output.status.code(), all.len()), (Some(4), trials), "{object}");
+        for trial in all {
+            let findings = trial["findings"].to_string();
+            assert!(trial["outcome"] == "INVALID" && findings.contains("the detector failed on "), "{trial}");
+            assert!(findings.contains("the runtime failed on it"), "{trial}");
+        }
+    };
+    named(&holdsafe(&[&["run", "nominal", "--trials", "2"], &bring[..]].concat()), 2);
+    let verified = holdsafe(&["inspect", "verify", out.to_str().unwrap()]);
+    assert!(String::from_utf8_lossy(&verified.stdout).contains("the evidence holds"), "{verified:?}");
+    let _alone = alone();
+    let live = folder.path().join("live");
+    let bring = [&bring[..6], &[live.to_str().unwrap()]].concat();
+    named(&started(&[&["run", "nominal", "--live", "--retries", "5"], &bring[..]].concat()), 1);
+    assert!(live.join("live/nominal/1/held.json").exists());
 }
 
 /// A model that runs for hours or takes terabytes ends the process that tries it, at that process's limits.
