@@ -1,10 +1,11 @@
 //! Names the program by its sources: SHA-256 over every file that a trial is made of, the same for every build of them. Lists the files
-//! that `holdsafe` brings along: the shipped scenarios and everything that they name.
+//! that `holdsafe` brings along: the shipped scenarios and everything that they name. Gives `--version` its commit and its target.
 //!
 //! Partitions of a campaign may come from several machines and builds; only those of one program are merged.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use sha2::{Digest, Sha256};
 
@@ -68,7 +69,37 @@ fn main() -> std::io::Result<()> {
     let hex: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
     println!("cargo::rustc-env=HOLDSAFE_PROGRAM={hex}");
     // `lab` has this script too, and works in a checkout alone.
-    if std::env::var_os("CARGO_PKG_NAME").is_some_and(|name| name == "holdsafe") { list_shipped(&root) } else { Ok(()) }
+    if std::env::var_os("CARGO_PKG_NAME").is_none_or(|name| name != "holdsafe") {
+        return Ok(());
+    }
+    let target = std::env::var("TARGET").map_err(std::io::Error::other)?;
+    println!("cargo::rustc-env=HOLDSAFE_TARGET={target}");
+    println!("cargo::rustc-env=HOLDSAFE_COMMIT={}", commit(&root).unwrap_or_else(|| "not recorded".to_owned()));
+    list_shipped(&root)
+}
+
+/// The commit that a release is built of: `HOLDSAFE_COMMIT`, or the clone's, with a plus where files were changed since. None in a debug
+/// build, which would be made anew after each commit.
+fn commit(root: &Path) -> Option<String> {
+    println!("cargo::rerun-if-env-changed=HOLDSAFE_COMMIT");
+    if let Ok(given) = std::env::var("HOLDSAFE_COMMIT") {
+        return Some(given);
+    }
+    if std::env::var("PROFILE").is_ok_and(|profile| profile == "debug") {
+        return None;
+    }
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").arg("-C").arg(root).args(arguments).output().ok()?;
+        let text = output.status.success().then(|| String::from_utf8(output.stdout).ok())??;
+        Some(text.trim().to_owned())
+    };
+    // A copy of the sources may lie in a clone of something else.
+    if fs::canonicalize(git(&["rev-parse", "--show-toplevel"])?).ok()? != fs::canonicalize(root).ok()? {
+        return None;
+    }
+    println!("cargo::rerun-if-changed={}", root.join(git(&["rev-parse", "--git-path", "logs/HEAD"])?).display());
+    let changed = !git(&[&["status", "--porcelain", "--"], &MADE_OF[..], &SHIPPED[..]].concat())?.is_empty();
+    Some(git(&["rev-parse", "HEAD"])? + if changed { "+" } else { "" })
 }
 
 /// Writes the shipped files as an expression: a slice of paths below the root with contents.

@@ -203,6 +203,26 @@ fn every_scenario_and_every_refusal_is_documented() {
     }
 }
 
+/// Each `(N s long` in a row of a scenario, or of several.
+#[test]
+fn documented_scenario_lengths_are_those_of_files() {
+    let page = fs::read_to_string(root().join("docs/reference/scenarios.md")).expect("docs/reference/scenarios.md");
+    let mut compared = 0;
+    for row in page.lines().filter(|line| line.starts_with("| `")) {
+        let mut cells = row.trim_start_matches("| ").split(" | ");
+        let names = cells.next().unwrap_or_default().split('`').skip(1).step_by(2);
+        let stated = cells.next().unwrap_or_default().split(" s long").next().and_then(|text| text.rsplit('(').next());
+        let Some(stated) = stated.and_then(|text| text.parse::<f64>().ok()) else { continue };
+        for name in names {
+            let file = scenario::find(&root(), name).unwrap_or_else(|| panic!("no scenario {name}"));
+            let seconds = scenario::load(&file).expect("it loads").duration_s.get();
+            assert!((seconds - stated).abs() < 1e-9, "docs/reference/scenarios.md: {name} lasts {seconds} s");
+            compared += 1;
+        }
+    }
+    assert!(compared > 8, "{compared} lengths found");
+}
+
 /// A dependency of tests turns this on for every build with tests in it, so no test of a value would miss it.
 #[test]
 fn shipped_program_reads_json_numbers_exactly() {

@@ -1,11 +1,12 @@
 //! The `holdsafe` command: its verbs, one a file or a folder, and its exit codes.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `renamed` maps
-//! the former verbs, `help` groups the verbs by their users.
+//! the former verbs, `help` groups the verbs by their users, `named` helps with a name that is not there.
 
 mod ablate;
 mod assess;
 mod campaign;
+mod completions;
 mod doctor;
 mod emit;
 mod estimate;
@@ -13,7 +14,9 @@ mod evaluate;
 mod guest;
 mod help;
 mod inspect;
+mod man;
 mod matrix;
+mod named;
 mod renamed;
 mod report;
 mod run;
@@ -33,6 +36,17 @@ use runner::start::{self, Common};
 /// SHA-256 over the sources that this program was built from, the same for every build of them.
 const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
 
+/// Version, commit, target and sources, a line each: the answer to `--version`; `-V` gives the version alone.
+const LONG_VERSION: &str = concat!(
+    env!("CARGO_PKG_VERSION"),
+    "\ncommit ",
+    env!("HOLDSAFE_COMMIT"),
+    "\ntarget ",
+    env!("HOLDSAFE_TARGET"),
+    "\nsources ",
+    env!("HOLDSAFE_PROGRAM")
+);
+
 /// Shipped scenarios, platforms, policies and references, as the build script lists them.
 const FILES: &[ShippedFile] = include!(concat!(env!("OUT_DIR"), "/files.rs"));
 
@@ -47,7 +61,7 @@ const EXIT_CODES: &str = "Exit codes:
 
 /// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `tour`.
 #[derive(Debug, Parser)]
-#[command(name = "holdsafe", version, after_help = EXIT_CODES, max_term_width = 110)]
+#[command(name = "holdsafe", version, long_version = LONG_VERSION, after_help = EXIT_CODES, max_term_width = 110)]
 pub struct Cli {
     /// Command; `tour` where there is none.
     #[command(subcommand)]
@@ -87,7 +101,7 @@ enum Verb {
     Inspect(inspect::Verb),
     /// Write results as an HTML page, a citation or an MCAP file.
     Report(report::Args),
-    /// Check scenario files, print their schema, or start a new one.
+    /// List or check scenario files, print their schema, or start a new one.
     #[command(subcommand)]
     Scenario(scenario::Verb),
     /// Put an autonomy of your own to the test: exercise it, or compare it bare and inside the guards.
@@ -95,6 +109,12 @@ enum Verb {
     Guest(guest::Verb),
     /// Check that this host has everything a run needs.
     Doctor,
+    /// Print a script that completes verbs and options in a shell.
+    #[command(hide = true)]
+    Completions(completions::Args),
+    /// Print the manual page of the program or of a verb.
+    #[command(hide = true)]
+    Man(man::Args),
 }
 
 /// Runs a service of this program's own; `None` for an unknown name.
@@ -136,6 +156,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Verb::Scenario(verb) => scenario::run(&context, &verb),
         Verb::Guest(verb) => guest::run(&context, &verb),
         Verb::Doctor => doctor::run(&context),
+        Verb::Completions(args) => completions::run(Cli::command(), &args),
+        Verb::Man(args) => man::run(Cli::command(), &args),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))
 }

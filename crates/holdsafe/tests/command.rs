@@ -4,6 +4,8 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/contradictions.rs"]
+mod contradictions;
 #[path = "command/detectors.rs"]
 mod detectors;
 #[path = "command/displays.rs"]
@@ -142,10 +144,10 @@ fn unsuitable_scenario_file_is_refused_unread() {
     assert_eq!(output.status.code(), Some(2));
 }
 
-/// With the nearest, or with the list of all.
+/// With the nearest, or with the command that lists all.
 #[test]
 fn unknown_scenario_is_answered_with_known_names() {
-    for (name, answer) in [("nominall", "did you mean `nominal`?"), ("xqz", "nominal, ")] {
+    for (name, answer) in [("nominall", "did you mean `nominal`?"), ("xqz", "`holdsafe scenario list`")] {
         let output = holdsafe(&["run", name, "--json"]);
         assert_eq!(output.status.code(), Some(2));
         let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

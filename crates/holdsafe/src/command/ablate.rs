@@ -25,6 +25,7 @@ use scenario::Scenario;
 use stats::paired::Paired;
 
 use super::emit::{Shares, tell_kept};
+use super::named;
 
 /// Seconds of one quiet trial.
 const QUIET_TRIAL_S: f64 = 600.0;
@@ -100,7 +101,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "ablation")?;
     let bench = Bench { context, kept: Kept::below(&dir)?.with(&args.parts.from)?, threads: args.parts.threads() };
     let bases: Vec<Planned> = attacks.iter().map(|attack| attack.base.clone()).collect();
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &bases)?)?;
+    out::write_manifest(&dir, &out::Manifest::of(context, &bases)?)?;
 
     let tried = bench.each(args, &attacks)?;
     let mut exit = Exit::Fine;
@@ -144,7 +145,7 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
     let scenarios: Vec<Scenario> = if args.scenarios.is_empty() {
         context.catalogue()?.1
     } else {
-        let load = |name: &String| Ok(context.scenario(&plan::file_of(context, name)?)?);
+        let load = |name: &String| Ok(context.scenario(&named::scenario(context, name)?)?);
         args.scenarios.iter().map(load).collect::<Result<_, Failure>>()?
     };
     let mut attacks = Vec::new();

@@ -3,6 +3,7 @@
 mod curve;
 mod journal;
 mod merge;
+pub(super) mod recount;
 mod run;
 mod space;
 mod table;

@@ -12,9 +12,13 @@ use live::leftovers::Leftovers;
 use live::{hosts, leftovers};
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
+use perception::detector::Detector;
+use perception::letterbox::{HEIGHT, WIDTH};
+use perception::process::MOST_CPU_US;
 use runner::failure::{Exit, Failure};
 use runner::{Context, Root, out};
 use serde::Serialize;
+use wire::sensor::Camera;
 
 use scheduling::Scheduling;
 
@@ -52,6 +56,7 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
         open_files(),
         scratch(),
         cores(),
+        perception(),
         window(),
         services(),
         guests(),
@@ -190,6 +195,31 @@ fn scratch() -> Need {
 fn cores() -> Need {
     let n = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     Need { need: "processor cores", met: true, found: n.to_string(), remedy: "two or more keep live runs on time" }
+}
+
+/// CPU time of the shipped networks for a frame. A live unit has a frame every 100 ms, and other processes beside it.
+fn perception() -> Need {
+    let timed = || -> Result<u64, Box<dyn std::error::Error>> {
+        let (colour, thermal) = (Detector::built_in(&Camera::GROUND)?, Detector::thermal(&Camera::GROUND)?);
+        let image = vec![0; 3 * WIDTH * HEIGHT];
+        let mut least = u64::MAX;
+        for _ in 0..3 {
+            let from = link::clock::thread_cpu_us();
+            colour.detect(&image, 1000)?;
+            thermal.detect(&image, 1000)?;
+            least = least.min(link::clock::thread_cpu_us().saturating_sub(from));
+        }
+        Ok(least)
+    };
+    let (met, found) = match timed() {
+        Ok(us) => (
+            us <= MOST_CPU_US,
+            format!("{:.1} ms of CPU for a frame, at most {} ms", us as f64 / 1e3, MOST_CPU_US / 1000),
+        ),
+        Err(why) => (false, why.to_string()),
+    };
+    let remedy = "live runs are late here: use a release build, or a faster host; the twin is not affected";
+    Need { need: "perception", met: met || cfg!(debug_assertions), found, remedy }
 }
 
 fn writable(dir: &Path) -> bool {

@@ -36,12 +36,13 @@ mod tests {
     use super::*;
     use crate::command::Cli;
 
-    /// A verb that is missing in the groups is missing in the help.
+    /// A verb that is missing in the groups is missing in the help; those that install a shell's help are in docs/install.md.
     #[test]
     fn every_verb_is_in_one_group() {
         let grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, verbs)| verbs.iter().copied()).collect();
         let command = Cli::command();
-        let verbs: BTreeSet<&str> = command.get_subcommands().map(Command::get_name).collect();
+        let verbs: BTreeSet<&str> =
+            command.get_subcommands().filter(|of| !of.is_hide_set()).map(Command::get_name).collect();
         assert_eq!(grouped.len(), verbs.len());
         assert_eq!(grouped.into_iter().collect::<BTreeSet<_>>(), verbs);
     }

@@ -163,7 +163,7 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
 
 fn manifest(context: &Context, dir: &Path, parts: &[Part]) -> Result<(), Failure> {
     let all: Vec<Planned> = parts.iter().flat_map(|part| part.planned.clone()).collect();
-    out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)
+    out::write_manifest(dir, &out::Manifest::of(context, &all)?)
 }
 
 /// Runs and keeps the trials of a partition, every N-th of all.

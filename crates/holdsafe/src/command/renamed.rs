@@ -12,6 +12,8 @@ use clap::Command;
 use runner::failure::{Exit, Failure};
 use runner::start::asks_for_json;
 
+use super::named;
+
 /// A former verb, and the words that stand for it now.
 const RENAMED: [(&str, &[&str]); 13] = [
     ("live", &["run", "--live", "--watch"]),
@@ -57,17 +59,21 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
     Ok(arguments)
 }
 
-/// The answer to a word that is no verb, if a former verb is nearer to it than every current one; the parser suggests
-/// the names of those.
+/// The answer to a word that is no verb, if a former verb is nearer to it than every current one, or a current one is near that
+/// the parser does not suggest: of a short name two exchanged letters are too far for it.
 fn meant(command: &Command, word: &str) -> Option<String> {
     // `--version`, which the parser adds by itself, is near to `verify`.
     if word.starts_with('-') {
         return None;
     }
     let today = || command.get_subcommands().map(Command::get_name);
-    let near = scenario::closest(word, today().chain(RENAMED.iter().map(|(old, _)| *old)))?;
-    let (_, new) = RENAMED.iter().find(|(old, _)| *old == near)?;
-    Some(format!("no verb `{word}`; did you mean `{}`?", new.join(" ")))
+    let near = named::nearest(word, today().chain(RENAMED.iter().map(|(old, _)| *old)))?;
+    let spelt = match RENAMED.iter().find(|(old, _)| *old == near) {
+        Some((_, new)) => new.join(" "),
+        None if scenario::closest(word, today()).is_some() => return None,
+        None => near.to_owned(),
+    };
+    Some(format!("no verb `{word}`; did you mean `{spelt}`?"))
 }
 
 /// Place of the first word from `from` on that is neither an option of every command nor the value of one.
@@ -172,6 +178,8 @@ mod tests {
         let command = Cli::command();
         let answer = meant(&command, "explan").unwrap();
         assert!(answer.ends_with("did you mean `inspect explain`?"), "{answer}");
+        let short = meant(&command, "rnu").unwrap();
+        assert!(short.ends_with("did you mean `run`?"), "{short}");
         for word in ["matirx", "explain", "run", "xqz"] {
             let old = RENAMED.iter().any(|(old, _)| *old == word);
             assert_eq!(meant(&command, word).is_some(), old, "{word}");

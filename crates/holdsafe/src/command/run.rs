@@ -15,9 +15,11 @@ use runner::failure::{Exit, Failure};
 use runner::plan::{Chosen, Planned, Wanted};
 use runner::retry::Retries;
 use runner::{Context, batch, out, plan, probe};
-use scenario::{Confinement, FRAMES, Hosts};
+use scenario::{Confinement, FRAMES, Hosts, Scenario};
 use serde::Serialize;
 use wire::person::Role;
+
+use super::named;
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
@@ -99,7 +101,7 @@ impl Args {
 
     /// The platform that is named.
     fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
-        self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
+        self.platform.as_ref().map(|name| named::platform(context, name)).transpose()
     }
 }
 
@@ -119,7 +121,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {
-        let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
+        let (scenario, mut planned) = plan::plan(context, &named::scenario(context, name)?, &wanted)?;
         for of in &mut planned {
             of.setup.frames = args.frames;
             of.setup.retries = args.retries.retries;
@@ -135,7 +137,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         probe::probe(plans.iter_mut().flat_map(|(_, planned)| planned), context.seed)?;
     }
     if args.console {
-        one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;
+        one_window(args, &plans)?;
     }
     if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && scenario.is_of_stacks()) {
         let name = scenario.name.as_str();
@@ -159,7 +161,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
     if let Some(dir) = &out {
         let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
-        out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
+        out::write_manifest(dir, &out::Manifest::of(context, &all)?)?;
     }
     let (mut exit, mut runs) = (Exit::Fine, Vec::new());
     for ((scenario, planned), batch) in plans.iter().zip(&batches) {
@@ -171,18 +173,29 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         runs.push(batch::fold(scenario, mode, context.seed, planned, trials));
     }
-    finish(context, engine, runs, out.as_deref())?;
+    finish(context, engine, runs, args.platform.as_deref(), out.as_deref())?;
     Ok(exit)
 }
 
 /// A window has one user for a whole trial, so one trial only is allowed.
-fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
-    if variations != 1 || args.trials.is_some_and(|n| n != 1) {
-        let message = "--console opens a window on one trial: name one scenario, of several cells one with --cell, and leave \
-                       --trials out";
-        return Err(Failure::new(Exit::Usage, message));
-    }
-    live::display()
+fn one_window(args: &Args, plans: &[(Scenario, Vec<Planned>)]) -> Result<(), Failure> {
+    let why = match plans {
+        [(scenario, planned)] if planned.len() > 1 => {
+            let cells: Vec<&str> = planned.iter().filter_map(|of| of.variation.cell.as_deref()).collect();
+            format!("choose one cell of `{}` with --cell: {}", scenario.name.as_str(), cells.join(", "))
+        }
+        [(_, _)] if args.trials.is_none_or(|n| n == 1) => return live::display(),
+        [(_, _)] => "leave --trials out".to_owned(),
+        _ => "name one scenario".to_owned(),
+    };
+    Err(Failure::new(Exit::Usage, format!("--console opens a window on one trial: {why}")))
+}
+
+/// The table of a run; its title names the platform that took the place of the scenario's own.
+fn titled(run: &RunObject, platform: Option<&str>) -> String {
+    let title = |on: &str| format!("{}{on} ({}, ", run.scenario, run.mode.name());
+    let on = platform.map(|name| format!(" on {name}")).unwrap_or_default();
+    run_table(run).replacen(&title(""), &title(&on), 1)
 }
 
 /// Digest of a trial's recording, to be noted by the user.
@@ -194,11 +207,12 @@ fn finish(
     context: &Context,
     mode: Mode,
     mut runs: Vec<RunObject>,
+    platform: Option<&str>,
     out: Option<&std::path::Path>,
 ) -> Result<(), Failure> {
     if !context.json {
         for run in &runs {
-            out::say(format_args!("{}", run_table(run)));
+            out::say(format_args!("{}", titled(run, platform)));
         }
         runs.iter()
             .flat_map(|run| &run.trials)

@@ -1,4 +1,6 @@
-//! `holdsafe scenario check|schema|new`: scenario files and, with `--platform`, platform files.
+//! `holdsafe scenario list|check|schema|new`: scenario files and, with `--platform`, platform files.
+
+mod list;
 
 use std::io::Write;
 use std::path::Path;
@@ -11,8 +13,12 @@ use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
 use topology::needs_rendering;
 
+use super::named;
+
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
+    /// List the shipped scenarios: name and title of each, by folder.
+    List,
     /// Check scenario files or platform files; without any, every shipped one.
     Check {
         /// Scenarios or platforms, by name or by file.
@@ -53,6 +59,7 @@ struct CheckedFile {
 
 pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
     match verb {
+        Verb::List => list::run(context),
         Verb::Check { names, platform } => check(context, names, *platform),
         Verb::Schema { platform } => {
             let schema = if *platform { scenario::platform_schema() } else { scenario::schema() };
@@ -69,9 +76,9 @@ fn check(context: &Context, names: &[String], platform: bool) -> Result<Exit, Fa
         (true, true) => scenario::platform_files(&context.root()?)?,
         (true, false) => scenario::shipped(&context.root()?)?,
         (false, true) => {
-            names.iter().map(|name| Ok(plan::platform_of(context, name)?.file)).collect::<Result<_, Failure>>()?
+            names.iter().map(|name| Ok(named::platform(context, name)?.file)).collect::<Result<_, Failure>>()?
         }
-        (false, false) => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
+        (false, false) => names.iter().map(|name| named::scenario(context, name)).collect::<Result<_, _>>()?,
     };
     let mut rows = Vec::new();
     for file in &files {

@@ -27,6 +27,7 @@ use search::{
 
 use self::listed::Listed;
 use super::emit::{Shares, tell_kept};
+use super::named;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -108,6 +109,7 @@ impl Args {
     }
 
     fn config(&self, context: &Context) -> Result<SearchConfig, Failure> {
+        named::scenario(context, &self.scenario)?;
         let (policy, cell, rendered) = (self.policy.clone(), self.cell.clone(), self.rendered);
         let wanted = Wanted { policy, cell, rendered, ..Wanted::default() };
         let asked = Asked { scenario: &self.scenario, space: &self.space, wanted, waive: &self.waive, misset: &[] };

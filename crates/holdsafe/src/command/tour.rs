@@ -81,7 +81,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dir = out::directory(&context.runs_folder()?, args.out.as_deref(), "tour")?;
     let planned = stages.iter().flat_map(|stage| &stage.planned).chain(live.iter().map(|(_, one)| one));
     let planned: Vec<Planned> = planned.cloned().collect();
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
+    out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
     let twin: u64 = stages.iter().map(|stage| stage.planned.len() as u64 * TRIALS * stage.cost()).sum();
     let progress = Progress::new("tour", (twin + live.len() as u64 * LIVE_COST) as usize, context.talk);
     let mut tour = Tour { context, dir: &dir, progress, exit: Exit::Fine, rows: Vec::new(), runs: Vec::new() };

@@ -57,6 +57,68 @@ fn mistyped_verb_or_key_is_answered_with_nearest() {
     assert!(code == Some(2) && screen.contains("did you mean `duration_s`?"), "{screen}");
 }
 
+/// Of `run` two letters are exchanged, which is too far for the parser.
+#[test]
+fn mistyped_short_verb_or_platform_is_answered() {
+    let (screen, code) = told(&["rnu", "nominal"]);
+    assert!(code == Some(2) && screen.contains("did you mean `run`?"), "{screen}");
+    let (screen, code) = told(&["run", "nominal", "--platform", "courir"]);
+    assert!(code == Some(2) && screen.contains("did you mean `courier`?"), "{screen}");
+}
+
+#[test]
+fn file_of_another_kind_is_no_scenario() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("README.md");
+    fs::write(&file, "# No scenario\n").unwrap();
+    for verb in ["run", "search"] {
+        let (screen, code) = told(&[verb, file.to_str().unwrap()]);
+        assert!(code == Some(2) && screen.contains("README.md` is no scenario"), "{verb}: {screen}");
+        assert!(screen.contains("`holdsafe scenario list`") && screen.lines().count() == 1, "{verb}: {screen}");
+    }
+    let (screen, code) = told(&["run", "src"]);
+    assert!(code == Some(2) && screen.contains("`src` is a folder"), "{screen}");
+}
+
+#[test]
+fn title_of_a_run_names_its_platform() {
+    let title = |more: &[&str]| {
+        let output = holdsafe(&[&["run", "thermal_loss", "--trials", "1"], more].concat());
+        String::from_utf8(output.stdout).unwrap().lines().next().unwrap_or_default().to_owned()
+    };
+    assert_eq!(title(&["--platform", "air"]), "thermal_loss on air (twin, seed 1)");
+    assert_eq!(title(&[]), "thermal_loss (twin, seed 1)");
+}
+
+#[test]
+fn window_on_several_cells_lists_them() {
+    let (screen, code) = told(&["run", "teammate", "--live", "--console"]);
+    assert!(code == Some(2) && screen.contains("choose one cell of `teammate` with --cell: "), "{screen}");
+    assert!(screen.contains("verbatim/present/session-only, verbatim/"), "{screen}");
+    let (screen, code) = told(&["run", "nominal", "loss", "--live", "--console"]);
+    assert!(code == Some(2) && screen.contains("name one scenario"), "{screen}");
+}
+
+/// The claim decides the exit code.
+#[test]
+fn unexpected_trials_beside_a_claim_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = mistaken(dir.path(), "expected = [\"HOLD_SAFE\"]", "expected = [\"NOMINAL\"]");
+    let out = dir.path().join("out");
+    let campaign = |scenario: &str, out: &str| {
+        let terms = ["--trials", "2", "--claim", "unsafe<90%@60", "--quiet", "--out", out];
+        let output = holdsafe(&[&["campaign", "run", scenario], &terms[..]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let table = campaign(&file, out.to_str().unwrap());
+    assert!(table.contains("shown for 1 of 1 variations"), "{table}");
+    assert!(table.contains("outside of the expected classes: 2 trials. The claim says nothing of them"), "{table}");
+    let other = dir.path().join("other");
+    let table = campaign("loss", other.to_str().unwrap());
+    assert!(!table.contains("outside of the expected classes"), "{table}");
+}
+
 #[test]
 fn lines_that_end_as_on_windows_are_read() {
     let dir = tempfile::tempdir().unwrap();

@@ -131,6 +131,55 @@ fn run_shows_a_live_trial() {
     assert_eq!(holdsafe(&["live", "nominal", "loss"]).status.code(), Some(2), "two scenarios");
 }
 
+#[test]
+fn version_names_commit_target_and_sources() {
+    let says = |option: &str| String::from_utf8(holdsafe(&[option]).stdout).unwrap();
+    let version = concat!("holdsafe ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(says("-V").trim_end(), version);
+    let text = says("--version");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!((lines.len(), lines[0]), (4, version), "{text}");
+    assert!(lines[2].starts_with("target ") && lines[2].contains("linux"), "{text}");
+    let hex = |text: &str, length: usize| text.len() == length && text.chars().all(|c| c.is_ascii_hexdigit());
+    // A debug build is not made anew after each commit, and records none.
+    let commit = lines[1].strip_prefix("commit ").unwrap();
+    assert!(commit == "not recorded" || hex(commit.trim_end_matches('+'), 40), "{text}");
+    assert!(lines[3].strip_prefix("sources ").is_some_and(|digest| hex(digest, 64)), "{text}");
+}
+
+#[test]
+fn scenarios_are_listed_by_folder_with_titles() {
+    let text = String::from_utf8(holdsafe(&["scenario", "list"]).stdout).unwrap();
+    let (_, below) = text.split_once("scenarios/localisation/\n").unwrap();
+    let drift = below.lines().find(|line| line.starts_with("  localisation_drift ")).unwrap();
+    assert!(drift.ends_with("  A position that drifts away below the gate"), "{drift}");
+    let object: Value = serde_json::from_slice(&holdsafe(&["scenario", "list", "--json"]).stdout).unwrap();
+    let rows = object["scenarios"].as_array().unwrap();
+    assert!(object["kind"] == "scenario-list" && rows.len() > 140, "{} scenarios", rows.len());
+    let demo = rows.iter().find(|row| row["name"] == "demo").unwrap();
+    assert_eq!(demo["folder"], "scenarios/demo");
+    assert_eq!(text.lines().filter(|line| line.starts_with("  ")).count(), rows.len());
+}
+
+#[test]
+fn completions_and_manual_pages_are_printed() {
+    let printed = |arguments: &[&str]| {
+        let output = holdsafe(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        let script = printed(&["completions", shell]);
+        assert!(["holdsafe", "campaign", "platform"].iter().all(|word| script.contains(word)), "{shell}: {script}");
+    }
+    let page = printed(&["man"]);
+    assert!(page.contains(".TH holdsafe 1") && page.contains("holdsafe\\-campaign(1)"), "{page}");
+    assert!(!page.contains("completions"), "a verb that the help leaves out");
+    let page = printed(&["man", "campaign", "run"]);
+    assert!(page.contains(".TH holdsafe-campaign-run 1") && page.contains("\\-\\-claim"), "{page}");
+    assert_eq!(holdsafe(&["man", "no-such-verb"]).status.code(), Some(2));
+}
+
 /// The program `lab` is built by itself, so it may be there or not.
 #[test]
 fn measurements_are_left_to_lab() {

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use results::mode::Mode;
 use runner::failure::{Exit, Failure};
-use runner::plan::{Chosen, Planned, Wanted, platform_of};
+use runner::plan::{Chosen, Planned, Wanted};
 use runner::{Context, plan};
 use scenario::{Hosts, Scenario, load_platform};
 
 use super::Args;
+use crate::command::named;
 
 /// The paper's findings, which come first; the others follow by name.
 pub(super) const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
@@ -60,7 +61,7 @@ impl Part {
 /// A file of them cannot be used, or there is none.
 pub(super) fn plan_parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let mut parts = match &args.domain {
-        Some(name) => plan_on(context, &platform_of(context, name)?, true)?,
+        Some(name) => plan_on(context, &named::platform(context, name)?, true)?,
         None => plan_everywhere(context)?,
     };
     for part in &mut parts {

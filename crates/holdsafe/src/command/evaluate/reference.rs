@@ -28,7 +28,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let _lock = lines::lock(&dir, &context.stop)?;
     let all: Vec<Planned> =
         parts.iter().flat_map(|part| if args.apart { part.live.clone() } else { part.simulated.clone() }).collect();
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
+    out::write_manifest(&dir, &out::Manifest::of(context, &all)?)?;
 
     if args.quick && has_whole_result(&dir) {
         let message = format!("{} has the result of a whole evaluation; name another --out for --quick", dir.display());

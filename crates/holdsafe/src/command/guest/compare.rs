@@ -17,6 +17,8 @@ use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan, probe};
 use scenario::Interface;
 
+use crate::command::named;
+
 /// The scenario without an attack: what the guards cost in quiet hours is read from its trials.
 const QUIET: &str = "nominal";
 /// The platform of the shared scenarios.
@@ -64,7 +66,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "guests")?;
     let kept = Kept::below(&dir)?;
     let all: Vec<Planned> = parts.iter().flat_map(|part| part.planned.clone()).collect();
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
+    out::write_manifest(&dir, &out::Manifest::of(context, &all)?)?;
     let shelves = |part: &Part| part.planned.iter().map(|p| kept.shelf(mode, p)).collect::<Result<Vec<_>, _>>();
     let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
     let missing = shelves.iter().flatten().map(|shelf| shelf.missing(context.seed, args.trials)).sum();
@@ -101,14 +103,14 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let files = if args.scenarios.is_empty() {
         scenario::shipped(&context.root()?)?
     } else {
-        args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?
+        args.scenarios.iter().map(|name| named::scenario(context, name)).collect::<Result<_, _>>()?
     };
     let mut scenarios = files.iter().map(|file| Ok(context.scenario(file)?)).collect::<Result<Vec<_>, Failure>>()?;
     // Attacks on what is recorded and on the display are about parts that a guest has no share in.
     let named = !args.scenarios.is_empty();
     let shared = |interface: Interface| !matches!(interface, Interface::ConsoleFeed | Interface::Host);
     scenarios.retain(|scenario| !scenario.is_of_stacks() && (named || shared(scenario.interface)));
-    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
+    let platform = args.platform.as_ref().map(|name| named::platform(context, name)).transpose()?;
     if let Some(chosen) = platform.as_ref().filter(|_| !named) {
         // Scenarios of a third platform ask for what this one does not have.
         let chosen = chosen.file.file_stem();
