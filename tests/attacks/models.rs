@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use holdsafe_tests::root;
-use perception::detector::{Brought, Detector, DetectorError};
+use perception::brought::Brought;
+use perception::detector::{Detector, DetectorError};
 use perception::head::Head;
 use perception::letterbox::{HEIGHT, WIDTH};
 use perception::model::{MAX_MODEL, ModelError};

@@ -3,7 +3,6 @@
 use wire::time::Instant;
 
 use crate::read::Read;
-use crate::track::Track;
 
 /// Most steps back, and most parts, that one sentence names.
 const MAX_NAMED: usize = 3;
@@ -38,12 +37,11 @@ pub(crate) fn backwards(read: &Read) -> Option<String> {
     })
 }
 
-/// The parts, where there are several.
-pub(crate) fn judged(track: &Track) -> Option<String> {
-    let begin = track.steps.first()?.stamp;
+/// The parts from `begin` to `end`, where there are several.
+pub(crate) fn judged(begin: Instant, pauses: &[(Instant, Instant)], end: Instant) -> Option<String> {
     let seconds = |at: Instant| at.since(begin).0 as f64 / 1e6;
-    let begins = std::iter::once(begin).chain(track.pauses.iter().map(|(_, begin)| *begin));
-    let ends = track.pauses.iter().map(|(end, _)| *end).chain([track.end]);
+    let begins = std::iter::once(begin).chain(pauses.iter().map(|(_, begin)| *begin));
+    let ends = pauses.iter().map(|(end, _)| *end).chain([end]);
     let named: Vec<String> =
         begins.zip(ends).map(|(begin, end)| format!("{:.1} to {:.1} s", seconds(begin), seconds(end))).collect();
     let further = named.len().saturating_sub(2 * MAX_NAMED);

@@ -4,9 +4,10 @@ use autonomy::localisation::MAX_SIGMA_MM;
 use wire::bounds::Bounds;
 
 use crate::Terms;
+use crate::facts::Facts;
 use crate::log::Log;
 use crate::map::{Map, Vehicle};
-use crate::track::{Facts, Track};
+use crate::track::Track;
 
 /// The remarks on a recording.
 pub(crate) fn remarks(log: &Log<'_>, map: &Map, terms: &Terms, track: &Track) -> Vec<String> {
@@ -66,7 +67,7 @@ fn motion(map: &Map, facts: &Facts, terms: &Terms) -> Vec<String> {
     remarks
 }
 
-/// The receiver's place: whose word it is, and whether the recording bears it out.
+/// The receiver's place: its source, and whether the recording bears it out.
 fn lever(map: &Map, terms: &Terms, track: &Track) -> Vec<String> {
     let place = |[ahead, left]: [f64; 2]| {
         let side = |metres: f64, [plus, minus]: [&str; 2]| {

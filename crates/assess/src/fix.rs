@@ -43,9 +43,9 @@ pub(crate) struct FixColumns {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Fixes {
     pub(crate) kept: Vec<(u64, Place)>,
-    /// Those of them whose source states a deviation of 0 or less.
+    /// Those of them with a stated deviation of 0 or less.
     pub(crate) unstated: u64,
-    /// Those whose receiver has no time.
+    /// Those with a receiver that has no time.
     pub(crate) untimed: u64,
 }
 

@@ -41,7 +41,7 @@ pub(crate) struct Estimate {
     pub(crate) turn: f64,
 }
 
-/// One equation: coefficients of the unknowns, and what they have to explain, metres.
+/// One equation: coefficients of the unknowns, and the sum that they have to explain, metres.
 type Equation = ([f64; 4], f64);
 
 /// The stretches of a drive.

@@ -9,6 +9,7 @@ mod apart;
 mod columns;
 mod curve;
 mod error;
+mod facts;
 mod falsify;
 mod fit;
 mod fix;
@@ -24,11 +25,11 @@ mod replay;
 mod track;
 
 pub use error::TrackError;
+pub use facts::Facts;
 pub use falsify::Injection;
 pub use guess::guess;
 pub use inject::Injected;
 pub use replay::Check;
-pub use track::Facts;
 
 use autonomy::geofence::Geofence;
 use serde::{Deserialize, Serialize};
@@ -105,7 +106,7 @@ pub struct Moment {
 /// Runs the guards of a platform over a recording and its copies.
 ///
 /// # Errors
-/// When the recording lacks an input that the map names; what could not be read of it is named first.
+/// When the recording lacks an input that the map names; damage to it is named first.
 pub fn assess(log: &Log<'_>, map: &Map, terms: &Terms, seed: u64) -> Result<Assessment, TrackError> {
     let bounds = &terms.bounds;
     let track = track::track(log, map, bounds).map_err(|why| why.because_of(&log.end))?;

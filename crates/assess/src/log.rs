@@ -1,6 +1,6 @@
 //! A recording by its topics: rows of numbers out of PX4 ULog, or out of MCAP with JSON or ROS 2's CDR.
 //!
-//! The bytes are somebody else's. What is damaged is left out, and [`End`] has the place of each damage; the number of topics, the size of a file, of
+//! The bytes are those of others. Damaged parts are left out, and [`End`] has the place of each damage; the number of topics, the size of a file, of
 //! its expanded chunks and of one message are bounded. A recording may be split into several files, which are read one after another.
 //! The meaning of a topic is left to `map`.
 
@@ -51,7 +51,7 @@ pub struct Topic {
 /// whole, those in its inside.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct End {
-    /// Offset of the first byte from which on nothing was read.
+    /// Offset of the first byte that was not read, nor any behind it.
     pub at: u64,
     /// Length of the recording, bytes.
     pub of: u64,

@@ -2,11 +2,11 @@
 
 use crate::columns::{Clock, Column, Columns, in_order};
 use crate::curve::Curve;
+use crate::facts::Facts;
 use crate::fix::east_based;
 use crate::log::{Log, LogError, Row};
 use crate::map::{Axes, Frame, HeadingMap, OdometryMap};
 use crate::parts::Timed;
-use crate::track::Facts;
 
 /// The oldest heading that a fix or a velocity is given, microseconds.
 pub(crate) const HEADING_US: u64 = 1_000_000;

@@ -13,7 +13,7 @@ use crate::log::{Row, Rows};
 const IN_A_ROW: usize = 3;
 /// The least by which the first of them is, microseconds.
 const BACK_US: u64 = 200_000;
-/// Most steps back of one topic; what is behind further ones is left out, message by message.
+/// Most steps back of one topic; messages behind further ones are left out, message by message.
 const MAX_BACKS: usize = 1000;
 
 /// A topic's rows with readable stamps, in the order of the file.

@@ -96,7 +96,7 @@ impl Read {
         }
     }
 
-    /// A receiver without a time says nothing, 0, or one time for ever: nothing can be judged then. A few fixes without a time go on with the
+    /// A receiver without a time says nothing, 0, or one time for ever: its time cannot be judged then. A few fixes without a time go on with the
     /// difference to the stamps that the last one had.
     fn settle_times(&mut self, map: &Map) {
         if map.fix.time.is_none() {

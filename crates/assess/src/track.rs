@@ -12,6 +12,7 @@ use wire::time::{Instant, Span};
 use crate::apart;
 use crate::columns::{Columns, in_order};
 use crate::error::{MAX_PERIODS, TrackError};
+use crate::facts::Facts;
 use crate::fix::Place;
 use crate::lever;
 use crate::log::Log;
@@ -49,44 +50,6 @@ pub(crate) struct Track {
     pub(crate) remarks: Vec<String>,
 }
 
-/// Facts that tell how far the guards' model fits.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Facts {
-    /// Fixes that were used.
-    pub fixes: u64,
-    /// Fixes that were not: invalid, not finite, without a heading, or with a stamp that does not increase.
-    pub fixes_unused: u64,
-    /// Median time between fixes, seconds.
-    pub fix_period_s: f64,
-    /// Samples of odometry.
-    pub odometry: u64,
-    /// Median time between them, seconds.
-    pub odometry_period_s: f64,
-    /// Median of the deviation that fixes state, metres.
-    pub sigma_m: Option<f64>,
-    /// Way by odometry, metres.
-    pub way_m: f64,
-    /// Way sideways to the body axis, metres; absent where the map does not give it.
-    pub sideways_m: Option<f64>,
-    /// Highest speed along the body axis, m/s.
-    pub speed_m_s: f64,
-    /// Samples of odometry with a stamp that does not increase.
-    #[serde(default, skip_serializing_if = "is_none")]
-    pub odometry_unused: u64,
-    /// Place of the receiver that was used, metres ahead and to the left of the rear axle's middle.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub lever_m: Option<[f64; 2]>,
-    /// Parts that were judged apart; absent for one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub parts: Option<u64>,
-    /// Set-points, and those above the platform's highest speed.
-    pub setpoints: Option<(u64, u64)>,
-}
-
-fn is_none(count: &u64) -> bool {
-    *count == 0
-}
-
 /// Makes the readings.
 ///
 /// # Errors
@@ -118,7 +81,8 @@ pub(crate) fn track(log: &Log<'_>, map: &Map, bounds: &Bounds) -> Result<Track, 
         track.end = last;
     }
     let mut remarks = std::mem::take(&mut read.remarks);
-    remarks.extend(apart::backwards(&read).into_iter().chain(apart::judged(&track)));
+    let judged = track.steps.first().and_then(|step| apart::judged(step.stamp, &track.pauses, track.end));
+    remarks.extend(apart::backwards(&read).into_iter().chain(judged));
     track.remarks = remarks;
     track.modes = match &map.mode {
         Some(mode) => modes(log, mode, &read, &shifts)?,

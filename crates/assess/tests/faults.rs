@@ -1,4 +1,4 @@
-//! Recordings with the faults that those of others have: damage, clocks that go back, definitions that do not fit, what is stated wrongly or not at all.
+//! Recordings with the faults that those of others have: damage, clocks that go back, definitions that do not fit, facts that are stated wrongly or not at all.
 
 #![expect(clippy::unwrap_used, reason = "a test may end here")]
 
@@ -94,7 +94,7 @@ fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
     found
 }
 
-/// In a chunk's kind, in its length, in its sizes, in its CRC, in its data: what is lost is that chunk, and the result says where.
+/// In a chunk's kind, in its length, in its sizes, in its CRC, in its data: that chunk is lost, and the result says where.
 #[test]
 fn one_false_bit_costs_one_chunk_and_is_told() {
     let pairs = circle(20, [0.0, 0.0], nothing);

@@ -12,7 +12,7 @@
 //! that. A fix beyond the gate is the gate's: the drift test is for those no single one of which is off, and passes it over. So a false position cannot make itself true by staying in place, and a flagged one is not driven by. A test
 //! that the policy waives still reports its findings, and keeps no fix out.
 //!
-//! Odometry that repeats its last reading while the unit moves gives nothing new: noise of the wheels differs from reading to reading. Where
+//! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from reading to reading. Where
 //! that is told ([`Localisation::telling_repeats`]), it counts as silent once it has lasted.
 //!
 //! A unit that flies has a height on top (`height`).
@@ -401,7 +401,7 @@ mod tests {
             let mut localisation = if repeats { localisation.telling_repeats(LIMIT) } else { localisation };
             (0..20).for_each(|i| read(&mut localisation, i, (2000 + i as i32, 0)));
             (20..30).for_each(|i| read(&mut localisation, i, odometry(i as i32)));
-            (localisation.lost(at(29), LIMIT).is_some(), localisation.hears_odometry())
+            (matches!(localisation.lost(at(29), LIMIT), Some(Because::Silence(_))), localisation.hears_odometry())
         };
         assert_eq!(after(|_| (2019, 0), true), (true, false), "repeated for half a second");
         assert_eq!(after(|_| (2019, 0), false), (false, true), "not told there");

@@ -75,8 +75,8 @@ impl Found {
         }
     }
 
-    /// The first contradiction within it, of the kinds whose figures follow from others in it.
-    fn contradiction(&self) -> Option<String> {
+    /// The first contradiction within it, of the kinds with figures that follow from others in it. A reader of results of others asks for it.
+    pub fn contradiction(&self) -> Option<String> {
         match self {
             Found::Matrix(matrix) => matrix.contradiction(),
             Found::Runs(runs) => runs.iter().find_map(RunObject::contradiction),
@@ -116,9 +116,6 @@ pub enum Reason {
     /// It is not JSON, or not the object that its kind promises.
     #[error("{0}; give the file that `holdsafe … --json` printed, whole and unchanged")]
     Unreadable(String),
-    /// It contradicts itself.
-    #[error("changed by hand, for it contradicts itself: {0}; take the file as the command wrote it")]
-    Contradiction(String),
     /// It names no kind.
     #[error("no `kind`; print it again with this version of holdsafe (`--json`)")]
     NoKind,
@@ -152,9 +149,6 @@ impl Results {
             return Err(refused(Reason::TooMany));
         }
         let found = found(bytes).map_err(refused)?;
-        if let Some(why) = found.contradiction() {
-            return Err(refused(Reason::Contradiction(why)));
-        }
         if let Some(before) = self.given.iter().find(|given| given.found == found) {
             return Err(refused(Reason::Twice(before.file.clone())));
         }

@@ -28,7 +28,7 @@ pub enum Mask {
     NothingAsked,
     /// The gateway had accepted no report that it was to take hold of.
     NoReport,
-    /// By the plan of contacts there was no link, and nothing came to either end of it.
+    /// By the plan of contacts there was no link, and no message came to either end of it.
     OutOfContact,
 }
 

@@ -1,7 +1,7 @@
 //! A detector of others in a process of its own, seen from the one that asks it: started with limits, asked image by image, ended by name.
 //!
 //! [`start`] gives one for the process of a unit's perception, which starts it before it is confined. [`Remote`] is for a launcher: it starts
-//! the process, and anew after it has ended, so that one bad image costs one run. What is detected is left to the crate `perception`.
+//! the process, and anew after it has ended, so that one bad image costs one run. Detection is left to the crate `perception`.
 
 use std::fmt;
 use std::io::Read;
@@ -15,7 +15,8 @@ use std::time::Duration;
 
 use link::framed;
 use nix::sys::signal::Signal;
-use perception::detector::{Brought, DetectorError};
+use perception::brought::Brought;
+use perception::detector::DetectorError;
 use perception::model::ModelRef;
 use perception::process::detector::{Asked, DETECTOR, MAX_ANSWER, answered, request};
 use perception::sight::Sight;

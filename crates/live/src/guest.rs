@@ -2,7 +2,7 @@
 //!
 //! The process of the unit's autonomy starts the attendant before it is confined, and has a socket to it and no other right over it. The
 //! attendant starts the guest's program, which a confined service could not, and hands requests and answers on. It ends with its socket,
-//! and the guest with it. What requests and answers mean is left to the crate `guest`.
+//! and the guest with it. The meaning of requests and answers is left to the crate `guest`.
 
 use std::error::Error;
 use std::io::{self, Read};

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use perception::detector::Brought;
+use perception::brought::Brought;
 use perception::model::ModelRef;
 use perception::process::detector::DETECTOR;
 use perception::sight::Sight;

@@ -134,7 +134,7 @@ const ARRIVED_MM: f64 = 2000.0;
 const ROLLS_MM: f64 = 100.0;
 
 /// True if the plant, in its safe motion from `from` to the end of the run, has been so for twice *Th* and is where that began: one that
-/// creeps, or flies on slowly, is not. What leaves the ground may drift as far as the fence margin.
+/// creeps, or flies on slowly, is not. A unit that leaves the ground may drift as far as the fence margin.
 fn lasts(evidence: &Evidence, line: &Timeline, from: Micros) -> bool {
     let rest = || line.truth.iter().filter(move |t| t.at >= from);
     let of = |t: &Truth| (f64::from(t.place.0), f64::from(t.place.1));

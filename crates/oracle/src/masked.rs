@@ -48,13 +48,10 @@ pub(super) fn by(evidence: &Evidence, plan: &Plan, window: Window, faults: &[Bef
     out().or_else(|| gone(evidence, plan, span)).or_else(idle).or_else(|| hidden(plan.what, span, faults))
 }
 
-/// True for what is done to messages on the link between unit and control domain, where its plan of contacts had none and nothing came.
+/// True for an action on messages of the link between unit and control domain, where its plan of contacts had none and no message came.
 fn out_of_contact(evidence: &Evidence, planned: Planned, span: Span) -> bool {
-    let on_link = match planned {
-        Planned::Action(action) => LINK.contains(&action),
-        Planned::Stream(_) | Planned::Broker(_) => true,
-        _ => false,
-    };
+    let on_datagrams = matches!(planned, Planned::Action(action) if LINK.contains(&action));
+    let on_link = on_datagrams || matches!(planned, Planned::Stream(_) | Planned::Broker(_));
     let targets = [NodeId::GATEWAY, evidence.under.node()];
     let silent = || targets.iter().all(|target| !link::came(evidence, *target).iter().any(|at| within(span, *at)));
     on_link && contact::gaps(evidence).into_iter().any(|gap| covers(gap, span)) && silent() && !streamed(evidence, span)

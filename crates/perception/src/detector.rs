@@ -6,22 +6,20 @@
 //! of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends on its
 //! image alone.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use ort::session::Session;
 use ort::session::builder::GraphOptimizationLevel;
 use ort::value::{Outlet, TensorElementType, TensorRef};
-use serde::{Deserialize, Serialize};
 use wire::codec::List;
 use wire::sensor::{Camera, Detection};
 
 use crate::fused;
 use crate::head::Head;
 use crate::letterbox::{HEIGHT, Letterbox, SIDES, WIDTH};
-use crate::model::{Model, ModelError, ModelRef, Networks};
+use crate::model::{Model, ModelError, Networks};
 use crate::onnx::{Inspected, OnnxError};
 use crate::runtime::{RuntimeError, environment};
-use crate::sight::{Faults, Sight, Watched};
 
 /// Reason for the lack of a detector, or of detections.
 #[derive(Debug, thiserror::Error)]
@@ -157,48 +155,6 @@ impl Detector {
         let shape = shape.ok_or_else(|| other(first.dtype().to_string()))?;
         let (_, raw) = first.try_extract_tensor::<f32>().map_err(failed)?;
         Ok(self.head.decode(raw, shape, &self.letterbox, least))
-    }
-}
-
-/// A detector in place of the shipped one.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Brought {
-    /// Its file, pinned.
-    pub model: ModelRef,
-    /// Decoding of its output.
-    pub head: Head,
-    /// The same, loaded. It cannot be sent: every process that asks it has one of its own.
-    #[serde(skip)]
-    pub loaded: Option<Arc<dyn Sight>>,
-    /// Its faults in this run.
-    #[serde(skip)]
-    pub faults: Faults,
-}
-
-impl Brought {
-    /// A detector with this file and decoding, not loaded.
-    pub fn new(model: ModelRef, head: Head) -> Self {
-        Self { model, head, loaded: None, faults: Faults::default() }
-    }
-
-    /// The same for a run of its own, without faults.
-    #[must_use]
-    pub fn for_run(&self) -> Self {
-        Self { faults: Faults::default(), ..self.clone() }
-    }
-
-    /// The loaded detector, whose faults are noted in this.
-    pub(crate) fn watched(&self) -> Option<Arc<dyn Sight>> {
-        let sight = Arc::clone(self.loaded.as_ref()?);
-        Some(Arc::new(Watched { sight, faults: self.faults.clone() }))
-    }
-}
-
-/// Hash and head say which detector it is, loaded or not.
-impl PartialEq for Brought {
-    fn eq(&self, other: &Self) -> bool {
-        (&self.model, &self.head) == (&other.model, &other.head)
     }
 }
 

@@ -14,6 +14,7 @@
 pub mod attitude;
 pub mod bands;
 mod boxes;
+pub mod brought;
 pub mod cold;
 pub mod content;
 pub mod corroborate;
@@ -61,10 +62,11 @@ use wire::track::{StageProduct, Tracks};
 use wire::trust::BusGate;
 
 use crate::attitude::{SkyConfig, Watch};
+use crate::brought::Brought;
 use crate::cold::Cold;
 use crate::content::{Contents, Prints};
 use crate::corroborate::{Limits, Sighting};
-use crate::detector::{Brought, Detector, DetectorError};
+use crate::detector::{Detector, DetectorError};
 use crate::fused::Disputed;
 use crate::model::ModelRef;
 use crate::pose::Ego;

@@ -14,7 +14,8 @@ use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
 use wire::setup::Setup;
 
-use crate::detector::{Brought, Detector, DetectorError};
+use crate::brought::Brought;
+use crate::detector::{Detector, DetectorError};
 use crate::model::{MAX_MODEL, Model, ModelError, ModelRef, hex_digest};
 use crate::runtime::{self, RuntimeError};
 use crate::sight::Sight;

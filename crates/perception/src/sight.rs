@@ -64,7 +64,7 @@ impl Faults {
     }
 }
 
-/// A detector whose faults are noted.
+/// A detector with its faults noted.
 #[derive(Debug)]
 pub(crate) struct Watched {
     pub(crate) sight: Arc<dyn Sight>,

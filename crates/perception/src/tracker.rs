@@ -27,7 +27,7 @@ const OPINIONS: usize = 5;
 const SUPPORTS: usize = 1;
 /// Of those, how many make a veto: most of them.
 const VETOES: usize = 3;
-/// And how many make one where a modality only shows nothing: all but one, for a stage misses a frame more often than it errs, and the
+/// And how many make one where a modality only shows no object: all but one, for a stage misses a frame more often than it errs, and the
 /// track limit is as long.
 const ABSENCES: usize = 4;
 /// Updates that make a tentative track a track, within the last five frames.
@@ -61,19 +61,19 @@ struct Hypothesis {
     bounds: Option<PixelBox>,
 }
 
-/// What one frame says of a track.
+/// The word of one frame on a track.
 #[derive(Clone, Copy, Debug, Default)]
 struct Opinion {
     supported: Modalities,
-    /// Those that speak against it, by what they show or by showing nothing.
+    /// Those that speak against it, by another object or by none.
     vetoed: Modalities,
-    /// Those that speak against it by showing nothing.
+    /// Those that speak against it by showing no object.
     absent: Modalities,
 }
 
 impl Opinion {
-    /// Of a sighting that claims the class `own`, or another one. Another class is colour's word against the track; what other modalities
-    /// say of that claim they do not say of the track.
+    /// Of a sighting that claims the class `own`, or another one. Another class is colour's word against the track; the words of other
+    /// modalities on that claim are not on the track.
     fn of(sighting: &Sighting, own: Option<Class>) -> Self {
         let Sighting { supported, vetoed, absent, .. } = *sighting;
         if own.is_none_or(|own| own == sighting.class) {
@@ -234,7 +234,7 @@ impl Hypothesis {
         Modality::ALL.into_iter().filter(holds).fold(Modalities::default(), Modalities::with)
     }
 
-    /// The modalities that speak against it: by what they showed, or for longer by showing nothing.
+    /// The modalities that speak against it: by another object, or for longer by none.
     fn against(&self) -> Modalities {
         let shown = self.held(VETOES, |opinion, m| opinion.vetoed.has(m) && !opinion.absent.has(m));
         let any = self.held(ABSENCES, |opinion, m| opinion.vetoed.has(m));

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use live::child::Services;
 use live::detector::Remote;
-use perception::detector::{Brought, Detector};
+use perception::brought::Brought;
+use perception::detector::Detector;
 use perception::process;
 use perception::stages::Stages;
 use scenario::load_labels;

@@ -1,7 +1,7 @@
 //! The digest at the end of each line of a file of results: SHA-256 over the digest of the line before and the line itself.
 //!
 //! A line that is changed, removed, added or exchanged by hand no longer fits its digest or that of its neighbour. There is no key: who
-//! computes all digests anew makes another file, whose last digest differs. Reading and writing of files is left to `lines`.
+//! computes all digests anew makes another file, with another last digest. Reading and writing of files is left to `lines`.
 
 use evidence::log::hex;
 use sha2::{Digest, Sha256};
@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 const SEAM: &str = ",\"chain\":\"";
 /// Digits of a digest.
 const DIGITS: usize = 64;
-/// What stands behind the object's own fields.
+/// Length behind the object's own fields.
 const TAIL: usize = SEAM.len() + DIGITS + "\"}".len();
 
 /// The digest of the last line; of no line, zeros.

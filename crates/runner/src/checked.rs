@@ -25,7 +25,7 @@ use crate::verified::Verified;
 
 /// The most that is read of it.
 const MAX_VERDICT_BYTES: u64 = 1 << 20;
-/// The most that is hashed of a file of a recording whose length is not known.
+/// The most that is hashed of a file of a recording without a known length.
 const MAX_RECORDING_BYTES: u64 = 1 << 30;
 /// The longest reason, characters.
 const MAX_REASON: usize = 400;
@@ -165,7 +165,7 @@ pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     }
 }
 
-/// The contradiction between the recording in `trial`, whose `held.json` has this digest and whose class is `outcome`, and the results of
+/// The contradiction between the recording in `trial`, with this digest of its `held.json` and this class, and the results of
 /// the command that made it, if any.
 pub fn contradiction(trial: &Path, held: &str, outcome: Option<Outcome>) -> Option<String> {
     claimed::contradiction(trial, Some(held), outcome)

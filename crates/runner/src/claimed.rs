@@ -1,8 +1,8 @@
-//! What the results around a recorded trial claim of it: its class, and the digest of its `held.json`.
+//! Claims of the results around a recorded trial: its class, and the digest of its `held.json`.
 //!
 //! `result.json` of `run` names both for each trial that was kept, and so do the finished trials (`kept`) of a command that resumes. A
-//! recording that lies in another's place, or a class that was changed, contradicts them. A recording without results around claims
-//! nothing. Whether the recording itself is whole is left to `verified`.
+//! recording that lies in another's place, or a class that was changed, contradicts them. A recording without results around has
+//! no claim to fit. Whether the recording itself is whole is left to `verified`.
 
 use std::fs;
 use std::path::{Path, PathBuf};

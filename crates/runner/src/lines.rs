@@ -153,7 +153,7 @@ pub fn scan<T: DeserializeOwned>(
     Ok(end)
 }
 
-/// These lines with digests anew, each an object with a digest or without one; others stay as they are. For tests of what reads a line
+/// These lines with digests anew, each an object with a digest or without one; others stay as they are. For tests of readers of a line
 /// that fits its digest.
 pub fn reseal(text: &[u8]) -> Vec<u8> {
     let mut chain = Chain::default();

@@ -12,7 +12,7 @@ use evidence::trial::Trial;
 use guest::Program;
 use link::files;
 pub use link::terminal::say;
-use perception::detector::Brought;
+use perception::brought::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
 use serde_json::Value;
@@ -139,7 +139,7 @@ const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 /// Writes the inputs of a run into its folder.
 ///
 /// # Errors
-/// When the folder has those of another run, whose results would be replaced.
+/// When the folder has those of another run, which would be replaced.
 pub fn write_manifest(dir: &Path, manifest: &Manifest) -> Result<(), Failure> {
     let path = dir.join(MANIFEST);
     if path.exists() {

@@ -42,7 +42,7 @@ const SAFE: [Outcome; 6] = [
     Outcome::Undetected,
 ];
 
-/// Classes on a platform for which nobody stated any: those that are no failure.
+/// Classes on a platform without stated ones: those that are no failure.
 const UNSTATED: [Outcome; 5] =
     [Outcome::Nominal, Outcome::Rejected, Outcome::Degraded, Outcome::HoldSafe, Outcome::Undetected];
 
@@ -219,19 +219,14 @@ impl Scenario {
     #[must_use]
     pub fn on(&self, platform: &Platform) -> Scenario {
         let mut scenario = self.clone();
-        let owes = platform.owes.as_ref().is_some_and(|owes| **owes == *self.platform);
-        let platform: &Name = &platform.name;
-        if *platform == *self.platform {
+        if *platform.name == *self.platform {
             return scenario;
         }
-        let declared = |under: &Under| under.platform.as_ref().is_some_and(|there| **there == *platform);
-        if owes && !self.under.iter().any(declared) {
-            scenario.platform = Located::nowhere(platform.clone());
+        scenario.platform = Located::nowhere(Name::clone(&platform.name));
+        let under = self.stated_on(platform);
+        if under.is_empty() && self.is_owed_by(platform) {
             return scenario;
         }
-        let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform);
-        let under: Vec<Under> =
-            self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect();
         let declared = |policy: Option<&Name>| under.iter().find(|under| under.policy.as_deref() == policy);
         let none = || Located::nowhere(List::of(UNSTATED));
         scenario.expected = declared(None).map_or_else(none, |under| under.expected.clone());
@@ -243,15 +238,22 @@ impl Scenario {
             cell
         }));
         scenario.under = List::of(under);
-        scenario.platform = Located::nowhere(platform.clone());
         scenario
     }
 
     /// True if this is another platform than the scenario's, which does not owe its classes, and of which the scenario states none.
     pub fn states_no_class_on(&self, platform: &Platform) -> bool {
-        let owes = platform.owes.as_ref().is_some_and(|owes| **owes == *self.platform);
-        let declared = |under: &Under| under.platform.as_ref().is_some_and(|there| **there == *platform.name);
-        *platform.name != *self.platform && !owes && !self.under.iter().any(declared)
+        *platform.name != *self.platform && !self.is_owed_by(platform) && self.stated_on(platform).is_empty()
+    }
+
+    fn is_owed_by(&self, platform: &Platform) -> bool {
+        platform.owes.as_ref().is_some_and(|owes| **owes == *self.platform)
+    }
+
+    /// Classes that `[[under]]` states of a platform.
+    fn stated_on(&self, platform: &Platform) -> Vec<Under> {
+        let here = |under: &&Under| under.platform.as_ref().is_some_and(|there| **there == *platform.name);
+        self.under.iter().filter(here).map(|under| Under { platform: None, ..under.clone() }).collect()
     }
 
     fn under(&self, policy: Option<&str>) -> Scenario {

@@ -27,21 +27,10 @@ pub struct Problem {
     place: Option<Box<(NamedSource<String>, Range<usize>)>>,
 }
 
-/// A file's text as it is shown: other characters than plain ones are replaced by others of as many bytes, so that places stay.
-fn printed(text: &str) -> String {
-    let shown = |c: char| match c.len_utf8() {
-        _ if plain::is_plain(c) || matches!(c, '\n' | '\r' | '\t') => c,
-        1 => '?',
-        2 => '\u{b7}',
-        _ => '\u{fffd}',
-    };
-    text.chars().map(shown).collect()
-}
-
 impl Problem {
     /// A problem with the file as a whole.
     pub fn with_file(file: &str, message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { file: file.to_owned(), message: printed(&message.into()), remedy: remedy.into(), place: None }
+        Self { file: file.to_owned(), message: plain::same_length(&message.into()), remedy: remedy.into(), place: None }
     }
 
     /// A problem at some bytes of the file's text.
@@ -58,7 +47,7 @@ impl Problem {
         if marked.lines().count() > MAX_MARKED {
             end = start + marked.lines().next().map_or(0, str::len);
         }
-        let source = NamedSource::new(file, printed(text)).with_language("toml");
+        let source = NamedSource::new(file, plain::same_length(text)).with_language("toml");
         Self { place: Some(Box::new((source, start..end))), ..Self::with_file(file, message, remedy) }
     }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use guest::{Conduct, Guest};
 use parallel::progress::Stop;
-use perception::detector::Brought;
+use perception::brought::Brought;
 use spacecraft::orbit::Orbit;
 use wire::bounds::Bounds;
 use wire::person::Role;

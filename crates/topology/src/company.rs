@@ -7,7 +7,7 @@ use gateway::fanout::Interest;
 use guest::Conduct;
 use perception::PerceptionConfig;
 use perception::attitude::{Catalogued, SkyConfig};
-use perception::detector::Brought;
+use perception::brought::Brought;
 use scenario::Scenario;
 use sim::SimConfig;
 use sim::scene::Scene;

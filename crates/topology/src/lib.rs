@@ -106,9 +106,9 @@ pub struct Topology {
 impl Topology {
     /// Faults of the detector of others that a unit's perception asked in this run, in words.
     pub fn detector_faults(&self) -> Option<String> {
-        self.members.iter().find_map(|member| match &member.role {
-            Role::Perception(config) => config.detector.as_ref()?.faults.told(),
-            _ => None,
+        self.members.iter().find_map(|member| {
+            let Role::Perception(config) = &member.role else { return None };
+            config.detector.as_ref()?.faults.told()
         })
     }
 

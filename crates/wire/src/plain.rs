@@ -12,6 +12,17 @@ pub fn shown(c: char) -> char {
     if is_plain(c) { c } else { ' ' }
 }
 
+/// A text of several lines as it is shown: other characters than plain ones are replaced by others of as many bytes, so that places stay.
+pub fn same_length(text: &str) -> String {
+    let shown = |c: char| match c.len_utf8() {
+        _ if is_plain(c) || matches!(c, '\n' | '\r' | '\t') => c,
+        1 => '?',
+        2 => '\u{b7}',
+        _ => '\u{fffd}',
+    };
+    text.chars().map(shown).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -22,5 +33,6 @@ mod tests {
         for c in ['\u{1b}', '\n', '\u{202e}', '\u{2066}', '\u{200b}', '\u{feff}'] {
             assert!(!is_plain(c) && shown(c) == ' ', "{c:?}");
         }
+        assert_eq!(same_length("a\u{1b}b\n\u{202e}"), "a?b\n\u{fffd}");
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! `frame` finds records, `chunk` expands them, `message` reads numbers; records outside the data are the crate `mcap`'s business. A chunk whose
 //! CRC does not fit is left out whole, and reading goes on with the next record that is one. Schemas and channels that were lost with a chunk
-//! are taken from the summary at the file's end. A topic whose definition cannot be read is skipped, and says so when it is asked for.
+//! are taken from the summary at the file's end. A topic with a definition that cannot be read is skipped, and says so when it is asked for.
 
 mod chunk;
 mod frame;
@@ -65,7 +65,7 @@ pub(super) fn walk<'e>(bytes: &[u8], each: &'e mut Each<'e>) -> (Tables, Found) 
 enum Lost {
     /// It is left out; reading goes on.
     Left(String),
-    /// Nothing more is read.
+    /// The end of reading.
     All(String),
 }
 

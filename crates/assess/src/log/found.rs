@@ -73,7 +73,7 @@ impl Found {
         self
     }
 
-    /// Adds what was found in a file that begins at this offset of all; `name` tells it from the others.
+    /// Adds the findings in a file that begins at this offset of all; `name` tells it from the others.
     pub(super) fn add(&mut self, other: Found, offset: u64, name: Option<&str>) {
         let of = |why: &str| name.map_or_else(|| why.to_owned(), |name| format!("{name}: {why}"));
         for gap in other.gaps {
@@ -91,7 +91,7 @@ impl Found {
         self.dropouts_ms = self.dropouts_ms.saturating_add(other.dropouts_ms);
     }
 
-    /// The place up to which a recording of this length was read, and what is missing before it.
+    /// The place up to which a recording of this length was read, and the gaps before it.
     pub(super) fn end(&self, of: u64) -> End {
         let lost = (self.lost > 0).then(|| self.in_words());
         let (at, stopped) = match &self.stopped {

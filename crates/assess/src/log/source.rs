@@ -1,5 +1,5 @@
 //! The files of a recording by their first bytes: ULog, MCAP, either of them packed as a whole by zstd, and the ones that are not read, each
-//! with what to do about it.
+//! with a remedy.
 
 use std::borrow::Cow;
 

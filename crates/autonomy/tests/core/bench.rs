@@ -335,7 +335,10 @@ impl Bench {
         let pose = Pose { x_mm: self.at.0 as i32, y_mm: self.at.1 as i32 + self.fix_offset, yaw_mrad: 0 };
         let time = ReceiverTime(self.now.0.saturating_add_signed(self.time_offset));
         let fix = (!self.no_fix).then_some(Fix { pose, sigma_mm: 40, time });
-        let odometry = Some(Odometry { speed_mm_s: self.speed as i32, yaw_rate_mrad_s: 0 });
+        // Wheels that turn never read the same for long.
+        let noise = (self.now.0 / 50_000 % 2) as i32;
+        let speed_mm_s = if self.speed == 0.0 { 0 } else { self.speed as i32 + noise };
+        let odometry = Some(Odometry { speed_mm_s, yaw_rate_mrad_s: 0 });
         let bytes =
             self.sim.seal(self.now, &codec::encode(&Navigation { stamp: self.now, fix, odometry, spatial: None }));
         self.feed(&Input::Bus { topic: Topic::Navigation, bytes });

@@ -25,7 +25,7 @@ pub(super) struct Args {
     /// The map: which field of the recording is which input, and in which unit.
     #[arg(long, value_name = "MAP", required_unless_present = "guess", conflicts_with = "guess")]
     map: Option<PathBuf>,
-    /// A platform file whose bounds and limits the guards take [default: that of `ground`].
+    /// A platform file with the bounds and limits that the guards take [default: that of `ground`].
     #[arg(long, value_name = "FILE", conflicts_with = "guess")]
     platform: Option<PathBuf>,
     /// Print a first map, made from the names of the recording's topics.

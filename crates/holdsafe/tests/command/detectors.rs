@@ -9,7 +9,7 @@ use live::detector::{Limits, try_detector};
 use live::trial::run_live;
 use live::{LiveError, Options};
 use parallel::progress::Stop;
-use perception::detector::Brought;
+use perception::brought::Brought;
 use perception::process::{load, pin};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -149,7 +149,7 @@ fn swapped_model_ends_the_run_before_it_begins() {
     assert!(recorded <= 1, "{recorded} files of a run that did not begin");
 }
 
-/// A model that is fine on what it is tried on, and ends its process in a run: the run is INVALID by its name, and its evidence whole.
+/// A model that is fine on the images that it is tried on, and ends its process in a run: the run is INVALID by its name, and its evidence whole.
 #[test]
 fn model_that_fails_in_a_run_costs_that_run_alone() {
     let (folder, files) = folder(&[("colours.toml", COLOURS)]);

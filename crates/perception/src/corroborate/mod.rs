@@ -48,7 +48,7 @@ pub struct Sighting {
     pub supported: Modalities,
     /// Modalities that speak against it.
     pub vetoed: Modalities,
-    /// Of these, the ones that show nothing there and nothing else: a stage that misses a frame looks the same.
+    /// Of these, the ones that show no object there, and no other either: a stage that misses a frame looks the same.
     pub absent: Modalities,
     /// True if everything that its class lets one expect was seen; false without a thermal product for a warm class.
     pub complete: bool,

@@ -22,7 +22,7 @@ pub enum Warmth {
     Neutral,
     /// As warm as its class.
     Fits,
-    /// Nothing warm where something should be: a cold object, or a frame that the stage missed.
+    /// No warmth where there should be some: a cold object, or a frame that the stage missed.
     Absent,
     /// Of a wrong temperature.
     Contradicts,

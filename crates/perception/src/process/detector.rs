@@ -15,7 +15,8 @@ use serde::{Deserialize, Serialize};
 use wire::codec::{self, List};
 use wire::sensor::Detection;
 
-use crate::detector::{Brought, Detector};
+use crate::brought::Brought;
+use crate::detector::Detector;
 use crate::letterbox::{HEIGHT, WIDTH};
 use crate::model::ModelRef;
 
@@ -50,7 +51,7 @@ pub fn answer(found: Result<&List<Detection, 32>, &str>) -> Vec<u8> {
     }
 }
 
-/// What an answer says.
+/// The content of an answer.
 ///
 /// # Errors
 /// The reason in it, or that it is none.

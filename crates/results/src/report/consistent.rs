@@ -14,7 +14,7 @@ use super::reference::Reference;
 use super::run::{RunObject, Summary};
 
 impl RunObject {
-    /// The first contradiction between its trials and what is folded of them.
+    /// The first contradiction between its trials and the figures folded of them.
     pub fn contradiction(&self) -> Option<String> {
         let all: Vec<&Trial> = self.trials.iter().collect();
         let of_cell = |cell: &str| all.iter().copied().filter(|t| t.cell.as_deref() == Some(cell)).collect::<Vec<_>>();
@@ -32,7 +32,7 @@ impl RunObject {
 }
 
 impl Summary {
-    /// The difference between this and what is folded of `trials`.
+    /// The difference between this and the summary folded of `trials`.
     fn against(&self, trials: &[&Trial]) -> Option<String> {
         let folded = Summary {
             false_trips_per_hour: self.false_trips_per_hour,

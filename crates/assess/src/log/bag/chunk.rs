@@ -32,7 +32,7 @@ pub(super) fn begins(body: &[u8]) -> bool {
     parse(body).is_ok_and(|(chunk, _)| matches!(chunk.compression, "" | "zstd" | "lz4"))
 }
 
-/// The records of a chunk, and whether it has a CRC. Takes what it costs from `budget`, in bytes.
+/// The records of a chunk, and whether it has a CRC. Takes its cost from `budget`, in bytes.
 pub(super) fn open<'a>(body: &'a [u8], budget: &mut u64) -> Result<(Cow<'a, [u8]>, bool), Unread> {
     let (chunk, stored) = parse(body).map_err(Unread::Damaged)?;
     *budget = budget.checked_sub(body.len() as u64).ok_or(Unread::Large)?;

@@ -1,6 +1,6 @@
 //! The records of an MCAP file by their headers, and the next good one behind a damaged place.
 //!
-//! A header is a kind and a length. What the records say is left to `bag`; the inside of a chunk to `chunk`.
+//! A header is a kind and a length. The meaning of records is left to `bag`; the inside of a chunk to `chunk`.
 
 use super::chunk;
 

@@ -22,7 +22,7 @@ pub(in crate::log) struct Tables {
     schemas: BTreeMap<u16, (String, Definition)>,
     /// Messages that are zstd frames by themselves.
     packed: u64,
-    /// Messages whose channel is nowhere.
+    /// Messages of a channel that is nowhere.
     strays: u64,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Spare<'a> {
 }
 
 impl<'a> Spare<'a> {
-    /// Of a file with a whole footer, whose CRC fits.
+    /// Of a file with a whole footer, the CRC of which fits.
     pub(super) fn of(bytes: &'a [u8]) -> Option<Self> {
         const FOOTER: usize = frame::HEAD + 20;
         const CHUNK_INDEX: u8 = 0x08;
@@ -184,7 +184,7 @@ impl Tables {
         self.open(&channel)
     }
 
-    /// Notes what is odd about the messages.
+    /// Notes oddities of the messages.
     pub(super) fn finish(&self, found: &mut Found) {
         if self.packed > 0 {
             found.note(format!(

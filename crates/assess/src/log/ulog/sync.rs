@@ -58,7 +58,7 @@ pub(super) fn find(bytes: &[u8], from: usize) -> Option<usize> {
     Some(from + at)
 }
 
-/// Holds a record against what stands in it and behind it.
+/// Holds a record against its content and its successor.
 ///
 /// # Errors
 /// When a sync record begins within it, or none of any kind behind it: its length is false, or bytes of it are missing.

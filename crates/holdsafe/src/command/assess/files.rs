@@ -1,6 +1,6 @@
 //! The files of a recording: those that were named, and of a bag's folder the ones that it was split into, in their order.
 //!
-//! Names come from the folder alone and not from its `metadata.yaml`, whose words could lead elsewhere. Nothing is parsed here.
+//! Names come from the folder alone and not from its `metadata.yaml`, which could lead elsewhere. Nothing is parsed here.
 
 use std::path::{Path, PathBuf};
 

@@ -179,7 +179,7 @@ mod tests {
     fn trial_outside_the_campaign_is_refused() {
         let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));
         let line = serde_json::to_string(&row(2, Outcome::HoldSafe)).expect("a line");
-        fs::write(directory.path().join(TRIALS), line + "\n").expect("written");
+        fs::write(directory.path().join(TRIALS), lines::reseal((line + "\n").as_bytes())).expect("written");
         let told = open(directory.path(), &plan).expect_err("refused").to_string();
         assert!(told.contains("trials.jsonl:1: trial 2 of a campaign of 2"), "{told}");
     }

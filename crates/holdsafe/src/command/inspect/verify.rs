@@ -1,6 +1,6 @@
 //! `holdsafe inspect verify DIR`: the evidence of a run, verified, and its trial's own INVALID verdict, if any.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
 use live::store::HELD;
@@ -39,15 +39,20 @@ fn digest(text: &str) -> Result<String, String> {
     whole.then(|| text.to_ascii_lowercase()).ok_or_else(|| "64 hexadecimal digits are expected".to_owned())
 }
 
+/// The failure of a run that cannot be verified: one without keys is no evidence.
+fn unverified(run: &Path, error: EngineError) -> Failure {
+    if let EngineError::Unreadable { file, message, .. } = &error
+        && file.ends_with(HELD)
+    {
+        let told = format!("INVALID: {}: {HELD}: {message}: without it nothing is verified", run.display());
+        return Failure::new(Exit::NoEvidence, told);
+    }
+    error.into()
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
-    let mut verified = runner::verified::verify(&run).map_err(|error| match error {
-        EngineError::Unreadable { file, message, .. } if file.ends_with(HELD) => {
-            let told = format!("INVALID: {}: {HELD}: {message}: without it nothing is verified", run.display());
-            Failure::new(Exit::NoEvidence, told)
-        }
-        other => other.into(),
-    })?;
+    let mut verified = runner::verified::verify(&run).map_err(|error| unverified(&run, error))?;
     if let Some(told) = args.held.as_ref().filter(|told| **told != verified.held) {
         verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {told}", verified.held));
     }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use dossier::reader::Reason;
 use evidence::SCHEMA_VERSION;
 use evidence::log::hex;
 use link::files;
@@ -92,11 +91,9 @@ fn agree(directory: &Path) -> Result<(), Failure> {
     for file in super::page::RESULTS.iter().map(|name| directory.join(name)).filter(|file| file.is_file()) {
         let bytes = files::read(&file, MAX_RESULT_BYTES)?;
         let mut results = dossier::reader::Results::default();
-        match results.read(&file.display().to_string(), &bytes) {
-            Ok(()) => super::page::folder_agrees(&file, &results)?,
-            Err(why) if matches!(why.why, Reason::Contradiction(_)) => return Err(super::page::refused(why)),
-            // A result that no page takes is cited all the same.
-            Err(_) => {}
+        // A result that no page takes is cited all the same.
+        if results.read(&file.display().to_string(), &bytes).is_ok() {
+            super::page::agrees(&file, &results)?;
         }
     }
     Ok(())

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use dossier::reader::{Found, MAX_FILE_BYTES, Manifest, Reason, Refused, Results};
+use dossier::reader::{Found, MAX_FILE_BYTES, Manifest, Results};
 use dossier::{Dossier, Recording};
 use evidence::SCHEMA_VERSION;
 use results::summary;
@@ -169,8 +169,9 @@ fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
         let (told, runs) = match found(path)? {
             Given::Result(file, runs) => {
                 let bytes = bounded(&file)?;
-                results.read(&file.display().to_string(), &bytes).map_err(refused)?;
-                folder_agrees(&file, &results)?;
+                let read = results.read(&file.display().to_string(), &bytes);
+                read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
+                agrees(&file, &results)?;
                 (false, runs)
             }
             Given::Runs(runs) => (true, runs),
@@ -204,21 +205,21 @@ fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
     ))
 }
 
-/// The failure of a result that is refused: one that contradicts itself is no evidence.
-pub(super) fn refused(why: Refused) -> Failure {
-    let exit = if matches!(why.why, Reason::Contradiction(_)) { Exit::NoEvidence } else { Exit::Usage };
-    Failure::new(exit, why.to_string())
-}
-
-/// Checks the newest of `results`, which was read from `file`, against the finished trials beside it.
-pub(super) fn folder_agrees(file: &Path, results: &Results) -> Result<(), Failure> {
-    let Some(Found::Campaign(campaign)) = results.given().last().map(|given| &given.found) else { return Ok(()) };
-    let Some(folder) = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "campaign.json")) else {
-        return Ok(());
+/// Checks the newest of `results`, which was read from `file`, against itself and against the finished trials beside it.
+pub(super) fn agrees(file: &Path, results: &Results) -> Result<(), Failure> {
+    let Some(found) = results.given().last().map(|given| &given.found) else { return Ok(()) };
+    let of_folder = match (found, file.parent()) {
+        (Found::Campaign(campaign), Some(folder)) if file.ends_with("campaign.json") => {
+            recount::contradiction(folder, campaign)?
+        }
+        _ => None,
     };
-    match recount::contradiction(folder, campaign)? {
+    match found.contradiction().map(|why| format!("it contradicts itself: {why}")).or(of_folder) {
         None => Ok(()),
-        Some(why) => Err(Failure::new(Exit::NoEvidence, format!("{}: {why}", folder.display()))),
+        Some(why) => {
+            let message = format!("{}: changed since the command wrote it: {why}", file.display());
+            Err(Failure::new(Exit::NoEvidence, message))
+        }
     }
 }
 
