@@ -218,6 +218,24 @@ mod tests {
     }
 
     #[test]
+    fn rows_are_as_long_as_their_headers() {
+        let mut dossier = dossier();
+        for kind in ["matrix", "run", "reference", "campaign", "curve", "ablation"] {
+            let golden = crate::reader::golden(kind).to_string();
+            dossier.results.read(kind, golden.as_bytes()).expect("a golden result");
+        }
+        let page = page(&dossier);
+        let (mut tables, cells) = (0, |row: &str| row.matches("<th").count() + row.matches("<td").count());
+        for table in page.split("<table>").skip(1).filter_map(|rest| rest.split("</table>").next()) {
+            let rows: Vec<&str> = table.split("<tr>").skip(1).collect();
+            let spans = table.contains("colspan");
+            assert!(spans || rows.iter().all(|row| cells(row) == cells(rows[0])), "{table}");
+            tables += 1;
+        }
+        assert!(tables > 5, "{tables}");
+    }
+
+    #[test]
     fn the_same_results_give_the_same_page() {
         assert_eq!(page(&dossier()), page(&dossier()));
     }

@@ -36,8 +36,8 @@ fn failed(log: &mut Log, ms: u64, fault: Fault) -> &mut Log {
 #[test]
 fn a_stop_of_its_own_is_safe() {
     assert_eq!(bare(None).judge().outcome, Outcome::Undetected);
-    assert_eq!(bare(None).plant_stops(6000).judge().outcome, Outcome::HoldSafe);
-    assert_eq!(bare(Some(Place(30_000, 0))).plant_stops(6000).judge().outcome, Outcome::HoldSafe);
+    assert_eq!(bare(None).plant_stops(6000).plant_rests(7000).judge().outcome, Outcome::HoldSafe);
+    assert_eq!(bare(Some(Place(30_000, 0))).plant_stops(6000).plant_rests(7000).judge().outcome, Outcome::HoldSafe);
 }
 
 /// Half a second before the end of the run, or a creep to it, is no safe state.
@@ -67,10 +67,10 @@ fn short_stops_clear_no_false_place() {
 /// By the truth, or by the place that it states.
 #[test]
 fn arrival_at_the_goal_is_no_safe_state() {
-    assert_eq!(bare(Some(Place(280, 0))).plant_stops(6000).judge().outcome, Outcome::Undetected);
+    assert_eq!(bare(Some(Place(280, 0))).plant_stops(6000).plant_rests(7000).judge().outcome, Outcome::Undetected);
     let mut misled = bare(Some(Place(280, 30_000)));
     placed(&mut misled, 6800, 7000, 30_000);
-    assert_eq!(misled.plant_stops(6000).judge().outcome, Outcome::Undetected);
+    assert_eq!(misled.plant_stops(6000).plant_rests(7000).judge().outcome, Outcome::Undetected);
 }
 
 #[test]

@@ -296,14 +296,23 @@ impl Log {
 
     /// From `ms` on the plant has no lease; it brakes and stands a second later.
     pub(crate) fn plant_stops(&mut self, ms: u64) -> &mut Log {
-        let end = self.way(ms + 1000).x_mm;
         for w in &mut self.entries {
-            if let Any::Instrument(Note::Truth { x_mm, speed_mm_s, set_speed_mm_s, leased, .. }) = &mut w.entry.event
+            if let Any::Instrument(Note::Truth { speed_mm_s, set_speed_mm_s, leased, .. }) = &mut w.entry.event
                 && w.at >= ms * 1000
             {
                 (*set_speed_mm_s, *leased) = (0, false);
-                *x_mm = end.min(*x_mm);
                 *speed_mm_s = if w.at >= (ms + 1000) * 1000 { 0 } else { 500 };
+            }
+        }
+        self
+    }
+
+    /// From `ms` on the plant is where it was then.
+    pub(crate) fn plant_rests(&mut self, ms: u64) -> &mut Log {
+        let place = self.way(ms).x_mm;
+        for w in self.entries.iter_mut().filter(|w| w.at >= ms * 1000) {
+            if let Any::Instrument(Note::Truth { x_mm, .. }) = &mut w.entry.event {
+                *x_mm = place;
             }
         }
         self

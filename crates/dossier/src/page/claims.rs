@@ -17,6 +17,7 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
         "claim",
         "evidence",
         "n",
+        "outcomes",
         "not as claimed",
         "unsafe below (95 %)",
         "together with all others",
@@ -63,13 +64,17 @@ fn of_campaign(rows: &mut Table, campaign: &CampaignObject, file: &str) {
     for row in campaign.rows.iter().filter(|r| r.counts && r.watermark.is_none()) {
         let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} ({cell})", row.scenario));
         let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
+        let set: String = row.set.iter().map(|(path, value)| format!(", {path} = {value}")).collect();
+        let ends = format!("{name}{set} under policy {} ends in {}", row.policy, classes.join(" or "));
+        let tested = campaign.terms.claim.as_ref().zip(row.claim.as_ref());
+        let tested = tested.map(|(claim, judged)| format!("; {claim}: {}", judged.alone.verdict.name()));
         let bound = |of: fn(&RateBounds) -> f64, judged: fn(&ClaimRow) -> Judged| match (&row.bounds, &row.claim) {
             (Some(bounds), _) => percent(of(bounds)),
             (None, Some(claim)) => looked(campaign, claim, judged(claim), row.n),
             (None, None) => format!("none yet: {} of {} trials", row.n, row.planned),
         };
         rows.rows.push(vec![
-            format!("{name} ends in {}", classes.join(" or ")),
+            ends + &tested.unwrap_or_default(),
             row.evidence.name().to_owned(),
             row.n.to_string(),
             told(&row.outcomes),

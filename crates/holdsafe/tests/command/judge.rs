@@ -53,6 +53,36 @@ fn failed_replay_is_invalid_to_the_second_judge() {
     assert!(object(&output)["findings"].to_string().contains("P10"), "{output:?}");
 }
 
+/// To both judges a loss between two planned contacts is masked; beside one that arrived the trial is valid, alone it is INVALID by name.
+#[test]
+fn loss_between_two_contacts_is_masked() {
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir(dir.path().join("scenes")).unwrap();
+    for scene in fs::read_dir(root().join("scenarios/scenes")).unwrap().map(Result::unwrap) {
+        fs::copy(scene.path(), dir.path().join("scenes").join(scene.file_name())).unwrap();
+    }
+    let gap = scenario::find(&root(), "contact_gap").map(|file| fs::read_to_string(file).unwrap()).unwrap();
+    let loss =
+        |at_s: f64, duration_s: f64| format!("\n[[loss]]\nat_s = {at_s:?}\nduration_s = {duration_s:?}\nshare = 1.0\n");
+    let run = |name: &str, losses: &str| {
+        let (file, out) = (dir.path().join(format!("{name}.toml")), dir.path().join(name));
+        fs::write(&file, gap.replace("name = \"contact_gap\"", &format!("name = \"{name}\"")) + losses).unwrap();
+        let output =
+            holdsafe(&["run", file.to_str().unwrap(), "--trials", "1", "--json", "--out", out.to_str().unwrap()]);
+        let trial = object(&output)["trials"][0].clone();
+        if let Some(output) = second_judge(&out.join("twin").join(name).join("1/events.jsonl")) {
+            assert_eq!(object(&output)["outcome"], trial["outcome"], "{trial}");
+        }
+        trial
+    };
+    let alone = run("gap_alone", &loss(35.0, 10.0));
+    assert_eq!(alone["outcome"], "INVALID", "{alone}");
+    assert_eq!(alone["findings"][0], "injection action drop from 35000 ms: masked: out of contact", "{alone}");
+    let both = run("gap_both", &(loss(35.0, 10.0) + &loss(63.0, 5.0)));
+    assert_eq!(both["injections"][0]["by"], "out_of_contact", "{both}");
+    assert_ne!(both["outcome"], "INVALID", "{both}");
+}
+
 /// To both judges a run without the presumed mission shows no result.
 #[test]
 fn run_without_its_mission_is_no_evidence() {
