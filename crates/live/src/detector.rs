@@ -127,7 +127,7 @@ fn end(status: ExitStatus, limits: Limits) -> String {
 /// Tries the detector within `limits`, in a process that then ends.
 ///
 /// # Errors
-/// Why it is refused.
+/// A detector that cannot be started, or that fails its trial, by what it answered.
 pub fn try_detector(services: &Services, brought: &Brought, limits: Limits) -> Result<(), String> {
     Process::start(services, &asked(brought, None), limits).map(drop)
 }
@@ -139,7 +139,7 @@ fn asked(brought: &Brought, runtime: Option<&ModelRef>) -> Asked {
 /// Starts a detector for the calling process, which may be confined after it.
 ///
 /// # Errors
-/// Why it is refused.
+/// A detector that cannot be started, or that fails its trial, by what it answered.
 pub fn start(services: &Services, brought: &Brought, runtime: Option<&ModelRef>) -> Result<Arc<dyn Sight>, String> {
     Ok(Arc::new(Held(Mutex::new(Process::start(services, &asked(brought, runtime), Limits::USUAL)?))))
 }
@@ -151,12 +151,14 @@ struct Held(Mutex<Process>);
 impl Sight for Held {
     fn detect(&self, image: &[u8], least: u16) -> Result<List<Detection, 32>, DetectorError> {
         let mut process = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        told(process.detect(image, least))
+        detections_of(process.detect(image, least))
     }
 }
 
 /// The inner result is the model's own, the outer one of its process.
-fn told(found: Result<Result<List<Detection, 32>, String>, String>) -> Result<List<Detection, 32>, DetectorError> {
+fn detections_of(
+    found: Result<Result<List<Detection, 32>, String>, String>,
+) -> Result<List<Detection, 32>, DetectorError> {
     found.map_err(DetectorError::Process)?.map_err(DetectorError::Session)
 }
 
@@ -175,7 +177,7 @@ impl Remote {
     /// Starts the process of a detector and tries it.
     ///
     /// # Errors
-    /// Why it is refused.
+    /// A detector that cannot be started, or that fails its trial, by what it answered.
     pub fn start(services: Services, brought: &Brought) -> Result<Self, String> {
         let (images, asked_for) = sync_channel(0);
         let (ready, started) = sync_channel(1);
@@ -220,7 +222,7 @@ fn attend(services: &Services, asked: &Asked, ready: &SyncSender<Result<(), Stri
         if found.is_err() {
             process = None;
         }
-        if answer.send(told(found)).is_err() {
+        if answer.send(detections_of(found)).is_err() {
             return;
         }
     }
