@@ -4,8 +4,9 @@ use std::collections::BTreeSet;
 
 use evidence::trial::Outcome;
 use evidence::{Fate, Property, Witnessed};
-use holdsafe_tests::{rendered, shipped, variations};
-use instrument::{Any, Note};
+use explain::{Explanation, Place, explain};
+use holdsafe_tests::{Ready, rendered, shipped, variations};
+use instrument::{Any, Note, Sensor};
 use oracle::judge;
 use scenario::Settings;
 use twin::trial::Run;
@@ -163,13 +164,78 @@ fn a_frozen_or_noisy_localisation_holds_in_time() {
 fn frozen_odometry_holds_in_time_and_is_named() {
     holds_within_th("odometry_freeze");
     for run in shipped("odometry_freeze").expect(SEEDS) {
-        let seen = |w: &Witnessed| match w.entry.event {
-            Any::Service(Event::NavigationSeen { fix, odometry }) => Some((fix, odometry)),
-            _ => None,
-        };
-        let seen: Vec<(bool, bool)> = run.evidence.entries.iter().filter_map(seen).collect();
+        let seen = seen(&run);
         assert!(seen.starts_with(&[(true, true), (true, false)]), "{seen:?}");
     }
+}
+
+/// Presence of a fix and of odometry, at each change of it.
+fn seen(run: &Run) -> Vec<(bool, bool)> {
+    let seen = |w: &Witnessed| match w.entry.event {
+        Any::Service(Event::NavigationSeen { fix, odometry }) => Some((fix, odometry)),
+        _ => None,
+    };
+    run.evidence.entries.iter().filter_map(seen).collect()
+}
+
+/// The first loss of a run, explained.
+fn loss(run: &Run) -> Explanation {
+    let told = explain(&run.evidence.entries, &run.evidence.bounds);
+    told.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{:?}", run.verdict.transitions))
+}
+
+/// One receiver and one odometer: either may be wrong.
+#[test]
+fn wrong_odometry_holds_and_neither_source_is_blamed() {
+    for name in ["odometry_drift", "odometry_scale"] {
+        for run in shipped(name).expect(SEEDS) {
+            let Explanation { origin, cause, .. } = loss(&run);
+            let places = (origin.place, &origin.or[..]);
+            let either = (Place::Sensor(Sensor::Localisation), &[Place::Sensor(Sensor::Odometry)][..]);
+            assert_eq!((places, cause.label().as_str()), (either, "lost:drift"), "{name}: {}", origin.what);
+            assert!(origin.what.starts_with("fix and odometry disagree"), "{name}: {}", origin.what);
+        }
+    }
+}
+
+/// The same scenario with another size of its fault.
+fn sized(name: &str, magnitude: f64) -> Ready {
+    let mut ready = shipped(name);
+    let set = Settings::one("fault.0.magnitude.0", serde_json::json!(magnitude));
+    ready.scenario = set.applied_to(&ready.scenario).expect("a number of the scenario");
+    ready
+}
+
+/// Twice the largest speed, again and again.
+#[test]
+fn odometry_that_cannot_be_holds_and_is_named() {
+    for run in sized("odometry_scale", 2.0).expect(SEEDS) {
+        let origin = loss(&run).origin;
+        assert_eq!((origin.place, &origin.or[..]), (Place::Sensor(Sensor::Odometry), &[][..]), "{}", origin.what);
+    }
+}
+
+/// The unit goes on, and is where it takes itself to be.
+#[test]
+fn single_impossible_odometry_costs_nothing_and_is_named() {
+    for run in shipped("odometry_jump").expect(SEEDS) {
+        assert_eq!(seen(&run), [(true, true), (true, false), (true, true)]);
+        let zero = run.verdict.zero.expect("a receipt");
+        let astray = run.evidence.entries.iter().filter(|w| w.at > zero).filter_map(|w| match w.entry.event {
+            Any::Service(Event::Located { x_mm, pose_x_mm, distrusted, .. }) => {
+                Some((distrusted, x_mm.abs_diff(pose_x_mm)))
+            }
+            _ => None,
+        });
+        let astray = astray.max().expect("the unit says where it is");
+        assert!(astray < (false, 300), "flagged, and by how many millimetres: {astray:?}");
+    }
+}
+
+/// Of a way that wheels could have turned.
+#[test]
+fn small_odometry_jump_holds_in_time() {
+    holds_within_th("odometry_jump_small");
 }
 
 #[test]
@@ -232,6 +298,8 @@ fn claimed_sensor_fault_has_no_receipt() {
         "localisation_jump",
         "localisation_freeze",
         "localisation_noise",
+        "odometry_jump",
+        "odometry_jump_small",
         "time_step",
         "rgb_freeze",
         "thermal_freeze",

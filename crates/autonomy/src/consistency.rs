@@ -26,8 +26,8 @@ use crate::geofence::{Motion, Point, between};
 /// Oldest that a claimed place may be and still exclude another, at any speed.
 const REMEMBERED: Span = Span::s(1);
 
-/// Share of the platform's speed, percent, that a claim may state: sensors are noisy.
-const CLAIMABLE_SPEED: f64 = 1.25;
+/// Share of the platform's speed that a claim may state, or odometry: sensors are noisy.
+pub(crate) const CLAIMABLE_SPEED: f64 = 1.25;
 
 /// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's for good:
 /// 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/reference/bounds.md`).

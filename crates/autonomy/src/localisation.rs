@@ -13,7 +13,8 @@
 //! that the policy waives still reports its findings, and keeps no fix out.
 //!
 //! Odometry that repeats its last reading while the unit moves gives no new one: noise of the wheels differs from reading to reading. Where
-//! that is told ([`Localisation::telling_repeats`]), it counts as silent once it has lasted.
+//! that is told ([`Localisation::telling_repeats`]), it counts as silent once it has lasted. A reading faster than the body can go
+//! ([`Localisation::at_most`]) is none either.
 //!
 //! A unit that flies has a height on top (`height`).
 //!
@@ -31,6 +32,7 @@ use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
 use wire::time::{Instant, Span};
 
+use crate::consistency::CLAIMABLE_SPEED;
 use crate::geofence::{Motion, Point, between};
 use drift::Drift;
 use height::Height;
@@ -59,6 +61,10 @@ pub struct Localisation {
     repeats: Option<Span>,
     /// Odometry has repeated itself for so long.
     stale: bool,
+    /// Greatest speed that odometry is believed, mm/s; any without it.
+    fastest: Option<f64>,
+    /// The newest reading of odometry is beyond it.
+    impossible: bool,
     track: Option<Estimates>,
     disagrees: bool,
     drift: Drift,
@@ -104,9 +110,16 @@ impl Localisation {
         Localisation { repeats: Some(limit), ..self }
     }
 
-    /// True unless odometry only repeats itself.
+    /// The same, with odometry taken for silent while it says that the unit goes faster than its largest speed and a quarter, mm/s. For the
+    /// readings of a known body.
+    #[must_use]
+    pub fn at_most(self, max_speed_mm_s: u32) -> Self {
+        Localisation { fastest: Some(f64::from(max_speed_mm_s) * CLAIMABLE_SPEED), ..self }
+    }
+
+    /// True unless odometry only repeats itself, or says what cannot be.
     pub fn hears_odometry(&self) -> bool {
-        !self.stale
+        !self.stale && !self.impossible
     }
 
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
@@ -122,8 +135,9 @@ impl Localisation {
             height.take(spatial, reading.stamp, elapsed);
         }
         let repeated = self.repeats_itself(reading);
-        self.advance(reading.odometry.filter(|_| !self.stale), elapsed);
-        if let Some(odometry) = reading.odometry.filter(|_| !repeated) {
+        self.impossible = reading.odometry.is_some_and(|odometry| self.outruns_the_body(&odometry));
+        self.advance(reading.odometry.filter(|_| self.hears_odometry()), elapsed);
+        if let Some(odometry) = reading.odometry.filter(|_| !repeated && !self.impossible) {
             self.odometry = Some((reading.stamp, odometry));
         }
         if let Some(fix) = reading.fix {
@@ -217,6 +231,10 @@ impl Localisation {
         let lasts = |(at, _): (Instant, Odometry)| self.repeats.is_some_and(|limit| reading.stamp.since(at) >= limit);
         self.stale = repeated && self.odometry.is_some_and(lasts);
         repeated
+    }
+
+    fn outruns_the_body(&self, odometry: &Odometry) -> bool {
+        self.fastest.is_some_and(|fastest| f64::from(odometry.speed_mm_s).abs() > fastest)
     }
 
     fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64) {
@@ -407,6 +425,26 @@ mod tests {
         assert_eq!(after(|_| (2019, 0), false), (false, true), "not told there");
         assert_eq!(after(|i| (2000 + i % 2, 0), true), (false, true), "noise of the wheels");
         assert_eq!(after(|_| (0, 0), true), (false, true), "wheels at rest");
+    }
+
+    /// One such reading costs nothing; fixes and the next reading go on.
+    #[test]
+    fn odometry_faster_than_the_body_is_silent() {
+        let after = |readings: u64, speed_mm_s: i32| {
+            let mut localisation = Localisation::default().at_most(2000);
+            drive(&mut localisation, 0, 60, |_| 0.0);
+            for i in 60..60 + readings {
+                let pose = Pose { x_mm: 2000 * i as i32 / 20, y_mm: 0, yaw_mrad: 0 };
+                let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
+                let odometry = Some(Odometry { speed_mm_s, yaw_rate_mrad_s: 0 });
+                localisation.take(&Navigation { stamp: at(i), fix, odometry, spatial: None }, Waived::default());
+            }
+            let lost = localisation.lost(at(59 + readings), LIMIT);
+            (lost, localisation.hears_odometry(), localisation.distrusted())
+        };
+        assert_eq!(after(1, 60_000), (None, false, false));
+        assert_eq!(after(7, 60_000), (Some(Because::Silence(at(59))), false, false));
+        assert_eq!(after(7, 2500), (None, true, false), "within a quarter");
     }
 
     #[test]

@@ -69,12 +69,14 @@ pub(super) fn place(log: &Log, change: &Change, guard: Guard) -> Origin {
         return from(NodeId::UNIT_A, Place::World, since, "no navigation since then")
             .refusing(NodeId::UNIT_A, &refused);
     }
-    let what = match guard {
-        Guard::TimeBase => "the receiver's time does not run with this host's clock",
-        Guard::Drift => "the fix drifts away from where odometry leads",
-        _ => "the fix is not where odometry leads",
-    };
-    of_unit(Place::Sensor(Sensor::Localisation), distrusted_since(log, change), what)
+    let at = |what| of_unit(Place::Sensor(Sensor::Localisation), distrusted_since(log, change), what);
+    // With one source of each the unit cannot tell which of the two is wrong.
+    let either = |what| at(what).or(Place::Sensor(Sensor::Odometry));
+    match guard {
+        Guard::TimeBase => at("the receiver's time does not run with this host's clock"),
+        Guard::Drift => either("fix and odometry disagree: the one drifts away from where the other leads"),
+        _ => either("fix and odometry disagree: the one is not where the other leads"),
+    }
 }
 
 /// The designated track is gone or no longer good enough.

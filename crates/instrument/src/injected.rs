@@ -140,6 +140,9 @@ pub enum FaultKind {
     /// A pattern over the whole image.
     #[n(64)]
     Perturbation,
+    /// Readings times a factor.
+    #[n(65)]
+    Scale,
 }
 
 /// Way in which a process is kept from running while it lives.

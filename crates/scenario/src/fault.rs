@@ -66,10 +66,14 @@ pub enum FaultKind {
     Noise,
     /// A part of the view is hidden: magnitude `[share]`, 0 to 1.
     Occlusion,
-    /// A growing error: of localisation, magnitude `[east, north]` in metres per second; of height, `[up]`.
+    /// A growing error: of localisation, magnitude `[east, north]` in metres per second; of height, `[up]`; of odometry, `[ahead]`, by
+    /// which each speed is too great, -3 to 3.
     Drift,
-    /// A sudden error: of localisation, magnitude `[east, north]` in metres; of height, `[up]`.
+    /// A sudden error: of localisation, magnitude `[east, north]` in metres; of height, `[up]`; of odometry, `[ahead]`, all of it in
+    /// one reading, -100 to 100.
     Jump,
+    /// The speed of odometry times a factor: magnitude `[factor]`, 0 to 10.
+    Scale,
     /// A sudden error of the receiver's time: magnitude `[forwards]` in seconds, negative for a roll-back.
     TimeStep,
     /// A growing error of the receiver's time: magnitude `[too fast]` in milliseconds a second.
@@ -82,8 +86,8 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
-            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation => 1,
-            FaultKind::Drift | FaultKind::Jump if sensor == Sensor::Height => 1,
+            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation | FaultKind::Scale => 1,
+            FaultKind::Drift | FaultKind::Jump if sensor != Sensor::Localisation => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
     }
@@ -95,8 +99,23 @@ impl FaultKind {
             FaultKind::Skew => matches!(sensor, Sensor::Rgb | Sensor::Thermal),
             FaultKind::Chaff | FaultKind::Perturbation => sensor == Sensor::Rgb,
             FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height),
-            FaultKind::Drift | FaultKind::Jump => matches!(sensor, Sensor::Localisation | Sensor::Height),
+            FaultKind::Drift | FaultKind::Jump => {
+                matches!(sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height)
+            }
+            FaultKind::Scale => sensor == Sensor::Odometry,
             FaultKind::TimeStep | FaultKind::TimeDrift => sensor == Sensor::Localisation,
+        }
+    }
+
+    /// Least and greatest error of odometry: of its speed (m/s), its way (m), its factor. No platform goes faster than such an error of speed.
+    pub(super) fn of_odometry(self) -> Option<(f64, f64)> {
+        match self {
+            FaultKind::Drift => Some((-3.0, 3.0)),
+            FaultKind::Jump => Some((-100.0, 100.0)),
+            FaultKind::Scale => Some((0.0, 10.0)),
+            FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise | FaultKind::Occlusion => None,
+            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation => None,
+            FaultKind::TimeStep | FaultKind::TimeDrift => None,
         }
     }
 }

@@ -10,6 +10,7 @@ use instrument::{FaultKind, Sensor, StepName};
 use serde::{Deserialize, Serialize};
 use wire::time::Span;
 
+use crate::NAVIGATION_PERIOD;
 use crate::limits::SceneError;
 
 /// Most faults of one run.
@@ -21,6 +22,9 @@ pub const MAX_SKEW: u8 = 32;
 pub const MAX_CHAFF: u8 = 32;
 /// By how much of 255 a perturbation changes a byte at most.
 pub const MAX_STRENGTH: u8 = 100;
+
+/// The greatest factor on a speed, permille, however many faults multiply it.
+pub const MAX_SCALE: u16 = 10_000;
 
 /// The greatest factor on a sensor's noise, however many faults multiply it.
 const MAX_NOISE: f32 = 65_535.0;
@@ -58,16 +62,16 @@ pub enum Disturbance {
         /// Covered share of the width, permille.
         permille: u16,
     },
-    /// Its position walks away at a constant rate (localisation and height only).
+    /// Its position walks away at a constant rate (localisation and height), or its way does, each speed off by that (odometry).
     Drift {
-        /// East, mm/s; of height: up.
+        /// East, mm/s; of height: up; of odometry: ahead.
         east_mm_s: i32,
         /// North, mm/s.
         north_mm_s: i32,
     },
-    /// Its position is displaced while the fault lasts (localisation and height only).
+    /// Its position is displaced while the fault lasts (localisation and height), or its first reading has a further way in it (odometry).
     Jump {
-        /// East, millimetres; of height: up.
+        /// East, millimetres; of height: up; of odometry: ahead.
         east_mm: i32,
         /// North, millimetres.
         north_mm: i32,
@@ -81,6 +85,11 @@ pub enum Disturbance {
     TimeDrift {
         /// Too fast, parts per million.
         ppm: i32,
+    },
+    /// It gives its speed times this factor (odometry only).
+    Scale {
+        /// Factor, permille, up to [`MAX_SCALE`].
+        permille: u16,
     },
 }
 
@@ -142,6 +151,7 @@ impl Fault {
             Disturbance::Jump { .. } => FaultKind::Jump,
             Disturbance::TimeStep { .. } => FaultKind::TimeStep,
             Disturbance::TimeDrift { .. } => FaultKind::TimeDrift,
+            Disturbance::Scale { .. } => FaultKind::Scale,
         }
     }
 
@@ -156,8 +166,9 @@ impl Fault {
             Disturbance::Noise { factor } => factor >= 1,
             Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
             Disturbance::Drift { .. } | Disturbance::Jump { .. } => {
-                matches!(self.sensor, Sensor::Localisation | Sensor::Height)
+                matches!(self.sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height)
             }
+            Disturbance::Scale { permille } => self.sensor == Sensor::Odometry && permille <= MAX_SCALE,
             Disturbance::TimeStep { .. } | Disturbance::TimeDrift { .. } => self.sensor == Sensor::Localisation,
         }
     }
@@ -184,6 +195,10 @@ pub struct Effect {
     pub displaced_mm: [i64; 2],
     /// Displacement of the receiver's time forwards, microseconds.
     pub displaced_us: i64,
+    /// Factor on its speed, permille.
+    pub scale: i64,
+    /// By how much its speed is too great, mm/s.
+    pub fast_mm_s: i64,
 }
 
 impl Effect {
@@ -198,11 +213,18 @@ impl Effect {
         occluded: 0,
         displaced_mm: [0, 0],
         displaced_us: 0,
+        scale: 1000,
+        fast_mm_s: 0,
     };
 
     /// True if a new reading has to be made.
     pub fn refreshes(&self) -> bool {
         !self.dropout && !self.freeze
+    }
+
+    /// A speed as it is given, mm/s.
+    pub(crate) fn scaled(&self, mm_s: i32) -> i64 {
+        i64::from(mm_s) * self.scale / 1000
     }
 }
 
@@ -285,10 +307,18 @@ impl Effect {
             Disturbance::Perturbation { strength } => self.perturbation = self.perturbation.max(Some(strength)),
             Disturbance::Noise { factor } => self.noise = (self.noise * f32::from(factor)).min(MAX_NOISE),
             Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
+            Disturbance::Drift { east_mm_s, .. } if fault.sensor == Sensor::Odometry => {
+                self.fast_mm_s += i64::from(east_mm_s);
+            }
             Disturbance::Drift { east_mm_s, north_mm_s } => {
                 let us = (run.0 - fault.begins().0) as i64;
                 self.displaced_mm[0] += i64::from(east_mm_s) * us / 1_000_000;
                 self.displaced_mm[1] += i64::from(north_mm_s) * us / 1_000_000;
+            }
+            Disturbance::Jump { east_mm, .. } if fault.sensor == Sensor::Odometry => {
+                let first = run.0 - fault.begins().0 < NAVIGATION_PERIOD.0;
+                let a_second = (1_000_000 / NAVIGATION_PERIOD.0) as i64;
+                self.fast_mm_s += if first { i64::from(east_mm) * a_second } else { 0 };
             }
             Disturbance::Jump { east_mm, north_mm } => {
                 self.displaced_mm[0] += i64::from(east_mm);
@@ -298,6 +328,9 @@ impl Effect {
             Disturbance::TimeDrift { ppm } => {
                 let us = (run.0 - fault.begins().0) as i64;
                 self.displaced_us = self.displaced_us.saturating_add(i64::from(ppm) * us / 1_000_000);
+            }
+            Disturbance::Scale { permille } => {
+                self.scale = (self.scale * i64::from(permille) / 1000).min(i64::from(MAX_SCALE));
             }
         }
         self
@@ -323,6 +356,22 @@ mod tests {
         assert_eq!(faults.at(Span::ms(3000), Sensor::Localisation).displaced_mm, [1000, -200]);
         assert_eq!(faults.at(Span::ms(3000), Sensor::Odometry), Effect::NONE);
         assert_eq!(faults.at(Span::ms(5000), Sensor::Localisation), Effect::NONE);
+    }
+
+    /// Of odometry the way goes on from where it was led.
+    #[test]
+    fn odometry_is_too_fast_while_its_fault_lasts() {
+        let fast = |disturbance: Disturbance, ms: u64| {
+            let (sensor, start_ms, duration_ms) = (Sensor::Odometry, 1000, 4000);
+            let fault = Fault { sensor, disturbance, start_ms, duration_ms, step: None, waits_ms: None };
+            let effect = Faults::new(&[fault]).unwrap().at(Span::ms(ms), Sensor::Odometry);
+            (effect.fast_mm_s, effect.scaled(2000), effect.displaced_mm)
+        };
+        let drift = Disturbance::Drift { east_mm_s: 500, north_mm_s: 0 };
+        assert_eq!([900, 1000, 4999, 5000].map(|ms| fast(drift, ms).0), [0, 500, 500, 0]);
+        let jump = Disturbance::Jump { east_mm: -300, north_mm: 0 };
+        assert_eq!([950, 1000, 1049, 1050, 5000].map(|ms| fast(jump, ms).0), [0, -6000, -6000, 0, 0]);
+        assert_eq!(fast(Disturbance::Scale { permille: 1100 }, 1000), (0, 2200, [0, 0]));
     }
 
     /// Not before the time of the fault.

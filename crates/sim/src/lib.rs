@@ -70,6 +70,8 @@ use crate::world::{STEP, World};
 
 /// Steps between navigation readings (20 Hz).
 const NAVIGATION_STEPS: u64 = 5;
+/// Time from one to the next.
+const NAVIGATION_PERIOD: Span = Span(NAVIGATION_STEPS * STEP.0);
 /// Steps between frames (10 Hz), and between entries of truth.
 const FRAME_STEPS: u64 = 10;
 /// Most steps one input may cause; a host that overslept by more is caught up in several.

@@ -193,6 +193,9 @@ fn first_changed_message_of_a_fault_is_reported() {
         (false, Sensor::Localisation, jump),
         (false, Sensor::Localisation, Disturbance::TimeStep { us: 1 }),
         (false, Sensor::Odometry, Disturbance::Dropout),
+        (false, Sensor::Odometry, Disturbance::Drift { east_mm_s: 1, north_mm_s: 0 }),
+        (false, Sensor::Odometry, jump),
+        (false, Sensor::Odometry, Disturbance::Scale { permille: 500 }),
         (true, Sensor::Rgb, Disturbance::Freeze),
         (true, Sensor::Thermal, Disturbance::Skew { frames: 4 }),
     ] {

@@ -150,6 +150,7 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
         scenario::FaultKind::TimeStep => Disturbance::TimeStep { us: (number(0) * 1e6) as i64 },
         // A millisecond a second is a thousand parts per million.
         scenario::FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
+        scenario::FaultKind::Scale => Disturbance::Scale { permille: mm(0) as u16 },
     }
 }
 

@@ -102,8 +102,10 @@ fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
 
 fn measure(state: &State, noise: &mut Noise, effect: &Effect) -> Odometry {
     let gain = effect.noise;
+    let speed = (state.speed() * 1000.0 + noise.normal() * SIGMA_MM_S * gain) as i32;
+    let given = effect.scaled(speed).saturating_add(effect.fast_mm_s);
     Odometry {
-        speed_mm_s: (state.speed() * 1000.0 + noise.normal() * SIGMA_MM_S * gain) as i32,
+        speed_mm_s: given.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32,
         yaw_rate_mrad_s: (state.yaw_rate * 1000.0 + noise.normal() * SIGMA_MRAD_S * gain) as i16,
     }
 }

@@ -56,7 +56,8 @@ impl Altimeters {
         let fix_up = up + f64::from(drawn(FIX_UP_M, fix.noise));
         let pressure_up = up as f32 + drawn(PRESSURE_M, height.noise);
         let range = drawn(RANGE_M, 1.0);
-        let left_up = [level.y, level.z].map(|v| mm(v + drawn(VELOCITY_M_S, odometry.noise)));
+        let left_up = [level.y, level.z].map(|v| odometry.scaled(mm(v + drawn(VELOCITY_M_S, odometry.noise))));
+        let left_up = left_up.map(|mm_s| mm_s.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32);
         let q = flight.attitude;
         let displaced = height.displaced_mm[0].clamp(-1_000_000_000, 1_000_000_000) as i32;
         let now = Spatial {

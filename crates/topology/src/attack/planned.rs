@@ -73,5 +73,6 @@ fn kind(kind: scenario::FaultKind) -> FaultKind {
         scenario::FaultKind::Jump => FaultKind::Jump,
         scenario::FaultKind::TimeStep => FaultKind::TimeStep,
         scenario::FaultKind::TimeDrift => FaultKind::TimeDrift,
+        scenario::FaultKind::Scale => FaultKind::Scale,
     }
 }
