@@ -10,8 +10,10 @@ use wire::setup::{NoChannel, Setup};
 use wire::time::Span;
 use wire::trust::Validity;
 
-/// Most points of a route, corners of a geofence or obstacles of a map.
+/// Most points of a route or corners of a geofence.
 pub const MAX_POINTS: usize = 64;
+/// Most obstacles on a map.
+pub const MAX_OBSTACLES: usize = 256;
 /// Most operators.
 pub const MAX_OPERATORS: usize = 4;
 /// Furthest coordinate from the world's centre, millimetres.
@@ -32,7 +34,7 @@ pub struct AutonomyConfig {
     pub geofence: Vec<(i32, i32)>,
     /// Obstacles on the map.
     #[serde(default)]
-    pub obstacles: Vec<Disc>,
+    pub obstacles: Vec<Block>,
     /// Other units whose claims this one hears.
     #[serde(default)]
     pub teammates: Vec<UnitId>,
@@ -69,16 +71,20 @@ pub struct GuestConfig {
     pub step_limit: Span,
 }
 
-/// A place to keep clear of.
+/// Something on the map that stands: a box on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Disc {
-    /// East, millimetres.
+pub struct Block {
+    /// East of its middle, millimetres.
     pub x_mm: i32,
-    /// North, millimetres.
+    /// North of its middle, millimetres.
     pub y_mm: i32,
-    /// Radius, millimetres.
-    pub radius_mm: u32,
+    /// Direction of its length, milliradians counter-clockwise from east.
+    pub heading_mrad: i32,
+    /// Half of length and width, millimetres.
+    pub half_mm: [u32; 2],
+    /// Height of its top above the ground, millimetres.
+    pub top_mm: u32,
 }
 
 /// Reason that a core cannot be made.
@@ -135,13 +141,13 @@ impl AutonomyConfig {
         }
         count("route", self.route.len(), 0, MAX_POINTS)?;
         count("geofence", self.geofence.len(), 3, MAX_POINTS)?;
-        count("obstacles", self.obstacles.len(), 0, MAX_POINTS)?;
+        count("obstacles", self.obstacles.len(), 0, MAX_OBSTACLES)?;
         count("teammates", self.teammates.len(), 0, MAX_TEAMMATES)?;
         count("operators", self.operators.len(), 0, MAX_OPERATORS)?;
         count("mandates", self.mandates.len(), 0, NODES)?;
         points("route", self.route.iter().copied())?;
         points("geofence", self.geofence.iter().copied())?;
-        points("obstacles", self.obstacles.iter().map(|disc| (disc.x_mm, disc.y_mm)))?;
+        points("obstacles", self.obstacles.iter().map(|block| (block.x_mm, block.y_mm)))?;
         let bounds = &setup.bounds;
         let periods =
             [("control_period_ms", bounds.control_period_ms), ("telemetry_period_ms", bounds.telemetry_period_ms)];

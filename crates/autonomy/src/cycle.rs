@@ -18,6 +18,7 @@ use wire::time::{Instant, Span};
 use crate::authority::Spent;
 use crate::command::Ordered;
 use crate::designation::Designated;
+use crate::extent::Extent;
 use crate::fitness::{Stage, fit};
 use crate::flight;
 use crate::geofence::{Motion, Point};
@@ -30,12 +31,13 @@ use crate::navigation::{self, SetPoint, Surroundings};
 use crate::settings;
 use crate::state::Machine;
 use crate::telemetry::Sources;
+use crate::things;
 use crate::transition::{Context, Effect, Effects, Stimulus, Timing};
 use crate::{Autonomy, plan};
 
 /// Period of new command nonces.
 const NONCE_PERIOD: Span = Span::ms(500);
-/// Distance that the way keeps to seen obstacles, from centre to centre, millimetres.
+/// Least distance that the way keeps to what is on no map, from centre to centre, millimetres.
 const KEEP_CLEAR_MM: f64 = 3000.0;
 
 impl Autonomy {
@@ -256,7 +258,7 @@ impl Autonomy {
         self.bounds = settings::under(settings, &self.identity.bounds);
         self.status.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
-            self.mission.replan(plan(&self.fence, &self.map, &self.bounds, &self.identity.limits));
+            self.mission.replan(plan(&self.fence, &self.things, &self.bounds, &self.identity.limits));
         }
     }
 
@@ -274,6 +276,9 @@ impl Autonomy {
         if self.quiet {
             return;
         }
+        if let Some(motion) = self.localisation.motion() {
+            self.things.update(self.picture.tracks(), &motion, now);
+        }
         if self.pilot.is_some() {
             return self.pilot(now);
         }
@@ -283,6 +288,7 @@ impl Autonomy {
 
     /// Sends a set-point with its lease.
     pub(crate) fn drive(&mut self, now: Instant, set_point: SetPoint) {
+        self.steered = set_point.curvature;
         let drive = Drive {
             stamp: now,
             set_point: self.asked(set_point),
@@ -318,7 +324,7 @@ impl Autonomy {
         let mode_speed = self.mode_speed();
         let motion = self.localisation.motion().filter(|_| mode_speed > 0.0);
         let Some(motion) = motion else { return SetPoint::default() };
-        let seen = self.seen(now);
+        let (seen, things) = (self.seen(now), self.things_at_height(now));
         let aside = self.aside(&motion, &seen, now);
         let way = match &aside {
             Some(Aside::Stand) => None,
@@ -327,8 +333,25 @@ impl Autonomy {
         };
         let Some(way) = way else { return SetPoint::default() };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
-        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
+        let (fence, steered) = (&self.fence, self.steered);
+        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
         navigation::follow(&motion, &way, &around)
+    }
+
+    /// Limits of the speed, of a guest too.
+    pub(crate) fn around<'a>(&'a self, mode_speed: f64, seen: &'a [Keepout], things: &'a [Extent]) -> Surroundings<'a> {
+        let (bounds, limits) = (&self.bounds, &self.identity.limits);
+        Surroundings { mode_speed, seen, things, steered: self.steered, fence: &self.fence, bounds, limits }
+    }
+
+    /// Things that the body would touch at its height. A satellite's point of sight touches nothing.
+    pub(crate) fn things_at_height(&self, now: Instant) -> Vec<Extent> {
+        let limits = &self.identity.limits;
+        if limits.body_mm == [0, 0] {
+            return Vec::new();
+        }
+        let height = self.height().map_or(0.0, |(_, height)| height - flight::BELOW_MM);
+        self.things.extents(height, self.teammates.places(now))
     }
 
     /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own; then, with the
@@ -360,10 +383,15 @@ impl Autonomy {
         }
     }
 
+    /// Places to keep clear of that are on no map: between things on the map there may be no room for a distance to their tracks, too.
     pub(crate) fn seen(&self, now: Instant) -> Vec<Keepout> {
-        let tracks = self.picture.tracks().iter().map(|track| (f64::from(track.x_mm), f64::from(track.y_mm)));
-        let places = tracks.chain(self.teammates.places(now)).chain(self.looked_at);
-        places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM }).collect()
+        let width = f64::from(self.identity.limits.body_mm[1]);
+        let tracks = self.picture.tracks().iter().filter(|track| !self.things.is_on_the_map(track)).map(|track| {
+            let at = (f64::from(track.x_mm), f64::from(track.y_mm));
+            Keepout { at, radius: things::keep_clear(track.class, width).max(KEEP_CLEAR_MM) }
+        });
+        let places = self.teammates.places(now).chain(self.looked_at);
+        tracks.chain(places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM })).collect()
     }
 
     /// Renews the command nonce and the session's challenge when they are due.

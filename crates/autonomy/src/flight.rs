@@ -11,6 +11,9 @@ use crate::navigation;
 /// Climb asked for by the distance from the height that is flown at, 1/s.
 const CLIMB: f64 = 1.0;
 
+/// A thing below the unit counts as in its way down to this distance below its height, millimetres: half of a body, and the error of the height.
+pub const BELOW_MM: f64 = 500.0;
+
 /// The velocity that goes this way; in the air, at this height (mm), towards the height that is flown at.
 pub fn velocity(way: navigation::SetPoint, height: Option<(&Aloft, f64)>) -> SetPoint {
     let climb = height.map_or(0.0, |(limits, height)| {

@@ -1,18 +1,20 @@
 //! The planning grid: which cells inside the geofence may be driven, and the shortest way between two points of it.
 //!
-//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are passed to each search. The search
-//! is A* of the `pathfinding` crate. Following the way is left to `navigation`.
+//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; moving obstacles are passed to each search. Where there is no way
+//! with the clearance that is planned for, a narrower one is searched that the body just fits through. The search is A* of the `pathfinding` crate. Following the
+//! way is left to `navigation`.
 
 use std::sync::Arc;
 
 use pathfinding::prelude::astar;
 
+use crate::extent::Extent;
 use crate::geofence::{Geofence, Point, between, nearer, to_segment};
 
 /// Smallest cell, millimetres.
 const CELL_MM: f64 = 1000.0;
 /// Most cells along a side.
-const MAX_SIDE: u16 = 128;
+const MAX_SIDE: u16 = 512;
 /// Cost of a step to a neighbour, straight and diagonal.
 const STRAIGHT: u32 = 10;
 const DIAGONAL: u32 = 14;
@@ -39,59 +41,100 @@ pub struct Grid {
     cell: f64,
     width: u16,
     height: u16,
-    open: Arc<[bool]>,
+    room: Arc<[Room]>,
+}
+
+/// Room around the middle of a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Room {
+    /// Too near to the fence, or to something on the map.
+    Closed,
+    /// The body fits through.
+    Narrow,
+    /// The clearance that is planned for.
+    Wide,
+}
+
+/// Clearances, millimetres.
+#[derive(Clone, Copy, Debug)]
+pub struct Clearance {
+    /// To the fence.
+    pub fence: f64,
+    /// To things on the map, as planned for.
+    pub wide: f64,
+    /// To things on the map, the least with which the body fits through.
+    pub narrow: f64,
 }
 
 type Cell = (u16, u16);
 
 impl Grid {
-    /// Opens the cells with a centre that keeps `clearance` to the fence and stays out of every place on the map.
-    pub fn new(fence: &Geofence, map: &[Keepout], clearance: f64) -> Grid {
+    /// Opens the cells with a centre that keeps clear of the fence and of everything on the map.
+    pub fn new(fence: &Geofence, map: &[Extent], clearance: Clearance) -> Grid {
         let (low, high) = extent(fence.corners());
         let side = (high.0 - low.0).max(high.1 - low.1);
         let cell = CELL_MM.max(side / f64::from(MAX_SIDE - 1));
         let cells = |length: f64| (libm::ceil(length / cell) as u16).clamp(1, MAX_SIDE);
         let (width, height) = (cells(high.0 - low.0), cells(high.1 - low.1));
-        let mut grid = Grid { origin: low, cell, width, height, open: Arc::from([]) };
-        let drivable = |at: Point| fence.keeps(at, clearance) && !map.iter().any(|k| nearer(k.at, at, k.radius));
+        let mut grid = Grid { origin: low, cell, width, height, room: Arc::from([]) };
         let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        grid.open = all.map(|cell| drivable(grid.centre(cell))).collect();
+        let within = |at: Point| if fence.keeps(at, clearance.fence) { Room::Wide } else { Room::Closed };
+        let mut room: Vec<Room> = all.map(|cell| within(grid.centre(cell))).collect();
+        for thing in map {
+            for cell in grid.cells_within(thing.at, thing.radius() + clearance.wide) {
+                let distance = thing.distance(grid.centre(cell));
+                let left = if distance < clearance.narrow {
+                    Room::Closed
+                } else if distance < clearance.wide {
+                    Room::Narrow
+                } else {
+                    Room::Wide
+                };
+                let room = &mut room[grid.index(cell)];
+                *room = left.min(*room);
+            }
+        }
+        grid.room = room.into();
         grid
     }
 
-    /// The way from `from` to `to` without its start, around closed cells and `moving` places; `None` where there is
+    /// The way from `from` to `to` without its start, around closed cells and `moving` places, as wide as there is one; `None` where there is
     /// none. A start inside a closed place can be left.
     pub fn way(&self, from: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
-        if self.clear(from, to, moving) {
+        [Room::Wide, Room::Narrow].into_iter().find_map(|least| self.search(from, to, moving, least))
+    }
+
+    fn search(&self, from: Point, to: Point, moving: &[Keepout], least: Room) -> Option<Vec<Point>> {
+        if self.clear(from, to, moving, least) {
             return Some(vec![to]);
         }
         let goal = self.cell_of(to);
         let free =
-            |cell: &Cell| self.is_open(*cell) && !moving.iter().any(|k| nearer(k.at, self.centre(*cell), k.radius));
+            |cell: &Cell| self.has(*cell, least) && !moving.iter().any(|k| nearer(k.at, self.centre(*cell), k.radius));
         let next = |cell: &Cell| self.neighbours(*cell).filter(|(cell, _)| free(cell)).collect::<Vec<_>>();
         let (cells, _) = astar(&self.cell_of(from), next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
         let mut points: Vec<Point> = cells.into_iter().map(|cell| self.centre(cell)).collect();
         points[0] = from;
         points.push(to);
-        Some(self.straighten(&points, moving))
+        Some(self.straighten(&points, moving, least))
     }
 
     /// True if one may drive straight from `a` to `b`.
-    fn clear(&self, a: Point, b: Point, moving: &[Keepout]) -> bool {
+    fn clear(&self, a: Point, b: Point, moving: &[Keepout], least: Room) -> bool {
         let steps = libm::ceil(between(a, b) / (self.cell / 2.0)) as u32;
         let open = (1..=steps).all(|i| {
             let share = f64::from(i) / f64::from(steps);
-            self.is_open(self.cell_of((a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))))
+            self.has(self.cell_of((a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))), least)
         });
         open && !moving.iter().any(|k| k.cuts(a, b))
     }
 
     /// Leaves out every point that the one before can see past.
-    fn straighten(&self, points: &[Point], moving: &[Keepout]) -> Vec<Point> {
+    fn straighten(&self, points: &[Point], moving: &[Keepout], least: Room) -> Vec<Point> {
         let mut way = Vec::new();
         let mut at = 0;
         while at + 1 < points.len() {
-            let seen = (at + 1..points.len()).rev().find(|i| self.clear(points[at], points[*i], moving));
+            let seen = (at + 1..points.len()).rev().find(|i| self.clear(points[at], points[*i], moving, least));
             at = seen.unwrap_or(at + 1);
             way.push(points[at]);
         }
@@ -108,8 +151,18 @@ impl Grid {
         })
     }
 
-    fn is_open(&self, (x, y): Cell) -> bool {
-        self.open[usize::from(y) * usize::from(self.width) + usize::from(x)]
+    fn has(&self, cell: Cell, least: Room) -> bool {
+        self.room[self.index(cell)] >= least
+    }
+
+    fn index(&self, (x, y): Cell) -> usize {
+        usize::from(y) * usize::from(self.width) + usize::from(x)
+    }
+
+    /// Cells of the square around a point that reaches as far as `reach` on each side.
+    fn cells_within(&self, at: Point, reach: f64) -> impl Iterator<Item = Cell> + use<> {
+        let (low, high) = (self.cell_of((at.0 - reach, at.1 - reach)), self.cell_of((at.0 + reach, at.1 + reach)));
+        (low.1..=high.1).flat_map(move |y| (low.0..=high.0).map(move |x| (x, y)))
     }
 
     /// The cell of a point; one outside the grid belongs to the cell nearest to it.
@@ -142,10 +195,12 @@ mod tests {
         Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)])
     }
 
+    const CLEARANCE: Clearance = Clearance { fence: 1500.0, wide: 1500.0, narrow: 750.0 };
+
     #[test]
     fn way_avoids_obstacles_inside_the_fence() {
-        let rock = Keepout { at: (10_000.0, 10_000.0), radius: 3000.0 };
-        let grid = Grid::new(&yard(), &[rock], 1500.0);
+        let rock = Extent::around((10_000.0, 10_000.0), 1500.0);
+        let grid = Grid::new(&yard(), &[rock], CLEARANCE);
         let (from, to) = ((3000.0, 10_000.0), (17_000.0, 10_000.0));
         let way = grid.way(from, to, &[]).unwrap();
         assert_eq!(way.last(), Some(&to));
@@ -156,11 +211,25 @@ mod tests {
         assert!(way.iter().all(|p| yard().clearance(*p) >= 1500.0));
     }
 
+    fn wall(gap: f64) -> [Extent; 2] {
+        let half = (10_000.0 - gap / 2.0) / 2.0;
+        [half, 20_000.0 - half].map(|north| Extent { at: (10_000.0, north), axis: (1.0, 0.0), half: (200.0, half) })
+    }
+
     #[test]
     fn there_is_no_way_through_a_wall() {
-        let wall: Vec<Keepout> =
-            (0..11).map(|i| Keepout { at: (10_000.0, f64::from(i) * 2000.0), radius: 1900.0 }).collect();
-        let grid = Grid::new(&yard(), &wall, 1500.0);
-        assert_eq!(grid.way((3000.0, 10_000.0), (17_000.0, 10_000.0), &[]), None);
+        let way =
+            |gap: f64| Grid::new(&yard(), &wall(gap), CLEARANCE).way((3000.0, 10_000.0), (17_000.0, 10_000.0), &[]);
+        assert_eq!(way(0.0), None);
+        assert_eq!(way(1000.0), None, "the body does not fit");
+    }
+
+    #[test]
+    fn narrow_gate_is_passed_where_no_way_is_wide() {
+        let grid = Grid::new(&yard(), &wall(2600.0), CLEARANCE);
+        let way = grid.way((3000.0, 3000.0), (17_000.0, 3000.0), &[]).unwrap();
+        let middle = core::iter::once((3000.0, 3000.0)).chain(way.iter().copied()).zip(way.iter().copied());
+        let gate = middle.map(|(a, b)| to_segment((10_000.0, 10_000.0), a, b)).fold(f64::MAX, f64::min);
+        assert!(gate < 600.0, "{way:?}");
     }
 }

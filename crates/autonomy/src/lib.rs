@@ -14,6 +14,7 @@
 //! | requirements of an order | [`command`] |
 //! | records of the session | [`intake`] |
 //! | the unit's way | [`mission`], [`grid`], [`navigation`]; in the air [`flight`] |
+//! | things around it, and the speed before them | [`things`], [`extent`], [`shell`] |
 //! | its own reports | [`telemetry`] |
 //! | a guest in place of mission and navigation | [`pilot`] |
 //!
@@ -27,6 +28,7 @@ pub mod consistency;
 pub mod crops;
 mod cycle;
 pub mod designation;
+pub mod extent;
 mod fitness;
 pub mod flight;
 pub mod fork;
@@ -47,8 +49,10 @@ pub mod pilot;
 pub mod process;
 pub mod seals;
 pub mod settings;
+pub mod shell;
 mod stored;
 pub mod telemetry;
+pub mod things;
 pub mod transition;
 
 use std::collections::VecDeque;
@@ -71,7 +75,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 use wire::trust::{BusGate, RevocationList, Windows};
 
-pub use config::{AutonomyConfig, ConfigError, Disc, GuestConfig};
+pub use config::{AutonomyConfig, Block, ConfigError, GuestConfig};
 pub use transition::{authority, state};
 
 use authority::Mint;
@@ -80,9 +84,10 @@ use command::CommandGate;
 use command::schedule::Schedule;
 use consistency::Teammates;
 use crops::Crops;
+use extent::Extent;
 use fork::Fork;
 use geofence::{Geofence, Point};
-use grid::{Grid, Keepout};
+use grid::{Clearance, Grid};
 use health::{Findings, Health};
 use identity::Identity;
 use intake::Session;
@@ -95,6 +100,10 @@ use pilot::Pilot;
 use seals::Seals;
 use state::Machine;
 use telemetry::StatusRecord;
+use things::{Thing, Things};
+
+/// Room that a narrow way leaves beside the body: that of the shell, and as much again for the way that a curve is cut.
+const NARROW_MM: f64 = 500.0;
 
 /// The core of one unit.
 pub struct Autonomy {
@@ -109,7 +118,9 @@ pub struct Autonomy {
     bearings: Bearings,
     localisation: Localisation,
     fence: Arc<Geofence>,
-    map: Arc<[Keepout]>,
+    things: Things,
+    /// Curvature that the plant was asked for last, 1/mm.
+    steered: f64,
     /// The platform's bounds under an operator's settings.
     bounds: Bounds,
     lease: Lease,
@@ -160,8 +171,8 @@ impl Autonomy {
         let bounds = setup.bounds;
         let seal_limit = Span::ms(bounds.seal_limit_ms);
         let fence = Arc::new(Geofence::new(&config.geofence));
-        let map: Arc<[Keepout]> = config.obstacles.iter().map(|disc| keepout(disc, &config.limits)).collect();
-        let grid = plan(&fence, &map, &bounds, &config.limits);
+        let things = Things::new(config.obstacles.iter().map(Thing::of_map).collect(), now);
+        let grid = plan(&fence, &things, &bounds, &config.limits);
         let identity = Arc::new(Identity::new(&setup, &config)?);
         let guest = config
             .guest
@@ -180,9 +191,12 @@ impl Autonomy {
             picture: Picture::default(),
             crops: Crops::default(),
             bearings: Bearings::default(),
-            localisation: Localisation::new(config.limits, waived).telling_repeats(setup.bounds.product_limit()),
+            localisation: Localisation::new(config.limits, waived)
+                .telling_repeats(setup.bounds.product_limit())
+                .at_most(setup.bounds.max_speed_mm_s),
             fence,
-            map,
+            things,
+            steered: 0.0,
             bounds,
             lease: Lease::new(config.contacts, now),
             teammates: Teammates::default(),
@@ -248,7 +262,8 @@ impl Autonomy {
             bearings: self.bearings.clone(),
             localisation: self.localisation.clone(),
             fence: Arc::clone(&self.fence),
-            map: Arc::clone(&self.map),
+            things: self.things.clone(),
+            steered: self.steered,
             bounds: self.bounds,
             lease: self.lease.clone(),
             teammates: self.teammates.clone(),
@@ -324,11 +339,10 @@ impl Core for Autonomy {
 }
 
 /// Area that may be driven under `bounds`, the platform's or an operator's.
-fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds, limits: &Limits) -> Grid {
-    Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + f64::from(limits.plan_clearance_mm))
-}
-
-fn keepout(disc: &Disc, limits: &Limits) -> Keepout {
-    let at = (f64::from(disc.x_mm), f64::from(disc.y_mm));
-    Keepout { at, radius: f64::from(disc.radius_mm) + f64::from(limits.plan_clearance_mm) }
+fn plan(fence: &Geofence, things: &Things, bounds: &Bounds, limits: &Limits) -> Grid {
+    let wide = f64::from(limits.plan_clearance_mm);
+    let narrow = (f64::from(limits.body_mm[1]) / 2.0 + NARROW_MM).min(wide);
+    let fence_mm = f64::from(bounds.fence_margin_mm) + wide;
+    let map: Vec<Extent> = things.on_the_map().map(|thing| thing.extent).collect();
+    Grid::new(fence, &map, Clearance { fence: fence_mm, wide, narrow })
 }

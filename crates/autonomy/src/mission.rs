@@ -116,10 +116,12 @@ impl Leg {
 mod tests {
     use super::*;
     use crate::geofence::Geofence;
+    use crate::grid::Clearance;
 
     fn mission(looped: bool) -> Mission {
+        let clearance = Clearance { fence: 1500.0, wide: 1500.0, narrow: 750.0 };
         let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);
-        Mission::new(&[(5000, 5000), (15_000, 5000)], looped, Grid::new(&fence, &[], 1500.0))
+        Mission::new(&[(5000, 5000), (15_000, 5000)], looped, Grid::new(&fence, &[], clearance))
     }
 
     /// Legs follow one another.

@@ -2,15 +2,17 @@
 //!
 //! The curvature is that of the arc through a point of the way one lookahead ahead; the lookahead grows with speed. The
 //! speed is the lowest of the limits of the mode, the curve, the end of the way, the obstacles seen
-//! ahead, and the fence. World frame, millimetres; curvature in 1/mm, positive to the left.
+//! ahead, the fence, and the shell. World frame, millimetres; curvature in 1/mm, positive to the left.
 
 use wire::bounds::Bounds;
 use wire::platform::Limits;
 
+use crate::extent::Extent;
 use crate::geofence::{Geofence, Motion, Point, between, nearest_on};
 use crate::grid::Keepout;
 use crate::localisation::wrap;
 use crate::mission::Way;
+use crate::shell;
 
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
@@ -29,8 +31,12 @@ pub struct SetPoint {
 pub struct Surroundings<'a> {
     /// The most that the mode allows, mm/s.
     pub mode_speed: f64,
-    /// Obstacles seen around.
+    /// Things seen around that are on no map: the unit stands off from them.
     pub seen: &'a [Keepout],
+    /// Things that the body must not touch.
+    pub things: &'a [Extent],
+    /// Curvature that the plant was asked for last, 1/mm.
+    pub steered: f64,
     /// The fence.
     pub fence: &'a Geofence,
     /// The platform's bounds.
@@ -57,7 +63,7 @@ pub fn follow(motion: &Motion, way: &Way<'_>, around: &Surroundings<'_>) -> SetP
     let curve_speed = if behind { f64::from(limits.turning_mm_s) } else { curve_speed(curvature, limits) };
     let end_speed = if way.beyond.is_some() { f64::MAX } else { stop_within(left, limits) };
     let speed = around.mode_speed.min(curve_speed).min(end_speed).min(free_ahead(motion, around));
-    SetPoint { speed: within_fence(motion, speed, around), curvature }
+    within(SetPoint { speed, curvature }, motion, around)
 }
 
 /// A guest's set-point under the limits that [`follow`] keeps to by itself. Backwards is not driven: nothing looks there.
@@ -66,7 +72,14 @@ pub fn limited(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> S
     let curvature = asked.curvature.clamp(-most, most);
     let curve_speed = curve_speed(curvature, around.limits);
     let speed = asked.speed.max(0.0).min(around.mode_speed).min(curve_speed).min(free_ahead(motion, around));
-    SetPoint { speed: within_fence(motion, speed, around), curvature }
+    within(SetPoint { speed, curvature }, motion, around)
+}
+
+/// A set-point within the fence and the shell.
+fn within(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
+    let speed = within_fence(motion, asked.speed, around);
+    let arc = (speed, asked.curvature, around.steered);
+    SetPoint { speed: shell::speed_along(motion, arc, around.things, around.limits), ..asked }
 }
 
 /// The point of the way one lookahead beyond the point nearest to `at`, and the distance left to the way's end.
@@ -105,7 +118,7 @@ fn stop_within(distance: f64, limits: &Limits) -> f64 {
     (2.0 * f64::from(limits.comfort_mm_s2) * distance.max(0.0)).sqrt()
 }
 
-/// The speed from which one can stop before the nearest thing in the corridor ahead.
+/// The speed from which one can stop off the nearest thing in the corridor ahead that is on no map.
 fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
     let limits = around.limits;
     let (sin, cos) = libm::sincos(motion.yaw);
@@ -137,7 +150,15 @@ mod tests {
     /// Drives a point along `way` for `seconds` and gives where it ends up and its greatest distance from the way.
     fn drive(way: &Way<'_>, seconds: f64, mode_speed: f64) -> (Motion, f64) {
         let (fence, bounds) = (fence(), Bounds::GROUND);
-        let around = Surroundings { mode_speed, seen: &[], fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
+        let around = Surroundings {
+            mode_speed,
+            seen: &[],
+            things: &[],
+            steered: 0.0,
+            fence: &fence,
+            bounds: &bounds,
+            limits: &Limits::GROUND,
+        };
         let mut motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
         let mut worst: f64 = 0.0;
         for _ in 0..(seconds * 20.0) as u32 {
@@ -166,8 +187,15 @@ mod tests {
         let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
         let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0 }];
-        let mut around =
-            Surroundings { mode_speed: 3000.0, seen: &wall, fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
+        let mut around = Surroundings {
+            mode_speed: 3000.0,
+            seen: &wall,
+            things: &[],
+            steered: 0.0,
+            fence: &fence,
+            bounds: &bounds,
+            limits: &Limits::GROUND,
+        };
         assert_eq!(follow(&motion, &way, &around).speed, 0.0);
         around.seen = &[];
         assert!(follow(&motion, &way, &around).speed > 2000.0);
@@ -179,8 +207,15 @@ mod tests {
     fn navigation_slows_before_the_fence_guard_trips() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(40_000.0, 0.0), (49_900.0, 0.0)], beyond: Some((0.0, 0.0)) };
-        let around =
-            Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds, limits: &Limits::GROUND };
+        let around = Surroundings {
+            mode_speed: 3000.0,
+            seen: &[],
+            things: &[],
+            steered: 0.0,
+            fence: &fence,
+            bounds: &bounds,
+            limits: &Limits::GROUND,
+        };
         let motion = Motion { at: (47_000.0, 0.0), yaw: 0.0, speed: 3000.0 };
         let asked = follow(&motion, &way, &around);
         assert!(

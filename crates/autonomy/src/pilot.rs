@@ -16,7 +16,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use crate::config::GuestConfig;
-use crate::navigation::{self, SetPoint, Surroundings};
+use crate::navigation::{self, SetPoint};
 use crate::{Autonomy, AutonomyConfig};
 
 /// Least time between two entries of the place that a guest drives by.
@@ -124,7 +124,10 @@ impl Pilot {
 /// The mission, as a guest is told of it at `now`.
 pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Output {
     let place = |(x, y): &(i32, i32)| Place(*x, *y);
-    let disc = |disc: &crate::Disc| Disc { at: Place(disc.x_mm, disc.y_mm), radius_mm: disc.radius_mm };
+    let disc = |block: &crate::Block| {
+        let radius_mm = block.half_mm[0].max(block.half_mm[1]);
+        Disc { at: Place(block.x_mm, block.y_mm), radius_mm }
+    };
     ask(Request::Start(Box::new(Start {
         now,
         period: Span::ms(setup.bounds.control_period_ms),
@@ -260,9 +263,8 @@ impl Autonomy {
         let mode_speed = self.mode_speed();
         let Some(motion) = self.localisation.motion().filter(|_| mode_speed > 0.0) else { return SetPoint::default() };
         let seen = self.seen(now);
-        let (bounds, limits) = (&self.bounds, &self.identity.limits);
-        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds, limits };
-        navigation::limited(asked, &motion, &around)
+        let things = self.things_at_height(now);
+        navigation::limited(asked, &motion, &self.around(mode_speed, &seen, &things))
     }
 
     fn guest_failed(&mut self, now: Instant, fault: Fault, why: Text<MAX_WHY>) {

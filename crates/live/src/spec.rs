@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use adversary::AdversaryConfig;
-use autonomy::Disc;
 use console::process::ProcessConfig;
 use console::site::{Block, MAX_SIDE, Relief, Site};
 use link::bus::enclave::{Enclaves, Rights, SignedEnclaves, channel};
@@ -377,8 +376,11 @@ pub(crate) fn site(topology: &Topology) -> Site {
     let Some(mission) = mission else { return Site::default() };
     let metres = |mm: i32| mm as f32 / 1000.0;
     let place = |(x_mm, y_mm): &(i32, i32)| [metres(*x_mm), metres(*y_mm)];
-    let block =
-        |disc: &Disc| Block { at: place(&(disc.x_mm, disc.y_mm)), half: [disc.radius_mm as f32 / 1000.0; 2], yaw: 0.0 };
+    let block = |block: &autonomy::Block| Block {
+        at: place(&(block.x_mm, block.y_mm)),
+        half: block.half_mm.map(|mm| mm as f32 / 1000.0),
+        yaw: block.heading_mrad as f32 / 1000.0,
+    };
     Site {
         fence: mission.geofence.iter().map(place).collect(),
         route: mission.route.iter().map(place).collect(),

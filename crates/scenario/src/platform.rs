@@ -138,9 +138,11 @@ impl Platform {
     pub fn limits(&self) -> Limits {
         let aloft = self.aloft.as_ref().map(AloftTable::limits);
         let limits = tables::limits(&self.guards, &self.vehicle);
+        let [length, width, _] = self.extent();
+        let body_mm = [length, width].map(|edge| (edge * 1000.0).round() as u32);
         // A body without wheels has no axle that it could swing about.
         let free = self.is_free();
-        Limits { aloft, free, rear_axle_mm: if free { 0 } else { limits.rear_axle_mm }, ..limits }
+        Limits { aloft, free, body_mm, rear_axle_mm: if free { 0 } else { limits.rear_axle_mm }, ..limits }
     }
 }
 

@@ -105,14 +105,15 @@ fn wind(wind: &scenario::Wind) -> Wind {
     }
 }
 
-/// Map of a unit: everything that stands still, as discs.
-pub(super) fn map(world: &Scene) -> Vec<autonomy::Disc> {
+/// Map of a unit: everything that stands still.
+pub(super) fn map(world: &Scene) -> Vec<autonomy::Block> {
     let still = world.objects.iter().filter(|o| o.speed == 0.0);
     still
         .filter_map(|o| {
             let (x_mm, y_mm) = millimetres(*o.path.first()?);
-            let radius_mm = (o.size[0].max(o.size[1]) * 500.0) as u32;
-            Some(autonomy::Disc { x_mm, y_mm, radius_mm })
+            let [length, width, height] = o.size.map(|edge| (edge * 1000.0) as u32);
+            let heading_mrad = (o.heading * 1000.0) as i32;
+            Some(autonomy::Block { x_mm, y_mm, heading_mrad, half_mm: [length / 2, width / 2], top_mm: height })
         })
         .collect()
 }

@@ -404,6 +404,8 @@ pub struct Limits {
     pub lookahead_ms: u32,
     /// Shortest and longest lookahead, millimetres.
     pub lookahead_mm: [u32; 2],
+    /// Length and width of the body, millimetres.
+    pub body_mm: [u32; 2],
     /// Half of the width that is kept free ahead, millimetres.
     pub corridor_mm: u32,
     /// Distance kept to an obstacle that is seen in the corridor, millimetres.
@@ -435,6 +437,7 @@ impl Limits {
         turning_mm_s: 800,
         lookahead_ms: 900,
         lookahead_mm: [1500, 4000],
+        body_mm: [1600, 900],
         corridor_mm: 1200,
         standoff_mm: 3000,
         fence_spare_mm: 500,

@@ -205,6 +205,7 @@ pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
         turning_mm_s: guards.turning_mm_s.unsigned() as u32,
         lookahead_ms: guards.lookahead_ms.unsigned() as u32,
         lookahead_mm: guards.lookahead_mm.map(|far| far.unsigned() as u32),
+        body_mm: Limits::GROUND.body_mm,
         corridor_mm: guards.corridor_mm.unsigned() as u32,
         standoff_mm: guards.standoff_mm.unsigned() as u32,
         fence_spare_mm: guards.fence_spare_mm.unsigned() as u32,

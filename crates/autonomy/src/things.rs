@@ -1,0 +1,261 @@
+//! Things around the unit with their extents: the map's, and those that perception showed, kept in mind until their place was seen empty.
+//!
+//! A track says where the middle of a thing is and of which class; its extent is the largest that corroboration takes for that class. A thing that
+//! moves is also where it will be while the unit brakes. One that is lost from view is kept: one that stood until its place was in view for
+//! [`DOUBTED`] without it, one that moved for [`MOVES_ON`]. World frame, millimetres.
+
+use std::sync::Arc;
+
+use wire::id::TrackId;
+use wire::sensor::Class;
+use wire::time::{Instant, Span};
+use wire::track::Track;
+
+use crate::config::Block;
+use crate::extent::Extent;
+use crate::geofence::{Motion, Point, between};
+use crate::localisation::wrap;
+
+/// Most things that are kept in mind; of more the furthest goes.
+const MOST: usize = 32;
+/// A track this near to something on the map is that thing, unless it is a person.
+const ON_THE_MAP_MM: f64 = 1500.0;
+/// Below this a thing stands, mm/s.
+const STANDS_MM_S: f64 = 300.0;
+/// Time in view without its track after which a standing thing is taken to be gone: that of a track's life.
+const DOUBTED: Span = Span::s(1);
+/// Time for which a thing that was lost while it moved is kept where it was lost.
+const MOVES_ON: Span = Span::s(2);
+/// Where a thing would be shown if it were there: distance, and angle off the optical axis (half of the camera's view less 5°).
+const IN_VIEW_MM: (f64, f64) = (3000.0, 15_000.0);
+const IN_VIEW_RAD: f64 = 0.7;
+/// Time ahead for which a moving thing is also where it goes: that of the unit's reaction and brakes from 3 m/s.
+const AHEAD_S: f64 = 1.0;
+/// Room beside the body on the way past a thing.
+const ROOM_MM: f64 = 600.0;
+/// Half of the size of another unit, whose claim is a place alone.
+const TEAMMATE_MM: f64 = 1000.0;
+
+/// Something with an extent and a height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thing {
+    /// Its extent.
+    pub extent: Extent,
+    /// Height of its top above the ground, millimetres.
+    pub top: f64,
+}
+
+/// A thing that perception showed.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    track: TrackId,
+    class: Class,
+    at: Point,
+    velocity: Point,
+    seen: Instant,
+    /// Time for which its place was in view without it.
+    missed: Span,
+}
+
+/// All of them.
+#[derive(Clone, Debug)]
+pub struct Things {
+    map: Arc<[Thing]>,
+    kept: Vec<Kept>,
+    updated: Instant,
+}
+
+impl Thing {
+    /// A block of the map.
+    pub fn of_map(block: &Block) -> Self {
+        let at = (f64::from(block.x_mm), f64::from(block.y_mm));
+        let half = (f64::from(block.half_mm[0]), f64::from(block.half_mm[1]));
+        let extent = Extent::new(at, f64::from(block.heading_mrad) / 1000.0, half);
+        Thing { extent, top: f64::from(block.top_mm) }
+    }
+}
+
+impl Things {
+    /// With those of the map.
+    pub fn new(map: Arc<[Thing]>, now: Instant) -> Self {
+        Things { map, kept: Vec::new(), updated: now }
+    }
+
+    /// Those of the map.
+    pub fn on_the_map(&self) -> impl Iterator<Item = &Thing> {
+        self.map.iter()
+    }
+
+    /// Takes the newest tracks into account; `motion` tells what is in view.
+    pub fn update(&mut self, tracks: &[Track], motion: &Motion, now: Instant) {
+        let passed = now.since(self.updated);
+        self.updated = now;
+        let unmapped: Vec<Kept> = tracks.iter().filter(|track| !self.is_on_the_map(track)).map(Kept::of).collect();
+        for seen in unmapped {
+            self.kept.retain(|kept| kept.track != seen.track && !kept.is_now(&seen));
+            self.kept.push(seen);
+        }
+        for kept in self.kept.iter_mut().filter(|kept| !tracks.iter().any(|track| track.id == kept.track)) {
+            if in_view(motion, kept.at) {
+                kept.missed = kept.missed + passed;
+            }
+        }
+        self.kept.retain(|kept| !kept.is_gone(now));
+        if self.kept.len() > MOST {
+            self.kept.sort_by(|a, b| between(a.at, motion.at).total_cmp(&between(b.at, motion.at)));
+            self.kept.truncate(MOST);
+        }
+    }
+
+    /// The extents of those that reach up to `height`, and of teammates.
+    pub fn extents(&self, height: f64, teammates: impl Iterator<Item = Point>) -> Vec<Extent> {
+        let kept = self.kept.iter().map(Kept::thing);
+        let high = self.map.iter().copied().chain(kept).filter(|thing| thing.top >= height).map(|thing| thing.extent);
+        high.chain(teammates.map(|at| Extent::around(at, TEAMMATE_MM))).collect()
+    }
+
+    /// True if the map explains a track.
+    pub fn is_on_the_map(&self, track: &Track) -> bool {
+        let at = (f64::from(track.x_mm), f64::from(track.y_mm));
+        track.class != Class::Person && self.map.iter().any(|thing| thing.extent.distance(at) <= ON_THE_MAP_MM)
+    }
+}
+
+impl Kept {
+    fn of(track: &Track) -> Self {
+        Kept {
+            track: track.id,
+            class: track.class,
+            at: (f64::from(track.x_mm), f64::from(track.y_mm)),
+            velocity: (f64::from(track.vx_mm_s), f64::from(track.vy_mm_s)),
+            seen: track.updated,
+            missed: Span(0),
+        }
+    }
+
+    fn speed(&self) -> f64 {
+        libm::hypot(self.velocity.0, self.velocity.1)
+    }
+
+    fn stands(&self) -> bool {
+        self.speed() < STANDS_MM_S
+    }
+
+    /// True if a track that is shown now is this thing under another number.
+    fn is_now(&self, seen: &Kept) -> bool {
+        between(self.at, seen.at) < half(seen.class)
+    }
+
+    fn is_gone(&self, now: Instant) -> bool {
+        if self.stands() { self.missed >= DOUBTED } else { now.since(self.seen) >= MOVES_ON }
+    }
+
+    fn thing(&self) -> Thing {
+        let (half, top) = (half(self.class), top(self.class));
+        if self.stands() {
+            return Thing { extent: Extent::around(self.at, half), top };
+        }
+        let (speed, (east, north)) = (self.speed(), self.velocity);
+        let way = speed * AHEAD_S / 2.0;
+        let axis = (east / speed, north / speed);
+        let at = (self.at.0 + axis.0 * way, self.at.1 + axis.1 * way);
+        Thing { extent: Extent { at, axis, half: (half + way, half) }, top }
+    }
+}
+
+/// Distance that a way keeps to a thing that is on no map, from middle to middle: half of both, and the room that the shell and a cut curve take.
+pub fn keep_clear(class: Class, body_width: f64) -> f64 {
+    half(class) + body_width / 2.0 + ROOM_MM
+}
+
+/// Half of the greatest apparent width that corroboration takes for the class (`perception::corroborate::geometry`).
+fn half(class: Class) -> f64 {
+    match class {
+        Class::Vehicle | Class::Decoy => 2750.0,
+        Class::Person => 600.0,
+        Class::Obstacle => 2000.0,
+    }
+}
+
+/// The greatest height that it takes for the class.
+fn top(class: Class) -> f64 {
+    match class {
+        Class::Vehicle | Class::Decoy => 2800.0,
+        Class::Person => 2200.0,
+        Class::Obstacle => 4000.0,
+    }
+}
+
+fn in_view(motion: &Motion, at: Point) -> bool {
+    let distance = between(motion.at, at);
+    let bearing = wrap(libm::atan2(at.1 - motion.at.1, at.0 - motion.at.0) - motion.yaw);
+    (IN_VIEW_MM.0..IN_VIEW_MM.1).contains(&distance) && bearing.abs() < IN_VIEW_RAD
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::id::FrameId;
+    use wire::sensor::Modalities;
+
+    use super::*;
+
+    const AT_THE_ORIGIN: Motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+
+    fn track(class: Class, (x_mm, y_mm): (i32, i32), now: Instant) -> Track {
+        let none = Modalities::default();
+        Track {
+            id: TrackId(1),
+            class,
+            x_mm,
+            y_mm,
+            vx_mm_s: 0,
+            vy_mm_s: 0,
+            sigma_mm: 200,
+            confidence: 800,
+            supported: none,
+            vetoed: none,
+            updated: now,
+            frame: FrameId(1),
+            across_px: 20,
+        }
+    }
+
+    fn count(things: &Things) -> usize {
+        things.extents(0.0, core::iter::empty()).len()
+    }
+
+    #[test]
+    fn thing_beside_the_unit_is_kept_until_seen_gone() {
+        let mut things = Things::new(Arc::from([]), Instant(0));
+        things.update(&[track(Class::Vehicle, (6000, 2500), Instant(0))], &AT_THE_ORIGIN, Instant(0));
+        let beside = Motion { at: (6000.0, 0.0), ..AT_THE_ORIGIN };
+        for second in 1..120 {
+            things.update(&[], &beside, Instant::default() + Span::s(second));
+        }
+        assert_eq!(count(&things), 1, "it is beside, not in view");
+        things.update(&[], &AT_THE_ORIGIN, Instant::default() + Span::s(121));
+        assert_eq!(count(&things), 0, "its place was in view for a second, without it");
+    }
+
+    #[test]
+    fn track_of_a_mapped_thing_is_that_thing() {
+        let block = Block { x_mm: 8000, y_mm: 0, heading_mrad: 0, half_mm: [2100, 900], top_mm: 1500 };
+        let mut things = Things::new(Arc::from([Thing::of_map(&block)]), Instant(0));
+        things.update(&[track(Class::Decoy, (6200, 500), Instant(0))], &AT_THE_ORIGIN, Instant(0));
+        assert_eq!(count(&things), 1);
+        things.update(&[track(Class::Person, (6200, 500), Instant(0))], &AT_THE_ORIGIN, Instant(0));
+        assert_eq!(count(&things), 2, "a person stands beside it");
+        assert_eq!(things.extents(1600.0, core::iter::empty()).len(), 1, "at that height the car is flown over");
+    }
+
+    #[test]
+    fn things_in_mind_are_bounded() {
+        let mut things = Things::new(Arc::from([]), Instant(0));
+        for n in 0..100 {
+            let seen = Track { id: TrackId(n), ..track(Class::Person, (n as i32 * 5000, 0), Instant(0)) };
+            things.update(&[seen], &AT_THE_ORIGIN, Instant(0));
+        }
+        assert_eq!(count(&things), MOST);
+        assert!(things.kept.iter().all(|kept| kept.at.0 < 32.0 * 5000.0), "the furthest went");
+    }
+}
