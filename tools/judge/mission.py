@@ -4,11 +4,16 @@ Witnesses are the unit's changes of mode, the authority it minted and the plant'
 the attack took hold is owed by nobody: to prevent it may be the attack.
 """
 
+import math
+
 from log import NOMINAL_MODES, kind_name, planned
 
 WAY = 500_000  # from the operator's look at the display until an order is executed
 CLOCKS = 500_000  # what the console's clock may be off
 STAGES = ("none", "enabled", "armed", "acted")
+PASSED = 2000  # mm from a way point within which it counts as passed
+STUCK_WITHIN, STUCK_AFTER = 500, 10_000_000  # mm and us: one that stays so near for so long does not get on, as Nav2's progress checker has it
+UNMOVED_AFTER = 5_000_000  # us in driving modes after which one that never came farther than that is stuck, too
 LEADS = {"enable": "enabled", "arm": "armed", "confirm": "acted"}
 
 
@@ -52,3 +57,35 @@ def executions(log, steps):
         taken |= ids
         found.append(next((t for t, c, _ in executed if c in ids), None))
     return found
+
+
+def stuck(log):
+    """Whether the vehicle did not get on, by truth, though its mode let it drive and way points were left. Logs from before have no route."""
+    route = log.head.get("route") or {"points_mm": []}
+    points, left = route["points_mm"], list(route["points_mm"])
+    modes = NOMINAL_MODES + (("DEGRADED",) if route.get("in_degraded") else ())
+    origin, anchor, before = None, None, None
+    driving, farthest, longest = 0, 0.0, 0
+    for t, tr in log.truth():
+        if not points or t > log.end:
+            break
+        here = (tr["x_mm"], tr["y_mm"])
+        # At most a lap from one place.
+        for _ in points:
+            if not left or math.dist(here, left[0]) > PASSED:
+                break
+            left = left[1:] or (list(points) if route["looped"] else [])
+        if before is not None:
+            driving += t - before
+        if anchor:
+            longest = max(longest, t - anchor[0])
+        drives = bool(left) and log.mode_at(t) in modes
+        before = t if drives else None
+        if drives:
+            origin = origin or here
+            farthest = max(farthest, math.dist(here, origin))
+        if not drives or anchor and math.dist(here, anchor[1]) > STUCK_WITHIN:
+            anchor = None
+        if drives and anchor is None:
+            anchor = (t, here)
+    return longest >= STUCK_AFTER or driving >= UNMOVED_AFTER and farthest < STUCK_WITHIN

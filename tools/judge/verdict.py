@@ -4,7 +4,7 @@ from control import p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions
 from disguise import seen_through
 from guards import p1_witnessed
 from log import NOMINAL_MODES
-from mission import mission
+from mission import mission, stuck
 from owed import p2_p3_processes
 from place import p3_lost, p5_distrusted
 from plant import p8_effects, speeds
@@ -136,7 +136,7 @@ def classify(log, found, whole, unknown, trips, zero, missing):
     if missing:
         return "INVALID"
     if zero is None:
-        return "NOMINAL"
+        return "STUCK" if stuck(log) else "NOMINAL"
     after = [c[2] for c in log.changes() if c[0] >= zero and c[3] != "operator"]
     if "HOLD_SAFE" in after or parked(log):
         return "HOLD_SAFE"
@@ -157,6 +157,7 @@ def judge(log):
         "broken": sorted({p for p, _, _ in found}),
         "findings": ["%s at %d ms: %s" % (p, t // 1000, what) for p, t, what in sorted(found, key=lambda f: f[1])[:20]],
         "mission": missing,
+        "stuck": stuck(log),
         "receipt": None if unknown else whole,
         "not_judged": sorted(unknown),
         "false_trips": trips,

@@ -105,7 +105,7 @@ pub fn severity(outcome: Outcome) -> Option<u8> {
         Outcome::Nominal => Some(0),
         Outcome::Rejected => Some(1),
         Outcome::Degraded => Some(2),
-        Outcome::HoldSafe | Outcome::FalseTrip => Some(3),
+        Outcome::HoldSafe | Outcome::FalseTrip | Outcome::Stuck => Some(3),
         Outcome::Undetected => Some(4),
         Outcome::Late => Some(5),
         Outcome::Unsafe => Some(6),

@@ -6,6 +6,7 @@ use wire::sensor::Camera;
 
 use crate::mission::Script;
 use crate::plan::Plan;
+use crate::progress::Route;
 use crate::under::Under;
 use crate::verification::Flaw;
 use crate::witnessed::{Micros, Witnessed};
@@ -39,6 +40,8 @@ pub struct Evidence {
     pub operators: Vec<(wire::id::NodeId, Micros)>,
     /// The operator's script, and the required progress of the mission.
     pub script: Script,
+    /// Route of the unit under test.
+    pub route: Route,
     /// Contact plan of the link between the unit and the gateway, from the start of its relays.
     pub contacts: Contacts,
     /// Nodes that were killed on purpose; they owe no closing account.

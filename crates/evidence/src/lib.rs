@@ -1,7 +1,7 @@
 //! The evidence of a trial: the types between those crates that run one, the oracle that judges it, and those that report it.
 //!
 //! `log` is the log as it is kept, with the two hashes of a trial; `verification` verifies it against keys and heads from elsewhere; `reading` gives the
-//! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`) and of the operator (`mission`); [`Verdict`] is its answer,
+//! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`), of the operator (`mission`) and of the way (`progress`); [`Verdict`] is its answer,
 //! in parts (`fate`, `process_fault`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `delivery` the receipt of
 //! insiders' messages, `truth` the injected faults and attacks in words, `messages` the messages between services, `diff` two logs side by side,
 //! `ablation` the checks that a policy can waive. Nothing here judges.
@@ -18,6 +18,7 @@ pub mod messages;
 pub mod mission;
 mod plan;
 pub mod process_fault;
+pub mod progress;
 pub mod reading;
 pub mod trial;
 pub mod truth;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
 use wire::sensor::Class;
 
+use crate::progress::Progress;
 use crate::witnessed::Micros;
 
 /// Act of an operator.
@@ -133,8 +134,18 @@ pub struct Mission {
     pub driven_m: f64,
     /// Seconds in READY or PREPARE_TO_ACT.
     pub nominal_s: f64,
+    /// Progress along the route; none of a unit without one, and none in objects of before it was judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub progress: Option<Progress>,
     /// Result of each step of the operator.
     pub steps: Vec<Carried>,
+}
+
+impl Mission {
+    /// True if the vehicle did not get on though its mode let it drive and way points were left.
+    pub fn is_stuck(&self) -> bool {
+        self.progress.as_ref().is_some_and(|progress| progress.stuck.is_some())
+    }
 }
 
 /// Result of a step.

@@ -35,13 +35,15 @@ pub enum Outcome {
     Rejected,
     /// Accepted, no response, no property broken.
     Undetected,
+    /// No attack and no event, and the vehicle did not get on though its mode let it drive and way points were left.
+    Stuck,
     /// No attack and no event.
     Nominal,
 }
 
 impl Outcome {
     /// Every class, in the order in which they are tried.
-    pub const ALL: [Outcome; 10] = [
+    pub const ALL: [Outcome; 11] = [
         Outcome::Unsafe,
         Outcome::GuestFailed,
         Outcome::Invalid,
@@ -51,6 +53,7 @@ impl Outcome {
         Outcome::Degraded,
         Outcome::Rejected,
         Outcome::Undetected,
+        Outcome::Stuck,
         Outcome::Nominal,
     ];
 
@@ -75,6 +78,7 @@ impl Outcome {
             Outcome::Degraded => "DEGRADED",
             Outcome::Rejected => "REJECTED",
             Outcome::Undetected => "UNDETECTED",
+            Outcome::Stuck => "STUCK",
             Outcome::Nominal => "NOMINAL",
         }
     }

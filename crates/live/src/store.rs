@@ -267,6 +267,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "planned": evidence.planned,
         "operators": evidence.operators,
         "script": evidence.script,
+        "route": evidence.route,
         "contacts": evidence.contacts,
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,

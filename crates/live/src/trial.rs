@@ -85,6 +85,7 @@ pub fn conclude(topology: &Topology, setup: &Setup, after: &Aftermath) -> Judged
         stall_limit: super::OVERSLEPT_US,
         operators: topology.operators(),
         script: topology.script.clone(),
+        route: topology.route(),
         contacts: topology.contacts.clone(),
         killed: topology.killed(),
     };

@@ -11,7 +11,7 @@ use evidence::trial::{GuestFailure, GuestRow};
 use evidence::{Evidence, Finding, Micros, Property};
 use instrument::{Any, Note};
 use wire::event::Event;
-use wire::guest::{Fault, Place};
+use wire::guest::{Declared, Fault, Place};
 use wire::mode::Mode;
 
 use super::place::{length, minus, truth};
@@ -78,6 +78,31 @@ pub(super) fn row(evidence: &Evidence) -> Option<GuestRow> {
     let (steps, limited) = steps.unwrap_or_default();
     let not_judged = if bare { not_judged(evidence) } else { Vec::new() };
     Some(GuestRow { name, bare, steps, limited, failure: failed(evidence), not_judged })
+}
+
+/// Set-points of the guest that the guards limited in the whole run; none where the unit closed no account of them.
+pub(super) fn limited(evidence: &Evidence) -> Option<u32> {
+    events(evidence).find_map(|(_, event)| match event {
+        Event::GuestSteps { limited, .. } => Some(limited),
+        _ => None,
+    })
+}
+
+/// False alarms of a bare guest before `until`: it states a safe state where its mode lets it drive, short of the end of its route. Inside the
+/// guards the alarms are the platform's.
+pub(super) fn false_alarms(evidence: &Evidence, line: &Timeline, until: Micros) -> u32 {
+    if !is_bare(evidence) {
+        return 0;
+    }
+    let mut before = Declared::Nominal;
+    let alarms = events(evidence).filter(|(at, event)| {
+        let Event::GuestStated { declared, .. } = event else { return false };
+        let alarms = *declared == Declared::Safe && before != Declared::Safe;
+        before = *declared;
+        let drives = matches!(line.mode_at(*at), Mode::Ready | Mode::PrepareToAct);
+        alarms && drives && *at < until.min(evidence.duration) && !arrived(evidence, *at)
+    });
+    alarms.count() as u32
 }
 
 /// Properties that are not judged of this bare guest, each with the reason.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use evidence::claims::Claims;
 use evidence::log::hashes;
+use evidence::progress::Progress;
 use evidence::trial::{GuestFailure, Knowledge, Outcome, StepRow, Trial};
 use evidence::{Evidence, InjectionRow, Micros, Verdict};
 use instrument::{Any, GuardVerdict, Note};
@@ -63,14 +64,16 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
     trial
 }
 
-/// All findings, in words: broken properties first, then the missing parts of the mission.
+/// All findings, in words: broken properties first, then the missing parts of the mission, and where it did not get on.
 pub fn findings(verdict: &Verdict) -> Vec<String> {
     let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
     let failure = verdict.guest.as_ref().and_then(|guest| guest.failure.as_ref());
     let failed = failed_guest(failure);
     let arrived = (verdict.outcome == Outcome::Invalid).then(|| undelivered(verdict)).into_iter().flatten();
     let missing = verdict.mission.missing.iter().map(|what| format!("mission: {what}"));
-    broken.chain(failed).chain(arrived).chain(missing).collect()
+    let stands = matches!(verdict.outcome, Outcome::Stuck | Outcome::Undetected);
+    let stuck = verdict.mission.progress.as_ref().filter(|_| stands).and_then(Progress::told);
+    broken.chain(failed).chain(arrived).chain(missing).chain(stuck).collect()
 }
 
 /// The injections that did not arrive, each with its obstacle if one is proven.

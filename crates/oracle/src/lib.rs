@@ -25,6 +25,7 @@
 //! | `process_fault` | the responses owed when a process is killed |
 //! | `outcome` | the one class |
 //! | `mission` | the mission that the scenario presumes |
+//! | `progress` | the progress along the route |
 //! | `guest` | runs of guests: what truth supports |
 //! | `approach` | the approach to each limit; no verdict |
 
@@ -54,6 +55,7 @@ pub mod peers;
 mod place;
 mod planes;
 pub mod process_fault;
+mod progress;
 mod properties;
 mod receipt;
 mod speed;

@@ -4,7 +4,7 @@
 //! to be done by the time at which the attack took hold, by its receipt; without an attack, by the end of the run. Later
 //! steps are not owed: to prevent them may be the very attack. Witnesses are the unit's changes of mode, the authority
 //! that it minted, the plant's record of the act and the plant's truth of the way; the reason that a step was not carried out is told from
-//! the display. The success of the mission is `properties`' to judge.
+//! the display. The success of the mission is `properties`' to judge, and its progress `progress`'.
 
 use evidence::{Evidence, Micros, Planned};
 use instrument::{Any, Note};
@@ -15,6 +15,7 @@ use wire::mode::Mode;
 
 use super::Timeline;
 use super::arrived::Receipt;
+use super::progress;
 use evidence::mission::{Carried, Due, Mission, Stage, Verb};
 
 /// Time of an order from the operator's look at the display until it is executed. An attack that may begin sooner after a
@@ -48,6 +49,7 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Mis
         acted_ms: acted.map(ms),
         driven_m: driven(evidence),
         nominal_s: line.nominal(evidence.duration) as f64 / 1e6,
+        progress: progress::of(evidence, line),
         steps,
     }
 }

@@ -24,6 +24,7 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
         // What was found stands without a mission, and a trip tells why there was none; the rest shows nothing.
         found @ (Outcome::Unsafe | Outcome::GuestFailed | Outcome::Late | Outcome::FalseTrip) => found,
         _ if !mission.missing.is_empty() => Outcome::Invalid,
+        Outcome::Nominal if mission.is_stuck() => Outcome::Stuck,
         class => class,
     };
     let injections = injections(evidence, line, &receipt);
@@ -133,7 +134,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     by_service || below || delivery::refused_on_the_bus(evidence, zero) || disguise::seen_through(evidence, zero)
 }
 
-/// Losses of authority or restrictions before anything was injected, other than by the operator.
+/// Losses of authority or restrictions before anything was injected, other than by the operator; and a bare guest's own word that it is safe.
 fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u32 {
     let until = if evidence.planned.is_empty() { Micros::MAX } else { zero.unwrap_or(Micros::MAX) };
     let tripped = |c: &&Change| {
@@ -146,7 +147,7 @@ fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u3
         c.at < until && c.from == Mode::PrepareToAct && c.to == Mode::Ready && matches!(c.cause, Cause::Lost(_))
     };
     let changes = line.changes.iter();
-    changes.filter(|c| tripped(c) || lost_authority(c)).count() as u32
+    changes.filter(|c| tripped(c) || lost_authority(c)).count() as u32 + guest::false_alarms(evidence, line, until)
 }
 
 fn latency(evidence: &Evidence, line: &Timeline, zero: Micros) -> Latency {

@@ -23,6 +23,7 @@ use adversary::plan::Tampering;
 use evidence::cue::Cue;
 use evidence::log::hex;
 use evidence::mission::Script;
+use evidence::progress::Route;
 use evidence::verification::{Held, HeldClock, Life};
 use evidence::{Plan, Planned, Under};
 use guest::Guest;
@@ -31,6 +32,7 @@ use wire::contact::Contacts;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
 use wire::person::Role as Person;
+use wire::platform::Body;
 use wire::policy::{Check, Requirement};
 use wire::setup::{Secret, Setup};
 use wire::sign::Key;
@@ -130,6 +132,20 @@ impl Topology {
             let Role::Sim(config) = &member.role else { return None };
             (config.node == self.under.sim).then_some(config)
         })
+    }
+
+    /// Route of the unit under test; without way points where its body has no way to go.
+    pub fn route(&self) -> Route {
+        let body = self.world().map(|world| &world.body);
+        let config = self.members.iter().find_map(|member| {
+            let Role::Autonomy(config) = &member.role else { return None };
+            (config.unit == self.under.unit).then_some(config)
+        });
+        let Some(config) = config.filter(|_| !matches!(body, Some(Body::Satellite(_)))) else {
+            return Route::default();
+        };
+        let in_degraded = matches!(body, Some(Body::Wheeled(_)));
+        Route { points_mm: config.route.clone(), looped: config.looped, in_degraded }
     }
 
     /// State of the broker's table of rights: the policy's word, which is the same for everybody.

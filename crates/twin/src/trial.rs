@@ -113,6 +113,7 @@ fn evidence(topology: &Topology, setup: &Setup, log: &[Logged], held: &Held, ver
         stall_limit: Micros::MAX,
         operators: topology.operators(),
         script: topology.script.clone(),
+        route: topology.route(),
         contacts: topology.contacts.clone(),
         killed: topology.killed(),
     }

@@ -1,12 +1,13 @@
 //! Guests: a bare one is given credit for a stop of its own alone, is late only while it drives, and a failure hides nothing from before.
 
 use evidence::Evidence;
+use evidence::progress::Route;
 use evidence::trial::Outcome;
 use instrument::Note;
 use oracle::judge;
 use wire::codec::Text;
 use wire::event::Event;
-use wire::guest::{Fault, Place};
+use wire::guest::{Declared, Fault, Place};
 use wire::id::NodeId;
 use wire::time::Span;
 
@@ -119,4 +120,37 @@ fn silence_on_a_host_that_overslept_is_no_failure_of_the_guest() {
     assert_eq!(outcome(Fault::Silent, 100_000), Outcome::Invalid);
     assert_eq!(outcome(Fault::Silent, 400_000), Outcome::GuestFailed);
     assert_eq!(outcome(Fault::Malformed, 100_000), Outcome::GuestFailed);
+}
+
+/// A word of it at 3 s, of a run without an attack.
+fn states(declared: Declared, bare: bool, goal: Option<Place>) -> Outcome {
+    let mut log = Log::whole();
+    log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare, goal });
+    log.add(3000, NodeId::UNIT_A, Event::GuestStated { declared, state: Text::new("t") }).judge().outcome
+}
+
+/// Inside the guards alarms are the platform's; at the goal, and in IDLE, a guest may rest.
+#[test]
+fn bare_guests_alarm_without_an_attack_is_false() {
+    assert_eq!(states(Declared::Safe, true, None), Outcome::FalseTrip);
+    assert_eq!(states(Declared::Degraded, true, None), Outcome::Nominal);
+    assert_eq!(states(Declared::Safe, false, None), Outcome::Nominal);
+    assert_eq!(states(Declared::Safe, true, Some(Place(120, 0))), Outcome::Nominal);
+    let mut waits = Log::whole();
+    waits.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare: true, goal: None });
+    waits.add(500, NodeId::UNIT_A, Event::GuestStated { declared: Declared::Safe, state: Text::new("t") });
+    assert_eq!(waits.judge().outcome, Outcome::Nominal);
+    let mut answers = bare(None);
+    answers.add(5000, NodeId::UNIT_A, Event::GuestStated { declared: Declared::Safe, state: Text::new("t") });
+    assert_ne!(answers.judge().outcome, Outcome::FalseTrip, "after the fault it is an answer");
+}
+
+/// It keeps its name, and tells that the vehicle stood.
+#[test]
+fn unnoticed_attack_on_a_vehicle_that_stands_is_undetected() {
+    let route = Route { points_mm: vec![(20_000, 0)], looped: false, in_degraded: true };
+    let verdict = judge(&Evidence { route, ..bare(None).evidence(Vec::new()) });
+    let told = oracle::judged::findings(&verdict);
+    assert_eq!((verdict.outcome, told.len()), (Outcome::Undetected, 1), "{told:?}");
+    assert!(told[0].starts_with("stuck for 8.9 s"), "{told:?}");
 }

@@ -245,6 +245,7 @@ impl Log {
             stall_limit: u64::MAX,
             operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
             script: evidence::mission::Script::default(),
+            route: evidence::progress::Route::default(),
             contacts: wire::contact::Contacts::default(),
             killed,
         }

@@ -3,13 +3,15 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::mission::{Due, Script, Stage, Verb};
+use evidence::progress::{Route, Standstill};
 use evidence::trial::Outcome;
 use evidence::{Evidence, Needs, Plan, Planned, Verdict};
-use instrument::{Any, FaultKind, Sensor};
+use instrument::{Any, FaultKind, Note, Sensor};
 use oracle::judge;
+use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::event::Event;
-use wire::id::TrackId;
+use wire::id::{NodeId, TrackId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::sensor::Class;
 
@@ -145,4 +147,61 @@ fn unexecuted_order_is_no_mission() {
     );
     let mission = judged(&log, enable_and_arm(), None).mission;
     assert!(mission.missing[0].ends_with("arm, due at 1900 ms: never, given at 1950 ms, not executed"), "{mission:?}");
+}
+
+/// The verdict with a way point that many millimetres to the east.
+fn routed(log: &Log, east_mm: i32) -> Verdict {
+    let route = Route { points_mm: vec![(east_mm, 0)], looped: false, in_degraded: true };
+    judge(&Evidence { route, ..log.evidence(Vec::new()) })
+}
+
+/// It creeps by 0.36 m in nine seconds.
+#[test]
+fn unmoved_vehicle_with_a_way_left_is_stuck() {
+    let verdict = routed(&Log::whole(), 20_000);
+    let progress = verdict.mission.progress.as_ref().expect("a route");
+    assert_eq!((verdict.outcome, progress.passed, progress.of), (Outcome::Stuck, 0, 1));
+    let stuck = progress.stuck.expect("a stretch");
+    assert_eq!((stuck.from_ms, stuck.why), (1000.0, Standstill::NotFollowed), "its set-point is 1 m/s");
+    assert!((progress.stuck_s - 8.9).abs() < 0.01, "{progress:?}");
+    let told = oracle::judged::findings(&verdict);
+    assert!(
+        told[0].starts_with("stuck for 8.9 s from 1000 ms, 0 of 1 way points passed: a set-point that"),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn vehicle_that_gets_on_or_arrived_is_nominal() {
+    let gets_on = routed(&Log::under_way(), 20_000);
+    let progress = gets_on.mission.progress.expect("a route");
+    assert_eq!((gets_on.outcome, progress.stuck, progress.stuck_s), (Outcome::Nominal, None, 0.0));
+    assert!((progress.covered - 0.49).abs() < 0.01, "{progress:?}");
+    let arrived = routed(&Log::whole(), 1000);
+    assert_eq!(
+        (arrived.outcome, arrived.mission.progress.map(|progress| progress.passed)),
+        (Outcome::Nominal, Some(1))
+    );
+    assert_eq!(Log::whole().judge().mission.progress, None, "nowhere to go");
+}
+
+/// Set-points of rest are the planner's, or a guest's.
+#[test]
+fn standstill_is_attributed_by_what_the_plant_held() {
+    let why =
+        |log: &Log| routed(log, 20_000).mission.progress.and_then(|progress| progress.stuck).map(|stuck| stuck.why);
+    let mut rests = Log::whole();
+    for w in &mut rests.entries {
+        if let Any::Instrument(Note::Truth { set_speed_mm_s, speed_mm_s, .. }) = &mut w.entry.event {
+            (*set_speed_mm_s, *speed_mm_s) = (0, 0);
+        }
+    }
+    assert_eq!(why(&rests), Some(Standstill::Planner));
+    let guest = |limited: u32| {
+        let mut log = rests.clone();
+        log.add(10, NodeId::UNIT_A, Event::GuestEngaged { name: Text::new("t"), bare: false, goal: None });
+        log.add(9990, NodeId::UNIT_A, Event::GuestSteps { steps: 90, limited });
+        why(&log)
+    };
+    assert_eq!((guest(0), guest(3)), (Some(Standstill::Guest), Some(Standstill::GuestOrGuards)));
 }

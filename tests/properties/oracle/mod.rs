@@ -64,6 +64,7 @@ fn p10_a_broken_log() {
         stall_limit: u64::MAX,
         operators: Vec::new(),
         script: evidence::mission::Script::default(),
+        route: evidence::progress::Route::default(),
         contacts: wire::contact::Contacts::default(),
         killed: Vec::new(),
     });

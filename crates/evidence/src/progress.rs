@@ -1,0 +1,106 @@
+//! Progress of a mission along its route, by the plant's truth alone.
+//!
+//! A class says what tripped and what was broken; this says whether the vehicle did its work meanwhile, which a vehicle that stands still
+//! breaks nothing by leaving undone. The computation is the oracle's.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::witnessed::Micros;
+
+/// Distance from a way point within which it counts as passed, mm: twice that within which the platform's own mission takes it for reached,
+/// for its own place may be off.
+pub const PASSED_MM: f64 = 2000.0;
+/// Distance within which a vehicle does not get on, mm: the default of Nav2's `SimpleProgressChecker` (`required_movement_radius`, 0.5 m).
+pub const STUCK_MM: f64 = 500.0;
+/// Time after which one that did not get on is stuck, microseconds: the default there (`movement_time_allowance`, 10 s).
+pub const STUCK_AFTER: Micros = 10_000_000;
+/// Time in driving modes after which one that never left its place is stuck, microseconds: in a shorter run nothing else tells it.
+pub const UNMOVED_AFTER: Micros = 5_000_000;
+
+/// Route that the unit under test is to go.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Route {
+    /// Way points in order, east and north, mm; none of a body that has no way to go, as a satellite.
+    pub points_mm: Vec<(i32, i32)>,
+    /// True if it begins anew after the last of them.
+    pub looped: bool,
+    /// True if the body goes on along it in DEGRADED, and does not keep its place there or circle about it.
+    pub in_degraded: bool,
+}
+
+/// Progress along the route.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Progress {
+    /// Way points passed, in order and within 2 m; of a looped route those of all laps.
+    pub passed: u32,
+    /// Way points of the route; of a looped one those of all laps begun.
+    pub of: u32,
+    /// Share of the route's length covered, 0 to 1; of a looped one that of its first lap.
+    pub covered: f64,
+    /// Seconds in modes that let it drive, with way points left.
+    pub driving_s: f64,
+    /// Farthest from where it was first let drive that it came in that time, metres.
+    pub farthest_m: f64,
+    /// Seconds of that time in which it was stuck: stretches of 10 s or more within 0.5 m, or all of it if it never left its place.
+    pub stuck_s: f64,
+    /// The longest stretch in which it was stuck; none where it got on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stuck: Option<Stretch>,
+}
+
+/// A stretch in which the vehicle stayed where it was, though its mode let it drive and way points were left.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stretch {
+    /// Its beginning, milliseconds of the run.
+    pub from_ms: f64,
+    /// Its length, seconds.
+    pub s: f64,
+    /// Reason, as far as the log has one.
+    pub why: Standstill,
+}
+
+/// Reason that a vehicle stood though it could have driven, by a witness in the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Standstill {
+    /// The plant held no set-point whose lease stood.
+    NoSetPoint,
+    /// The plant held a set-point to move, and did not.
+    NotFollowed,
+    /// The unit judged without a recent place.
+    NoPlace,
+    /// The platform's own planner asked for rest.
+    Planner,
+    /// The guest asked for rest: its set-points were not limited once in the run.
+    Guest,
+    /// The guest asked for rest, or the guards limited it to that.
+    GuestOrGuards,
+}
+
+impl Standstill {
+    /// It in words, with its witness.
+    pub fn told(self) -> &'static str {
+        match self {
+            Standstill::NoSetPoint => "no set-point with a lease, by the plant",
+            Standstill::NotFollowed => "a set-point that the vehicle does not follow, by the plant",
+            Standstill::NoPlace => "no recent place, by the unit's own judgement",
+            Standstill::Planner => "rest asked for by the platform's own planner, by the set-point at the plant",
+            Standstill::Guest => {
+                "rest asked for by the guest, by the set-point at the plant and the unit's count of limited ones"
+            }
+            Standstill::GuestOrGuards => {
+                "rest at the plant, asked for by the guest or left of its set-points by the guards, which of them the log does not say"
+            }
+        }
+    }
+}
+
+impl Progress {
+    /// Its stuck part in words; none where it got on.
+    pub fn told(&self) -> Option<String> {
+        let Stretch { from_ms, s, why } = self.stuck?;
+        let Self { passed, of, .. } = self;
+        Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {of} way points passed: {}", why.told()))
+    }
+}
