@@ -1,0 +1,167 @@
+//! Drawn worlds: scenes by family and seed, to drive in what nobody has arranged.
+//!
+//! A *family* is a rule with ranges, a *draw* a scene that the rule and a seed give: the same on every machine. A draw stands only if a body of the
+//! platform's width gets from the start to every way point (`fair`), and is repeated otherwise. `plan` has the parts of a world, each family a file;
+//! `held_out` has the two whose ranges were fixed before any run and which stay away from development. Actors keep to their paths and yield to none.
+
+mod aisles;
+mod chance;
+mod crossing;
+mod fair;
+mod held_out;
+mod perimeter;
+mod plan;
+mod street;
+#[cfg(test)]
+mod tests;
+mod trees;
+mod yard;
+
+use core::fmt;
+
+use super::{Platform, Scene};
+use chance::Chance;
+
+/// Most still things of a drawn world; a scene has room for 64 objects, and the moving ones need the rest.
+const MOST_STILL: usize = 54;
+/// Draws of one world before it is given up.
+const MOST_DRAWS: u64 = 21;
+/// Room beside a body on either side, metres.
+const SPARE_M: f64 = 0.15;
+
+/// A rule by which worlds are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Rounds in a street between parked cars.
+    Street,
+    /// A store with racks in rows, and pallets in the aisles.
+    Aisles,
+    /// Rounds along a fence, through gates.
+    Perimeter,
+    /// A crossing of two streets with people and vehicles.
+    Crossing,
+    /// A slope with trees.
+    Trees,
+    /// A yard with things on the way.
+    Yard,
+    /// Held out: rows of parked vans.
+    Depot,
+    /// Held out: buildings with paths between them.
+    Campus,
+}
+
+impl Family {
+    /// Every family.
+    pub const ALL: [Self; 8] = [
+        Self::Street,
+        Self::Aisles,
+        Self::Perimeter,
+        Self::Crossing,
+        Self::Trees,
+        Self::Yard,
+        Self::Depot,
+        Self::Campus,
+    ];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Street => "street",
+            Self::Aisles => "aisles",
+            Self::Perimeter => "perimeter",
+            Self::Crossing => "crossing",
+            Self::Trees => "trees",
+            Self::Yard => "yard",
+            Self::Depot => "depot",
+            Self::Campus => "campus",
+        }
+    }
+
+    /// The family with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|family| family.name() == name)
+    }
+
+    /// True if it is kept for one run at the end, and no number of the program is chosen by it.
+    pub fn is_held_out(self) -> bool {
+        matches!(self, Self::Depot | Self::Campus)
+    }
+
+    fn plan(self, chance: &mut Chance) -> plan::Plan {
+        match self {
+            Self::Street => street::plan(chance),
+            Self::Aisles => aisles::plan(chance),
+            Self::Perimeter => perimeter::plan(chance),
+            Self::Crossing => crossing::plan(chance),
+            Self::Trees => trees::plan(chance),
+            Self::Yard => yard::plan(chance),
+            Self::Depot => held_out::depot(chance),
+            Self::Campus => held_out::campus(chance),
+        }
+    }
+}
+
+/// The room that a body needs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Its width, metres.
+    pub width_m: f64,
+    /// Distance that its middle keeps from the geofence, metres.
+    pub fence_m: f64,
+}
+
+impl Body {
+    /// That of a platform.
+    pub fn of(platform: &Platform) -> Self {
+        let [_, width_mm] = platform.limits().body_mm;
+        let fence_mm = platform.bounds.fence_margin_mm.get() + platform.guards.fence_spare_mm.get();
+        Self { width_m: f64::from(width_mm) / 1000.0, fence_m: fence_mm as f64 / 1000.0 }
+    }
+}
+
+/// No draw of a world could be driven.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unfair {
+    /// Its family.
+    pub family: Family,
+    /// Its seed.
+    pub seed: u64,
+    /// Draws that were refused.
+    pub draws: u64,
+    /// The body that none of them had room for.
+    pub body: Body,
+}
+
+impl fmt::Display for Unfair {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { family, seed, draws, body } = self;
+        let reach = body.width_m / 2.0 + SPARE_M;
+        let name = family.name();
+        write!(f, "{name} of seed {seed}: expected a way for half a width of {reach:.2} m, got none in {draws} draws")
+    }
+}
+
+impl std::error::Error for Unfair {}
+
+/// The world of a family and a seed that a body can drive.
+///
+/// # Errors
+/// No draw of it has a way.
+pub fn draw(family: Family, seed: u64, body: &Body) -> Result<Scene, Unfair> {
+    let fair = (0..MOST_DRAWS).map(|number| attempt(family, seed, number)).find(|scene| fair::holds(scene, body));
+    fair.ok_or(Unfair { family, seed, draws: MOST_DRAWS, body: *body })
+}
+
+fn attempt(family: Family, seed: u64, number: u64) -> Scene {
+    let mut chance = Chance::new(family as u64, seed, number);
+    let ground = chance.whole(1, 1_000_000) as u32;
+    family.plan(&mut chance).scene(ground)
+}
+
+/// The text of a scene file.
+///
+/// # Panics
+/// Never: every part of a scene has a form in TOML.
+pub fn print(scene: &Scene) -> String {
+    toml::to_string(scene).expect("invariant: every part of a scene has a form in TOML")
+}

@@ -1,0 +1,255 @@
+//! The plan of a world while it is drawn: start, way points, fence and things, and the scene that comes of it.
+//!
+//! Metres, east and north; headings in radians, anticlockwise from east.
+
+use super::MOST_STILL;
+use super::chance::Chance;
+use crate::scene::{Ground, Object, Pose, Scene, Weather};
+use crate::terms::Class;
+use crate::value::{List, Located, Name, Real};
+
+/// East, north.
+pub(super) type At = [f64; 2];
+
+/// A box on the ground.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Footprint {
+    pub(super) at: At,
+    pub(super) heading: f64,
+    /// Length along the heading, and width.
+    pub(super) size: [f64; 2],
+}
+
+impl Footprint {
+    /// Distance of a place from the box; zero inside.
+    pub(super) fn distance(&self, to: At) -> f64 {
+        self.distances()(to)
+    }
+
+    /// The same for many places.
+    pub(super) fn distances(&self) -> impl Fn(At) -> f64 {
+        let (sin, cos) = libm::sincos(self.heading);
+        let Self { at, size, .. } = *self;
+        move |to| {
+            let (east, north) = (to[0] - at[0], to[1] - at[1]);
+            let ahead = ((east * cos + north * sin).abs() - size[0] / 2.0).max(0.0);
+            let aside = ((north * cos - east * sin).abs() - size[1] / 2.0).max(0.0);
+            (ahead * ahead + aside * aside).sqrt()
+        }
+    }
+
+    pub(super) fn corners(&self) -> [At; 4] {
+        let (sin, cos) = libm::sincos(self.heading);
+        [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)].map(|(a, b)| {
+            let (along, aside) = (a * self.size[0] / 2.0, b * self.size[1] / 2.0);
+            [self.at[0] + along * cos - aside * sin, self.at[1] + along * sin + aside * cos]
+        })
+    }
+
+    /// True if less than `gap` separates the boxes along every direction of their sides.
+    pub(super) fn meets(&self, other: &Footprint, gap: f64) -> bool {
+        let apart = |axis: f64| {
+            let (sin, cos) = libm::sincos(axis);
+            let span = |of: &Footprint| {
+                let along = of.corners().map(|[east, north]| east * cos + north * sin);
+                (along.iter().copied().fold(f64::MAX, f64::min), along.iter().copied().fold(f64::MIN, f64::max))
+            };
+            let ((a, b), (c, d)) = (span(self), span(other));
+            c - b >= gap || a - d >= gap
+        };
+        let quarter = core::f64::consts::FRAC_PI_2;
+        ![self.heading, self.heading + quarter, other.heading, other.heading + quarter].into_iter().any(apart)
+    }
+}
+
+/// The plan.
+#[derive(Default)]
+pub(super) struct Plan {
+    pub(super) start: (At, f64),
+    pub(super) route: Vec<At>,
+    fence: Vec<At>,
+    /// Greatest height of the ground above or below its mean.
+    pub(super) amplitude: f64,
+    still: Vec<(Footprint, Object)>,
+    moving: Vec<Object>,
+}
+
+/// Room that a still thing leaves around start and way points.
+const ROOM: f64 = 2.0;
+/// Least gap between still things that are placed by chance.
+const GAP: f64 = 0.15;
+
+impl Plan {
+    /// A plan with its start, and a fence around the middle that is so far away to the east and to the north.
+    pub(super) fn new(start: At, heading: f64, fence: At) -> Self {
+        let [east, north] = fence;
+        let fence = vec![[-east, -north], [east, -north], [east, north], [-east, north]];
+        Self { start: (start, heading), fence, amplitude: 0.1, ..Self::default() }
+    }
+
+    /// The parked vehicle in sight of the start: so far `ahead` of it and `aside`, positive to the left.
+    pub(super) fn park_in_sight(&mut self, chance: &mut Chance, aside: f64) {
+        let ([east, north], heading) = self.start;
+        let ahead = chance.between(12.0, 14.0);
+        let (sin, cos) = libm::sincos(heading);
+        let at = [east + ahead * cos - aside * sin, north + ahead * sin + aside * cos];
+        self.car(chance, at, heading);
+    }
+
+    /// A parked car, unless it meets a thing, the start or a way point; true if it stands.
+    pub(super) fn car(&mut self, chance: &mut Chance, at: At, heading: f64) -> bool {
+        let size = [chance.between(3.9, 4.6), chance.between(1.7, 1.9), chance.between(1.4, 1.7)];
+        self.parked(chance, size, at, heading)
+    }
+
+    /// The same of a vehicle of this size.
+    pub(super) fn parked(&mut self, chance: &mut Chance, size: [f64; 3], at: At, heading: f64) -> bool {
+        let warmth = chance.between(288.0, 318.0);
+        let colour = [60 + chance.whole(0, 120), 80, 150].map(|part| part as u8);
+        self.stand((Class::Vehicle, size, warmth, colour), at, heading, Some(GAP))
+    }
+
+    /// A block of this size, unless it meets a thing, the start or a way point; true if it stands.
+    pub(super) fn block(&mut self, size: [f64; 3], at: At, heading: f64) -> bool {
+        self.stand((Class::Obstacle, size, 288.0, [110, 100, 90]), at, heading, Some(GAP))
+    }
+
+    /// The same of one that may touch others: part of a wall.
+    pub(super) fn wall(&mut self, size: [f64; 3], at: At, heading: f64) -> bool {
+        self.stand((Class::Obstacle, size, 288.0, [110, 100, 90]), at, heading, None)
+    }
+
+    fn stand(&mut self, (class, size, warmth, colour): Kind, at: At, heading: f64, gap: Option<f64>) -> bool {
+        let footprint = Footprint { at, heading, size: [size[0], size[1]] };
+        let near = |place: &At| footprint.distance(*place) < ROOM;
+        let met = gap.is_some_and(|gap| self.still.iter().any(|(other, _)| footprint.meets(other, gap)));
+        if self.still.len() >= MOST_STILL || met || near(&self.start.0) || self.route.iter().any(near) {
+            return false;
+        }
+        let object = object((class, size, warmth, colour), &[at], heading);
+        self.still.push((footprint, object));
+        true
+    }
+
+    /// A person who walks these points for ever, from a time on.
+    pub(super) fn person(&mut self, chance: &mut Chance, path: &[At]) {
+        let kind = (Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40]);
+        // Normal walking is 1.34 ± 0.26 m/s (Helbing and Molnár 1995).
+        let speed = chance.between(0.8, 1.8);
+        self.goes(chance, kind, path, speed);
+    }
+
+    /// A thing on wheels of this size that goes these points for ever.
+    pub(super) fn cart(&mut self, chance: &mut Chance, size: [f64; 3], path: &[At], speed: f64) {
+        let class = if size[0] > 2.5 { Class::Vehicle } else { Class::Obstacle };
+        self.goes(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
+    }
+
+    fn goes(&mut self, chance: &mut Chance, kind: Kind, path: &[At], speed: f64) {
+        let mut moving = object(kind, path, 0.0);
+        moving.speed_m_s = Real::nearest(hundredths(speed));
+        moving.departs_s = Real::nearest(hundredths(chance.between(0.0, 30.0)));
+        moving.closed = true;
+        self.moving.push(moving);
+    }
+
+    /// The whole as a scene, its ground with this seed.
+    pub(super) fn scene(self, seed: u32) -> Scene {
+        let ((start, heading), mut number) = (self.start, 0);
+        let objects = self.still.into_iter().map(|(_, object)| object).chain(self.moving);
+        let named = objects.map(|mut object| {
+            number += 1;
+            let of = match object.class {
+                Class::Vehicle => "vehicle",
+                Class::Person => "person",
+                Class::Decoy => "decoy",
+                Class::Obstacle => "obstacle",
+            };
+            object.name = name(&format!("{of}-{number}"));
+            object
+        });
+        // 4 × amplitude / wavelength bounds the slope of the relief: 0.1.
+        let wavelength = (self.amplitude * 40.0).max(22.0);
+        Scene {
+            start: Located::nowhere(Pose { at_m: point(start), heading_rad: Real::nearest(hundredths(heading)) }),
+            route: Located::nowhere(List::of(self.route.into_iter().map(point).map(Located::nowhere))),
+            geofence: Located::nowhere(List::of(self.fence.into_iter().map(point))),
+            ground: Ground {
+                seed,
+                amplitude_m: Real::nearest(hundredths(self.amplitude)),
+                wavelength_m: Real::nearest(hundredths(wavelength)),
+                ..Ground::default()
+            },
+            weather: Weather::default(),
+            perturbation: None,
+            object: List::of(named),
+        }
+    }
+}
+
+/// Shortest and longest route to aim at, metres, and most of its way points.
+const ROUTE_M: [f64; 2] = [260.0, 600.0];
+const MOST_POINTS: usize = 40;
+
+/// Rounds by the same places until the route is long enough.
+pub(super) fn rounds(chance: &mut Chance, places: &[At]) -> Vec<At> {
+    let length: f64 = places.iter().zip(places.iter().cycle().skip(1)).map(|(a, b)| apart(*a, *b)).sum();
+    let wanted = chance.between(ROUTE_M[0], ROUTE_M[1]) / length.max(1.0);
+    let least = libm::ceil(ROUTE_M[0] / length.max(1.0));
+    let rounds = wanted.round().max(least).min((MOST_POINTS / places.len().max(1)) as f64);
+    places.iter().copied().cycle().take(places.len() * rounds as usize).collect()
+}
+
+/// Places from `next`, each far from the one before and the first from the start, until the route is long enough.
+pub(super) fn wander(chance: &mut Chance, start: At, mut next: impl FnMut(&mut Chance) -> At) -> Vec<At> {
+    let length = chance.between(ROUTE_M[0], ROUTE_M[1]);
+    let mut route: Vec<At> = Vec::new();
+    let mut gone = 0.0;
+    while gone < length && route.len() < MOST_POINTS {
+        let tries = [next(chance), next(chance), next(chance)];
+        let last = route.last().copied().unwrap_or(start);
+        let furthest = tries.into_iter().max_by(|a, b| apart(*a, last).total_cmp(&apart(*b, last))).unwrap_or(start);
+        gone += apart(furthest, last);
+        route.push(furthest);
+    }
+    route
+}
+
+fn apart(a: At, b: At) -> f64 {
+    libm::hypot(a[0] - b[0], a[1] - b[1])
+}
+
+/// Class, size, temperature and paint.
+type Kind = (Class, [f64; 3], f64, [u8; 3]);
+
+fn object((class, size, warmth, colour): Kind, path: &[At], heading: f64) -> Object {
+    Object {
+        name: name("object"),
+        class,
+        path_m: Located::nowhere(List::of(path.iter().copied().map(point))),
+        heading_rad: Real::nearest(hundredths(heading)),
+        size_m: size.map(|edge| Real::nearest(hundredths(edge))),
+        temperature_k: Real::nearest(warmth.round()),
+        heated_s: None,
+        colour,
+        painted_as: None,
+        warm_as: None,
+        print: None,
+        speed_m_s: Real::nearest(0.0),
+        departs_s: Real::nearest(0.0),
+        closed: false,
+    }
+}
+
+fn name(text: &str) -> Located<Name> {
+    Located::nowhere(Name::new(text).expect("invariant: a class and a number fit the alphabet"))
+}
+
+fn point(at: At) -> [Real<-50_000, 50_000>; 2] {
+    at.map(|along| Real::nearest(hundredths(along)))
+}
+
+/// A number as the file has it, to centimetres and hundredths of a radian.
+fn hundredths(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
