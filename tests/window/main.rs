@@ -7,6 +7,7 @@
 #[path = "../../crates/console/tests/console/bench.rs"]
 mod bench;
 mod looks;
+mod names;
 mod scenes;
 mod sensors;
 mod snapshots;

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use wire::id::{PeerId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::person::{Alarm, Order};
+use wire::suite::Suite;
 use wire::time::Instant;
 
 use crate::alarm::{self, Priority};
@@ -20,8 +21,8 @@ pub const MAX_PAST: usize = 256;
 /// An event at the display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Incident {
-    /// A unit was reported in another mode than before, by this cause.
-    Mode(UnitId, Mode, Cause),
+    /// A unit with these sensors was reported in another mode than before, by this cause.
+    Mode(UnitId, Mode, Cause, Suite),
     /// An order was given here, with its source.
     Ordered(Order, Giver),
     /// An alarm was raised.
@@ -44,7 +45,9 @@ impl Incident {
     /// Text of the event.
     pub fn words(&self) -> String {
         match self {
-            Incident::Mode(unit, mode, cause) => format!("{unit} went to {}, cause {}", mode.name(), cause.label()),
+            Incident::Mode(unit, mode, cause, suite) => {
+                format!("{unit} went to {}, cause {}", mode.name(), suite.cause(*cause))
+            }
             Incident::Ordered(Order::Command(unit, kind), by) => {
                 format!("{} to {unit}, given by {}", kind.name(), by.words())
             }

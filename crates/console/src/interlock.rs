@@ -9,7 +9,8 @@ use wire::id::{TrackId, UnitId};
 use wire::measured::{Limit, Measured};
 use wire::mode::{Guard, Mode};
 use wire::person::{Order, Role, Unable};
-use wire::sensor::Modalities;
+use wire::sensor::{Modalities, Modality};
+use wire::suite::Suite;
 use wire::time::Span;
 
 use crate::shown::{Shown, ShownUnit, State};
@@ -131,15 +132,16 @@ impl ShownUnit {
     /// The guards of READY, each with its measured value and its limit.
     pub fn guards(&self, bounds: &Bounds) -> Vec<Predicate> {
         let (state, _) = self.state.get();
+        let suite = state.suite();
         let guard = |guard: Guard| {
             let holds = !state.failing.has(guard);
             let measured = state.measured.of(guard);
             let (known, (value, limit)) = match Limit::of(guard, bounds) {
-                Some(limit) => (measured.is_some(), judged(guard, holds, measured, limit)),
+                Some(limit) => (measured.is_some(), judged((guard, suite), holds, measured, limit)),
                 None if guard == Guard::Teammates => (true, (claims(holds, &state.measured), String::new())),
                 None => (state.authority.is_some(), self.designation(bounds)),
             };
-            Predicate { judged: known || !holds, ..Predicate::new(guard.name(), holds, value, limit) }
+            Predicate { judged: known || !holds, ..Predicate::new(suite.guard(guard), holds, value, limit) }
         };
         Guard::ALL.into_iter().map(guard).collect()
     }
@@ -160,13 +162,13 @@ impl ShownUnit {
 
     /// Measure of the designated track that fails, else its confidence, with the limit.
     fn designation(&self, bounds: &Bounds) -> (String, String) {
-        let designated = self.state.get().0.authority.map(|held| held.track);
+        let (designated, suite) = (self.state.get().0.authority.map(|held| held.track), self.state.get().0.suite());
         let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
         let nothing = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
         let Some(track) = track else { return (nothing.to_owned(), String::new()) };
         let least = bounds.designation_bearings_mrad;
         if track.contradicted.count() > 0 {
-            (format!("contradicted by {}", modalities(track.contradicted)), "none".to_owned())
+            (format!("contradicted by {}", modalities(suite, track.contradicted)), "none".to_owned())
         } else if u32::from(track.bearings_mrad) < least {
             (degrees(track.bearings_mrad.into()), degrees(least))
         } else {
@@ -204,7 +206,8 @@ fn in_mode(mode: Mode, wanted: Option<Mode>) -> Predicate {
 
 /// Every guard but the one over a designation, which only a unit with authority needs.
 fn guards_hold(state: &State) -> Predicate {
-    let failing: Vec<&str> = state.failing.iter().filter(|g| *g != Guard::Designation).map(Guard::name).collect();
+    let failing: Vec<&str> =
+        state.failing.iter().filter(|g| *g != Guard::Designation).map(|g| state.suite().guard(g)).collect();
     let value = if failing.is_empty() { "none".to_owned() } else { failing.join(", ") };
     Predicate::new("guards failing", failing.is_empty(), value, "none")
 }
@@ -215,11 +218,18 @@ fn designates(unit: &ShownUnit, track: TrackId, bounds: &Bounds) -> Vec<Predicat
     let Some(found) = found else { return vec![Predicate::new("track fresh", false, "not reported", "")] };
     let (track, least) = (found.get().0, unit.settings(bounds).arm_permille);
     let (sure, borne_out) = (permille(track.confidence), track.supported.designate());
+    let suite = unit.state.get().0.suite();
+    let wanted = format!("{} and one more", suite.sensor(Modality::Thermal));
     let mut all = vec![
         Predicate::new("track fresh", found.fresh().is_some(), ms(found.age()), ""),
         Predicate::new("track confidence", track.confidence >= least, sure, permille(least)),
-        Predicate::new("supported by", borne_out, modalities(track.supported), "thermal and one more"),
-        Predicate::new("contradicted by", track.contradicted.count() == 0, modalities(track.contradicted), "none"),
+        Predicate::new("supported by", borne_out, modalities(suite, track.supported), wanted),
+        Predicate::new(
+            "contradicted by",
+            track.contradicted.count() == 0,
+            modalities(suite, track.contradicted),
+            "none",
+        ),
     ];
     let wide = bounds.designation_bearings_mrad;
     if wide > 0 {
@@ -233,7 +243,7 @@ fn designates(unit: &ShownUnit, track: TrackId, bounds: &Bounds) -> Vec<Predicat
 }
 
 /// A guard's value and its limit, in words. A guard that fails within its limit names the condition it waits for.
-fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (String, String) {
+fn judged((guard, suite): (Guard, Suite), holds: bool, value: Option<i32>, limit: Limit) -> (String, String) {
     let words = |value: i32| match limit {
         Limit::Age(_) if value == i32::MAX => "unknown".to_owned(),
         Limit::Age(_) => format!("{value} ms"),
@@ -249,7 +259,7 @@ fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (Strin
     let within = !holds && !limit.exceeded(value);
     match (within, limit) {
         (true, Limit::Age(_)) if guard == Guard::Localisation => {
-            (format!("{}, fix and odometry disagree", words(value)), bound)
+            (format!("{}, fix and {} disagree", words(value), suite.reckoning()), bound)
         }
         (true, Limit::Drift(_)) => (words(value), format!("{} to recover", words(0))),
         (true, Limit::Offset(most)) => (words(value), format!("{} to recover", words(most / 2))),
@@ -270,8 +280,8 @@ fn ms(span: Span) -> String {
     if span == Span(u64::MAX) { "unknown".to_owned() } else { format!("{} ms", span.0.div_ceil(1000)) }
 }
 
-fn modalities(of: Modalities) -> String {
-    if of.count() == 0 { "none".to_owned() } else { text::names(of).collect::<Vec<_>>().join(", ") }
+fn modalities(suite: Suite, of: Modalities) -> String {
+    if of.count() == 0 { "none".to_owned() } else { text::names(suite, of).collect::<Vec<_>>().join(", ") }
 }
 
 fn degrees(mrad: u32) -> String {

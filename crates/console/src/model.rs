@@ -15,6 +15,7 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
+use wire::suite::Suite;
 use wire::time::{Age, Instant, PeerStamp, Span};
 use wire::trust::{Accepted, Bearer, SignedReport};
 
@@ -185,7 +186,8 @@ impl Model {
         let same = slot.as_ref().filter(|heard| mode(heard) == report.mode);
         let since = same.map_or(arrived, |heard| heard.since);
         if same.is_none() && slot.is_some() {
-            self.history.note(arrived, Incident::Mode(*unit, report.mode, report.cause));
+            self.history
+                .note(arrived, Incident::Mode(*unit, report.mode, report.cause, Suite::of(report.motion.as_ref())));
         }
         gallery.vouched(report, arrived, age);
         let older = |by: Span| age.map(|age| age.after(by));

@@ -46,9 +46,9 @@ pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
         let (state, _) = unit.state.get();
         let was = before.unit(unit.unit).map(|unit| unit.state.get().0.mode);
         if was != Some(state.mode) {
-            let failing: Vec<&str> = state.failing.iter().map(|guard| guard.name()).collect();
+            let failing: Vec<&str> = state.failing.iter().map(|guard| state.suite().guard(guard)).collect();
             let failing = if failing.is_empty() { String::new() } else { format!(", failing {}", failing.join(", ")) };
-            changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause.label()));
+            changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause()));
         }
     }
     let known = |alarm: &Alarm| before.alarms.iter().any(|shown| shown.alarm == *alarm);

@@ -5,6 +5,7 @@
 
 use serde_json::{Value, json};
 use wire::report::ReportedTrack;
+use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::age::{Labelled, Limits};
@@ -89,7 +90,7 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
         "since_ms": ms(shown.at.since(of.since)),
         "state": labelled(&of.state, json!({
             "mode": state.mode.name(),
-            "cause": state.cause.label(),
+            "cause": state.cause(),
             "failing": state.failing.iter().map(|guard| guard.name()).collect::<Value>(),
             "guards": of.guards(&shown.bounds).iter().map(|guard| json!({
                 "name": guard.name, "holds": guard.holds, "value": guard.value, "limit": guard.limit,
@@ -124,8 +125,8 @@ fn track(of: &Labelled<ReportedTrack>, reported: bool) -> Value {
             "x_mm": track.x_mm,
             "y_mm": track.y_mm,
             "confidence_permille": track.confidence,
-            "modalities": names(track.supported).collect::<Value>(),
-            "contradicted": names(track.contradicted).collect::<Value>(),
+            "modalities": names(Suite::Scene, track.supported).collect::<Value>(),
+            "contradicted": names(Suite::Scene, track.contradicted).collect::<Value>(),
             "bearings_mrad": track.bearings_mrad,
             "across_px": track.across_px,
         }),

@@ -18,6 +18,7 @@ use wire::refusal::Reason;
 use wire::report::{ReportedAuthority, ReportedContact, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
 use wire::settings::Settings;
+use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::act::{Answer, Prepared};
@@ -54,6 +55,18 @@ pub struct State {
     pub motion: Option<ReportedMotion>,
     /// Contact by the unit's plan, where the link has one.
     pub contact: Option<ReportedContact>,
+}
+
+impl State {
+    /// Sensors of the unit.
+    pub fn suite(&self) -> Suite {
+        Suite::of(self.motion.as_ref())
+    }
+
+    /// Cause of the last transition, in words.
+    pub fn cause(&self) -> String {
+        self.suite().cause(self.cause)
+    }
 }
 
 /// Origin of a report, apart from its age.

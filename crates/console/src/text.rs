@@ -8,6 +8,7 @@ use wire::bounds::Bounds;
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
 use wire::sensor::{Modalities, Modality};
+use wire::suite::Suite;
 use wire::time::{Instant, Span};
 
 use crate::act::Answer;
@@ -95,7 +96,7 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
             unit.unit.name(),
             state.mode.name(),
             ago(at.since(unit.since)),
-            state.cause.label(),
+            state.cause(),
             word(freshness),
             age(unit.state.age()),
         ),
@@ -125,14 +126,14 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
             unit.clock.map_or("clock not known yet".to_owned(), |rate| format!("{} ({})", rate.says(), rate.words())),
         ),
     );
-    unit.tracks.iter().for_each(|track| track_line(text, track));
-    unit.lost.iter().for_each(|lost| track_line(text, &lost.track));
+    unit.tracks.iter().for_each(|track| track_line(text, state.suite(), track));
+    unit.lost.iter().for_each(|lost| track_line(text, state.suite(), &lost.track));
     if unit.lost_more > 0 {
         line(text, format_args!("         and {} more tracks LOST", unit.lost_more));
     }
 }
 
-fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
+fn track_line(text: &mut String, suite: Suite, labelled: &Labelled<ReportedTrack>) {
     let (track, freshness) = labelled.get();
     let (x, y) = (metres(track.x_mm), metres(track.y_mm));
     let confidence = f64::from(track.confidence) / 1000.0;
@@ -143,21 +144,21 @@ fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
         format_args!(
             "         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}  by {}{}",
             track.id.0,
-            joined(names(track.supported).map(str::to_owned)),
-            against(track),
+            joined(names(suite, track.supported).map(str::to_owned)),
+            against(suite, track),
         ),
     );
 }
 
 /// The modalities that contradict a track, if any.
-fn against(track: &ReportedTrack) -> String {
-    let by = joined(names(track.contradicted).map(str::to_owned));
+fn against(suite: Suite, track: &ReportedTrack) -> String {
+    let by = joined(names(suite, track.contradicted).map(str::to_owned));
     if track.contradicted.count() == 0 { String::new() } else { format!(", CONTRADICTED by {by}") }
 }
 
-/// Modalities by name.
-pub(crate) fn names(of: Modalities) -> impl Iterator<Item = &'static str> {
-    Modality::ALL.into_iter().filter(move |modality| of.has(*modality)).map(Modality::name)
+/// Sensors by name.
+pub(crate) fn names(suite: Suite, of: Modalities) -> impl Iterator<Item = &'static str> {
+    Modality::ALL.into_iter().filter(move |modality| of.has(*modality)).map(move |modality| suite.sensor(modality))
 }
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {

@@ -51,6 +51,7 @@ pub mod session;
 pub mod settings;
 pub mod setup;
 pub mod sign;
+pub mod suite;
 pub mod time;
 pub mod track;
 pub mod trust;

@@ -60,7 +60,7 @@ fn name(ui: &mut Ui, view_state: &mut ViewState, unit: UnitId) {
 fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
     state(ui, unit);
     let (state, freshness) = unit.state.get();
-    let cause = state.cause.label();
+    let cause = state.cause();
     if freshness == Freshness::Fresh {
         cell(ui, CELLS[2], RichText::new(format!("for {}", seconds(at.since(unit.since)))).monospace());
         cell(ui, CELLS[3], RichText::new(format!("cause {cause}")));

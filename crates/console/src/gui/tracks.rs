@@ -7,6 +7,7 @@ use egui_extras::{Column, TableBuilder, TableRow};
 use wire::id::{TrackId, UnitId};
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
+use wire::suite::Suite;
 
 use super::keys;
 use super::marks::{self, Shape, Tone};
@@ -202,26 +203,21 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut V
     });
     text(row, format!("{:>6.1} {:>6.1}", metres(track.x_mm), metres(track.y_mm)));
     row.col(|ui| {
-        let (letters, names) = sensors(track);
+        let (letters, names) = sensors(of.unit.state.get().0.suite(), track);
         ui.label(RichText::new(letters).monospace().color(ink(ui))).on_hover_text(names);
     });
     chosen
 }
 
 /// The modalities that support a track or, as small letters, contradict it, each in its place, and their names.
-fn sensors(track: &ReportedTrack) -> (String, String) {
-    let letter = |m: &Modality| match m {
-        Modality::Rgb => 'R',
-        Modality::Depth => 'D',
-        Modality::Thermal => 'T',
-        Modality::Lidar => 'L',
-    };
+fn sensors(suite: Suite, track: &ReportedTrack) -> (String, String) {
+    let letter = |m: &Modality| suite.letter(*m);
     let mark = |m: &Modality| match (track.contradicted.has(*m), track.supported.has(*m)) {
         (true, _) => letter(m).to_ascii_lowercase(),
         (false, true) => letter(m),
         (false, false) => '-',
     };
-    let said = |of| text::names(of).collect::<Vec<_>>().join(", ");
+    let said = |of| text::names(suite, of).collect::<Vec<_>>().join(", ");
     let supported = if track.supported.count() == 0 { "no sensor".to_owned() } else { said(track.supported) };
     let against = if track.contradicted.count() == 0 {
         String::new()

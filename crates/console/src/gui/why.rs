@@ -32,7 +32,7 @@ pub(super) fn draw(ui: &mut Ui, view_state: &ViewState, shown: &Shown) {
     ui.add(Label::new(question).wrap());
     let tone = if current { Tone::Weak } else { marks::freshness(freshness).0 };
     let (age, since) = (seconds(unit.state.age()), when(shown, unit.since));
-    let age = format!("as reported {age} ago; last change: {}, {since}", state.cause.label());
+    let age = format!("as reported {age} ago; last change: {}, {since}", state.cause());
     ui.add(Label::new(RichText::new(age).color(tone.color(Palette::of(ui)))).wrap());
     if let Some(waits) = unit.waits_for(&shown.bounds) {
         let waits = format!("{} for {waits}", if current { "waits" } else { "waited" });

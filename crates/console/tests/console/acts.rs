@@ -13,6 +13,7 @@ use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Modalities, Modality};
+use wire::suite::Suite;
 use wire::time::Span;
 
 use crate::bench::{Asked, Bench};
@@ -348,7 +349,7 @@ fn history_keeps_order_and_drops_the_oldest() {
     let raised = bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == degraded).unwrap();
     bench.act(Act::Acknowledge(degraded, raised.since)).unwrap();
     bench.reports(Mode::Ready, Span::ms(100));
-    let mode = |mode| Incident::Mode(UnitId::A, mode, Cause::Start);
+    let mode = |mode| Incident::Mode(UnitId::A, mode, Cause::Start, Suite::Scene);
     let told = [
         mode(Mode::Degraded),
         Incident::Raised(degraded),
