@@ -94,7 +94,7 @@ pub fn enter(row: &Row, rights: &Rights) -> Result<Level, Error> {
     set_parent_process_death_signal(Some(Signal::KILL)).map_err(|why| layer(why.to_string()))?;
     set_dumpable_behavior(DumpableBehavior::NotDumpable).map_err(|why| layer(why.to_string()))?;
     set_no_new_privs(true).map_err(|why| layer(why.to_string()))?;
-    limits::set(row).map_err(layer)?;
+    limits::set(row, rights.window).map_err(layer)?;
     level.limits = true;
     if rights.window {
         calls::apply_fatal().map_err(|why| layer(why.to_string()))?;

@@ -5,6 +5,10 @@ use rustix::thread::{CapabilitySet, CapabilitySets, remove_capability_from_bound
 
 use crate::table::Row;
 
+/// Address space of a service with a window, MiB. OpenGL in software takes 64 MiB of it a thread for its heap and 8 for its stack, with up to 32
+/// threads, and ends by an invalid access where it gets none.
+const WINDOW_MIB: u64 = 4096;
+
 /// Gives up every right of the process in its user namespace.
 ///
 /// # Errors
@@ -21,12 +25,13 @@ pub fn give_up_rights() -> rustix::io::Result<()> {
     set_capabilities(None, CapabilitySets { effective: none, permitted: none, inheritable: none })
 }
 
-/// Sets the limits of a row. The launcher may raise one again, to free a full disk, and the process may not: the filter of calls lets it ask for
+/// Sets the limits of a row, with room for a window where there is one. The launcher may raise one again, to free a full disk, and the process may not: the filter of calls lets it ask for
 /// limits and set none.
-pub(crate) fn set(row: &Row) -> Result<(), String> {
+pub(crate) fn set(row: &Row, window: bool) -> Result<(), String> {
+    let memory_mib = if window { row.memory_mib.max(WINDOW_MIB) } else { row.memory_mib };
     let all = [
         (Resource::Core, 0),
-        (Resource::As, row.memory_mib << 20),
+        (Resource::As, memory_mib << 20),
         (Resource::Nofile, row.descriptors),
         (Resource::Fsize, row.file_mib << 20),
     ];
