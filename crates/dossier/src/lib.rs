@@ -21,6 +21,8 @@ mod sarif;
 mod sbom;
 pub mod tried;
 
+use std::collections::BTreeMap;
+
 use results::summary::RunSummary;
 
 pub use evaluation::evaluation;
@@ -40,6 +42,8 @@ pub struct Dossier {
     pub results: reader::Results,
     /// Runs that are told one by one.
     pub stories: Vec<RunSummary>,
+    /// Names of those that are trials of the results, each by the SHA-256 of its `held.json`.
+    pub kept: BTreeMap<String, String>,
     /// Seconds after which a browser reads the page again.
     pub renew_s: Option<u32>,
     /// Every recording that was read or lies among the results, whether its run is told or not.

@@ -24,13 +24,14 @@ const ATTACK: &str = "18";
 const ATLAS: &str = "5.6.0";
 
 /// Classes from the worst for the platform's users to the best.
-const WORST_FIRST: [Outcome; 10] = [
+const WORST_FIRST: [Outcome; 11] = [
     Outcome::Unsafe,
     Outcome::Late,
     Outcome::GuestFailed,
     Outcome::Invalid,
     Outcome::Undetected,
     Outcome::FalseTrip,
+    Outcome::Stuck,
     Outcome::HoldSafe,
     Outcome::Degraded,
     Outcome::Rejected,

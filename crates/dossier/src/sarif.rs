@@ -148,6 +148,7 @@ fn level(class: Outcome) -> &'static str {
         | Outcome::HoldSafe
         | Outcome::Degraded
         | Outcome::Rejected
+        | Outcome::Stuck
         | Outcome::Nominal => "warning",
     }
 }

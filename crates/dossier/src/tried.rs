@@ -71,10 +71,15 @@ impl Tried<'_> {
 
     /// The expected classes in words.
     pub fn expected_told(&self) -> String {
-        match self.expected {
-            [] => "anything but UNSAFE and INVALID".to_owned(),
-            some => some.iter().map(|class| class.name()).collect::<Vec<_>>().join(" or "),
-        }
+        either(self.expected)
+    }
+}
+
+/// Expected classes in words.
+pub(crate) fn either(expected: &[Outcome]) -> String {
+    match expected {
+        [] => "anything but UNSAFE and INVALID".to_owned(),
+        some => some.iter().map(|class| class.name()).collect::<Vec<_>>().join(" or "),
     }
 }
 
@@ -95,8 +100,22 @@ pub fn meaning(class: Outcome) -> &'static str {
         Outcome::Degraded => "Ended in DEGRADED",
         Outcome::Rejected => "Refused, or shown as an alarm; no change of mode",
         Outcome::Undetected => "Accepted, no response, nothing broken",
+        Outcome::Stuck => {
+            "Nothing was done and nothing happened, and the vehicle did not get on though it could have driven"
+        }
         Outcome::Nominal => "Nothing was done and nothing happened",
     }
+}
+
+/// The first trial of each variation of a run whose recording was kept: its name, and the SHA-256 of its `held.json`.
+pub fn kept(given: &Given) -> Vec<(String, String)> {
+    let runs = if let Found::Runs(runs) = &given.found { runs.as_slice() } else { &[] };
+    let of = |(run, one): (&RunObject, Tried<'_>)| {
+        let own = run.trials.iter().filter(|trial| one.cell.is_none() || trial.cell.as_deref() == one.cell);
+        let (trial, held) = own.into_iter().find_map(|trial| Some((trial, trial.held.clone()?)))?;
+        Some((format!("{}, seed {}: {}", one.name(), trial.seed, trial.outcome.name()), held))
+    };
+    runs.iter().flat_map(|run| of_run(run).into_iter().map(move |one| (run, one))).filter_map(of).collect()
 }
 
 /// The variations in a file, in its order. A search has none: its attack sequences are no sample. Nor have comparisons and
@@ -234,6 +253,14 @@ mod tests {
         let line = command("teammate", Some("verbatim/silent"), Evidence::Live, 3, 7);
         assert_eq!(line, "holdsafe run teammate --cell verbatim/silent --trials 3 --seed 7 --live");
         assert_eq!(command("loss", None, Evidence::Stack, 59, 1), "holdsafe run loss --trials 59 --seed 1");
+    }
+
+    #[test]
+    fn kept_trial_is_named_by_cell_and_class() {
+        let mut results = crate::reader::Results::default();
+        results.read("run.json", golden("run").to_string().as_bytes()).expect("a run");
+        let (name, held) = kept(&results.given()[0]).pop().expect("a kept trial");
+        assert_eq!((name.as_str(), held), ("loss by_session, live, seed 7: HOLD_SAFE", "ab".repeat(32)));
     }
 
     #[test]

@@ -4,11 +4,12 @@
 use core::fmt::Write;
 
 /// Class, how it is painted, colour on white, colour on near-black. Outcomes and modes are fills, lines are strokes.
-const COLOURS: [(&str, Paint, &str, &str); 28] = [
+const COLOURS: [(&str, Paint, &str, &str); 29] = [
     ("unsafe", Paint::Fill, "#b3001b", "#ff6b76"),
     ("invalid", Paint::Fill, "#6d28d9", "#b89cff"),
     ("late", Paint::Fill, "#c2410c", "#ff9b57"),
     ("false-trip", Paint::Fill, "#a16207", "#f2c94c"),
+    ("stuck", Paint::Fill, "#713f12", "#d9a441"),
     ("hold-safe", Paint::Fill, "#1d4ed8", "#7aa7ff"),
     ("degraded", Paint::Fill, "#0e7490", "#4cc9e0"),
     ("rejected", Paint::Fill, "#15803d", "#5ccb86"),
@@ -83,6 +84,7 @@ pub fn class_of_outcome(name: &str) -> &'static str {
         "INVALID" => "invalid",
         "LATE" => "late",
         "FALSE_TRIP" => "false-trip",
+        "STUCK" => "stuck",
         "HOLD_SAFE" => "hold-safe",
         "DEGRADED" => "degraded",
         "REJECTED" => "rejected",

@@ -14,7 +14,8 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
         @if !rows.rows.is_empty() {
             p {
                 "Armed: the unit held authority. Acted: by the plant's record. Short: the mission did not come as far as the scenario presumes, so that "
-                "nothing is shown. Way by the plant's truth, and time in nominal control: means of the trials."
+                "nothing is shown. Passed: share of the way points, by the plant's truth. Stuck: trials in which the vehicle did not get on though its mode let it "
+                "drive, and for how long. Way by the plant's truth, and times: means of the trials."
             }
             (table(&rows, "Missions"))
         }
@@ -31,6 +32,9 @@ fn rows(dossier: &Dossier) -> Table {
         "short",
         "way (m)",
         "nominal (s)",
+        "passed",
+        "stuck",
+        "stuck (s)",
         "never carried out",
     ]);
     for given in dossier.results.given() {
@@ -46,7 +50,16 @@ fn row(run: &RunObject) -> Option<Vec<String>> {
     let counts = [mission.n, mission.armed, mission.acted, mission.missing].map(|n| n.to_string());
     let mut row = vec![run.scenario.clone(), run.mode.evidence().name().to_owned()];
     row.extend(counts);
-    row.extend([format!("{:.1}", mission.driven_m), format!("{:.1}", mission.nominal_s), never.join("; ")]);
+    row.extend([format!("{:.1}", mission.driven_m), format!("{:.1}", mission.nominal_s)]);
+    row.extend(match &mission.progress {
+        Some(of) => [
+            format!("{:.0} %", of.completed * 100.0),
+            format!("{} of {}", of.stuck, of.n),
+            format!("{:.1}", of.stuck_s),
+        ],
+        None => ["-", "-", "-"].map(str::to_owned),
+    });
+    row.push(never.join("; "));
     Some(row)
 }
 
@@ -61,9 +74,7 @@ mod tests {
         let page = |run: &serde_json::Value| {
             let mut results = Results::default();
             results.read("run.json", run.to_string().as_bytes()).expect("a run");
-            let (title, version) = ("t".to_owned(), "0".to_owned());
-            section(&Dossier { title, version, results, stories: Vec::new(), recordings: Vec::new(), renew_s: None })
-                .into_string()
+            section(&Dossier { results, ..Dossier::default() }).into_string()
         };
         let mut run = golden("run");
         let with = page(&run);

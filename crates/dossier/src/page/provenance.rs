@@ -16,10 +16,19 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
     html! {
         @for given in dossier.results.given() { @if let Found::Search(search) = &given.found { (searched(search)) } }
         @if !rows.rows.is_empty() { (table(&rows, "Files")) }
-        @if !dossier.recordings.is_empty() { (table(&recordings(dossier), "Recordings")) }
+        @if !dossier.recordings.is_empty() { (folded(dossier)) }
         p { "The page holds nothing that is not in these files and, for runs over time, in the recordings above. A recording's digest is over its files "
             code { "recording/*.mcap" } ", one behind the other; each was checked when the page was made, and is again with " code { "holdsafe inspect verify DIR" } "." }
     }
+}
+
+/// The recordings, in one line while all of them verify.
+fn folded(dossier: &Dossier) -> Markup {
+    let (n, sound) = (dossier.recordings.len(), dossier.recordings.iter().all(|of| of.invalid.is_none()));
+    html! { details open[!sound] {
+        summary { (n) " recordings" @if sound { ", all verify" } @else { ", not all of which verify" } }
+        (table(&recordings(dossier), "Recordings"))
+    } }
 }
 
 fn recordings(dossier: &Dossier) -> Table {

@@ -27,9 +27,11 @@ fn told(why: &Why) -> Markup {
     chain.rows = why.chain.iter().map(row).collect();
     let title = format!("Why {} at {:.3} s ({})", why.change, why.at, why.cause);
     html! {
-        h4 { (title) }
-        p class="quiet" { "From what the services logged alone; no receipt and no word of the adversary." }
-        (table(&chain, &title))
+        details {
+            summary { (title) }
+            p class="quiet" { "From what the services logged alone; no receipt and no word of the adversary." }
+            (table(&chain, &title))
+        }
     }
 }
 

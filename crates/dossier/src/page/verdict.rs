@@ -17,8 +17,12 @@ use crate::tried::{told, tried};
 pub(super) struct Counted {
     /// Trials.
     n: u64,
+    /// Cells, and scenarios without cells.
+    cells: u64,
     /// Outside their expected classes; `None` where none were stated.
     unexpected: Option<u64>,
+    /// Cells with such trials, with the classes.
+    off: Vec<String>,
     /// Outcomes.
     outcomes: Outcomes,
     /// The worst of the exact upper 95 % bounds on the unsafe rate.
@@ -28,8 +32,11 @@ pub(super) struct Counted {
 /// A result's trials, by place of evidence and whether a check was waived.
 type ByPlace = BTreeMap<(Evidence, bool), Counted>;
 
-/// Recordings that are INVALID and named in the verdict.
+/// Recordings and cells of one kind that are named in the verdict.
 const NAMED: usize = 8;
+
+/// Verdict over results without stated classes.
+const NONE_STATED: &str = "No trials whose classes were stated beforehand are among the results.";
 
 /// Note beside the results when one of their recordings is INVALID.
 const UNSUPPORTED: &str = "That is what the results say; no INVALID recording supports it.";
@@ -39,28 +46,30 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
     let all: Vec<(&str, ByPlace)> =
         dossier.results.given().iter().map(|g| (g.file.as_str(), counted(g))).filter(|(_, c)| !c.is_empty()).collect();
     let each = || all.iter().flat_map(|(_, by)| by.iter().map(|((place, waived), c)| (*place, *waived, c)));
-    let judged = || each().filter(|(_, waived, c)| !*waived && c.unexpected.is_some());
-    let by_place = |place| {
-        let of = || judged().filter(move |(p, ..)| *p == place);
-        (place, of().map(|(_, _, c)| c.n).sum::<u64>(), of().filter_map(|(_, _, c)| c.unexpected).sum::<u64>())
-    };
-    let places = [Evidence::Model, Evidence::Stack, Evidence::Live].map(by_place);
-    let off: u64 = places.iter().map(|(_, _, off)| off).sum();
+    let stated = |ablation: bool| each().filter(move |(_, waived, c)| *waived == ablation && c.unexpected.is_some());
+    let told = |ablation: bool| sentence(ablation, stated(ablation).map(|(place, _, c)| (place, c)));
+    let (full, ablated) = (told(false), told(true));
+    let off: u64 = each().filter_map(|(_, _, c)| c.unexpected).sum();
     let findings: usize = dossier.results.given().iter().map(|g| found(&g.found)).sum();
     let waived = each().any(|(_, waived, _)| waived);
     let invalid: Vec<(&str, &str)> = invalid(dossier).collect();
     html! {
         div class=(if off + (findings + invalid.len()) as u64 > 0 { "verdict bad" } else { "verdict" }) {
-            (recordings(&invalid, dossier.recordings.len()))
-            p { strong { (sentence(&places)) } @if !invalid.is_empty() { " " (UNSUPPORTED) } }
+            @if !invalid.is_empty() { (recordings(&invalid, dossier.recordings.len())) }
+            @if full.is_some() || ablated.is_none() {
+                p { strong { (full.as_deref().unwrap_or(NONE_STATED)) } @if !invalid.is_empty() { " " (UNSUPPORTED) } }
+            }
+            @if let Some(told) = &ablated { p { strong { (told) } } }
+            @if let Some(told) = unnoticed(dossier) { p { (told) } }
             @for told in incomplete(dossier) { p { (told) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
                 p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
             }
+            @if invalid.is_empty() { (recordings(&invalid, dossier.recordings.len())) }
         }
         @if waived {
-            p class="watermark" { "ABLATION: some rows were run with a check waived. They stand apart, and none of them counts in the verdict." }
+            p class="watermark" { "ABLATION: some rows were run with a check waived. They stand apart, and no claim about the platform rests on them." }
         }
         @if !all.is_empty() { (outcomes(&all)) }
     }
@@ -98,20 +107,46 @@ fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
     }
 }
 
-/// Statement on trials and the number outside their expected classes, by place of evidence.
-fn sentence(places: &[(Evidence, u64, u64)]) -> String {
-    let ran = || places.iter().filter(|(_, n, _)| *n > 0);
-    let each = |say: fn(u64, u64) -> String| {
-        let one = |(place, n, off): &(Evidence, u64, u64)| format!("{} {}", say(*n, *off), whereabouts(*place));
-        ran().map(one).collect::<Vec<_>>().join(", ")
-    };
-    if ran().count() == 0 {
-        "No trials whose classes were stated beforehand are among the results.".to_owned()
-    } else if ran().all(|(_, _, off)| *off == 0) {
-        format!("Every trial ended in a class that was stated for it beforehand: {}.", each(|n, _| n.to_string()))
-    } else {
-        format!("Outside the classes that were stated beforehand ended {}.", each(|n, off| format!("{off} of {n}")))
+/// Statement on trials and those outside their stated classes, by place of evidence; none without such trials.
+fn sentence<'c>(ablation: bool, counted: impl Iterator<Item = (Evidence, &'c Counted)>) -> Option<String> {
+    let mut places: BTreeMap<Evidence, Counted> = BTreeMap::new();
+    for (place, c) in counted {
+        let to = places.entry(place).or_default();
+        (to.n, to.cells) = (to.n + c.n, to.cells + c.cells);
+        to.unexpected = Some(to.unexpected.unwrap_or_default() + c.unexpected.unwrap_or_default());
+        to.off.extend(c.off.iter().cloned());
     }
+    let mark = if ablation { " (ABLATION)" } else { "" };
+    let each: Vec<String> =
+        places.iter().map(|(place, c)| of_place(&format!("{}{mark}", whereabouts(*place)), c)).collect();
+    (!each.is_empty()).then(|| format!("{}.", each.join("; ")))
+}
+
+fn of_place(place: &str, c: &Counted) -> String {
+    let cells = if c.cells == 1 { "1 cell".to_owned() } else { format!("{} cells", c.cells) };
+    let ran = format!("{cells}, {} trials {place}", c.n);
+    let off = c.unexpected.unwrap_or_default();
+    if off == 0 {
+        return format!("{ran}: all in their stated class");
+    }
+    format!("{ran}: {off} outside their stated class, in {}", named(&c.off))
+}
+
+/// The first few of these, and how many more.
+fn named(all: &[String]) -> String {
+    let first = all.iter().take(NAMED).cloned().collect::<Vec<_>>().join(", ");
+    if all.len() > NAMED { format!("{first} and {} more", all.len() - NAMED) } else { first }
+}
+
+/// Attacks on runs that nothing answered, as a reader of the stated classes alone would not see.
+fn unnoticed(dossier: &Dossier) -> Option<String> {
+    let runs = dossier.results.given().iter().filter(|given| matches!(given.found, Found::Runs(_)));
+    let each = runs.flat_map(tried).filter_map(|one| {
+        let n = one.outcomes.get(&Outcome::Undetected)?;
+        Some(format!("{} ({n} of {})", one.name(), one.n))
+    });
+    let all: Vec<String> = each.collect();
+    (!all.is_empty()).then(|| format!("Accepted and not noticed (UNDETECTED): {}.", named(&all)))
 }
 
 fn whereabouts(place: Evidence) -> &'static str {
@@ -185,7 +220,11 @@ fn counted(given: &Given) -> ByPlace {
         // Of a soak no class was stated.
         let stated = (!one.expected.is_empty()).then(|| one.unexpected().map(|(_, n)| n).sum::<u64>());
         to.unexpected = if to.n == 0 { stated } else { to.unexpected.zip(stated).map(|(before, more)| before + more) };
-        to.n += one.n;
+        to.off.extend(stated.filter(|off| *off > 0).map(|_| {
+            let classes: Vec<String> = one.unexpected().map(|(class, n)| format!("{} {n}", class.name())).collect();
+            format!("{} ({} of {})", one.name(), classes.join(", "), one.n)
+        }));
+        (to.n, to.cells) = (to.n + one.n, to.cells + 1);
         one.outcomes.iter().for_each(|(class, n)| *to.outcomes.entry(*class).or_default() += n);
         to.unsafe_upper = [to.unsafe_upper, one.unsafe_upper_95].into_iter().flatten().reduce(f64::max);
     }
@@ -210,10 +249,32 @@ mod tests {
 
     #[test]
     fn places_of_evidence_are_separate_worst_first() {
-        let places = |off| [(Evidence::Model, 9, off), (Evidence::Stack, 0, 0), (Evidence::Live, 5, 0)];
-        assert!(sentence(&[(Evidence::Model, 0, 0)]).starts_with("No trials"));
-        assert_eq!(sentence(&places(0)).matches("9 in the twin, 5 live").count(), 1);
-        assert!(sentence(&places(2)).ends_with("2 of 9 in the twin, 0 of 5 live."), "{}", sentence(&places(2)));
+        let counted = |off: &[&str]| Counted {
+            n: 9,
+            cells: 3,
+            unexpected: Some(off.len() as u64),
+            off: off.iter().map(|&cell| cell.to_owned()).collect(),
+            ..Counted::default()
+        };
+        let told = |of: &Counted| sentence(false, [(Evidence::Live, of), (Evidence::Model, of)].into_iter());
+        assert_eq!(sentence(false, std::iter::empty()), None);
+        let fine = told(&counted(&[])).expect("trials");
+        assert_eq!(
+            fine,
+            "3 cells, 9 trials in the twin: all in their stated class; 3 cells, 9 trials live: all in their stated class."
+        );
+        let off = told(&counted(&["a (LATE 1 of 3)"])).expect("trials");
+        assert!(off.ends_with("9 trials live: 1 outside their stated class, in a (LATE 1 of 3)."), "{off}");
+    }
+
+    #[test]
+    fn run_with_waived_checks_has_a_finding() {
+        let mut results = crate::reader::Results::default();
+        results.read("run.json", crate::reader::golden("run").to_string().as_bytes()).expect("a run");
+        let page = verdict(&Dossier { results, ..Dossier::default() }).into_string();
+        let off = "1 cell, 2 trials live (ABLATION): 1 outside their stated class, in loss by_session, live (INVALID 1 of 2).";
+        assert!(page.contains(off) && page.contains("verdict bad"), "{page}");
+        assert!(!page.contains(NONE_STATED), "{page}");
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use dossier::reader::{Found, MAX_FILE_BYTES, Manifest, Results};
 use dossier::{Dossier, Recording};
 use evidence::SCHEMA_VERSION;
+use live::store;
 use results::summary;
 use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
@@ -80,16 +81,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     checked::say(context, &read);
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(PAGE));
     let options = &args.page;
-    let mut files = vec![(out, dossier::page::page(&dossier).into_bytes())];
+    let mut files = vec![("--out", out, dossier::page::page(&dossier).into_bytes())];
     if let Some(dir) = &options.figures {
         let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
-        files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.bytes)));
+        files.extend(figures.into_iter().map(|file| ("--figures", dir.join(file.name), file.bytes)));
         if !cfg!(feature = "pdf") {
             link::note!("no figures as PDF: `cargo run --release --features pdf -- report …` adds them");
         }
     }
-    files.extend(options.junit.clone().map(|file| (file, dossier::junit(&dossier.results).into_bytes())));
-    files.extend(options.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results).into_bytes())));
+    files.extend(options.junit.clone().map(|file| ("--junit", file, dossier::junit(&dossier.results).into_bytes())));
+    files.extend(options.sarif.clone().map(|file| ("--sarif", file, dossier::sarif(&dossier.results).into_bytes())));
     if let Some(dir) = &options.navigator {
         let layers = dossier::layers(&dossier.results);
         if layers.is_empty() {
@@ -97,15 +98,17 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                 "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
             );
         }
-        files.extend(layers.into_iter().map(|(name, text)| (dir.join(name), text.into_bytes())));
+        files.extend(layers.into_iter().map(|(name, text)| ("--navigator", dir.join(name), text.into_bytes())));
     }
-    files.extend(options.evaluation.clone().map(|file| (file, dossier::evaluation(&dossier.results).into_bytes())));
+    let evaluation = options.evaluation.clone();
+    files.extend(evaluation.map(|file| ("--evaluation", file, dossier::evaluation(&dossier.results).into_bytes())));
     if let Some(file) = &options.sbom {
-        files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
+        files.push(("--sbom", file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
     }
     let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
-    files.iter().try_for_each(|(path, _)| spares_inputs(path, &args.given))?;
-    for (path, bytes) in &files {
+    let given = || args.given.iter().map(PathBuf::as_path);
+    files.iter().try_for_each(|(option, path, _)| spares::report(option, path, given()))?;
+    for (_, path, bytes) in &files {
         write(path, bytes)?;
         written.files.push(path.display().to_string());
     }
@@ -136,19 +139,6 @@ fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
     read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
 }
 
-/// Checks that a file to be written is none of those that the page is made of, and no other evidence.
-fn spares_inputs(path: &Path, given: &[PathBuf]) -> Result<(), Failure> {
-    spares::evidence(path)?;
-    let whole = fs::canonicalize(path).ok();
-    match given.iter().find(|input| whole.is_some() && fs::canonicalize(input).ok() == whole) {
-        None => Ok(()),
-        Some(input) => {
-            let message = format!("{} is {}, which is read; name another file", path.display(), input.display());
-            Err(Failure::new(Exit::Usage, message))
-        }
-    }
-}
-
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
     parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
@@ -163,46 +153,63 @@ fn folders(context: &Context) -> BTreeMap<String, String> {
 
 /// The parts of the page, and every recording that was checked for it.
 fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Checked>), Failure> {
-    let (mut results, mut stories, mut checked) = (Results::default(), Vec::new(), Vec::new());
-    let mut seen = BTreeSet::new();
+    let title = options.title.clone().unwrap_or_else(|| TITLE.to_owned());
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    let mut dossier = Dossier { title, version, renew_s: options.renew, ..Dossier::default() };
+    let (mut checked, mut seen) = (Vec::new(), BTreeSet::new());
     for path in given {
-        let (told, runs) = match found(path)? {
+        let (kept, runs) = match found(path)? {
             Given::Result(file, runs) => {
                 let bytes = bounded(&file)?;
-                let read = results.read(&file.display().to_string(), &bytes);
+                let read = dossier.results.read(&file.display().to_string(), &bytes);
                 read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
-                agrees(&file, &results)?;
-                (false, runs)
+                agrees(&file, &dossier.results)?;
+                (Some(dossier.results.given().last().map(dossier::tried::kept).unwrap_or_default()), runs)
             }
-            Given::Runs(runs) => (true, runs),
+            Given::Runs(runs) => (None, runs),
         };
-        for run in runs {
-            let of = checked::run(&run)?;
-            if told && stories.len() == MAX_STORIES {
-                return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
-            }
-            if told {
-                stories.push(tell(&of)?);
-            }
+        let runs: Vec<Checked> = runs.iter().map(|run| checked::run(run)).collect::<Result<_, _>>()?;
+        match kept {
+            Some(kept) => tell_kept(&mut dossier, &kept, &runs)?,
+            None => runs.iter().try_for_each(|of| tell_given(&mut dossier, of))?,
+        }
+        for of in runs {
             // The folder of a result may hold a run that is given by itself, too.
             if seen.insert(fs::canonicalize(of.path())?) {
                 checked.push(of);
             }
         }
     }
-    let version = env!("CARGO_PKG_VERSION").to_owned();
-    let recordings = checked.iter().map(recording).collect();
-    Ok((
-        Dossier {
-            title: options.title.clone().unwrap_or_else(|| TITLE.to_owned()),
-            version,
-            results,
-            stories,
-            recordings,
-            renew_s: options.renew,
-        },
-        checked,
-    ))
+    dossier.recordings = checked.iter().map(recording).collect();
+    Ok((dossier, checked))
+}
+
+/// Tells a run that was given by itself.
+fn tell_given(dossier: &mut Dossier, run: &Checked) -> Result<(), Failure> {
+    if dossier.stories.len() == MAX_STORIES {
+        return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
+    }
+    dossier.stories.push(tell(&run.path().display().to_string(), run)?);
+    Ok(())
+}
+
+/// Tells the kept trials of a result, each a name and the digest of its `held.json`, in their order, whose recordings are among `runs`.
+fn tell_kept(dossier: &mut Dossier, kept: &[(String, String)], runs: &[Checked]) -> Result<(), Failure> {
+    let digest = |run: &Checked| store::read_held(run.path()).ok().map(|(_, digest)| digest);
+    let by_digest: BTreeMap<String, &Checked> = runs.iter().filter_map(|run| Some((digest(run)?, run))).collect();
+    let recorded: Vec<_> = kept.iter().filter_map(|(name, held)| Some((name, held, *by_digest.get(held)?))).collect();
+    let room = MAX_STORIES.saturating_sub(dossier.stories.len());
+    if recorded.len() > room {
+        link::note!("{} recordings of cells are not told over time; {MAX_STORIES} are at most", recorded.len() - room);
+    }
+    for (name, held, run) in recorded.into_iter().take(room) {
+        // Two results may have a scenario and a seed in common.
+        let taken = dossier.stories.iter().any(|story| story.name == *name);
+        let name = if taken { format!("{name} ({})", run.path().display()) } else { name.clone() };
+        dossier.stories.push(tell(&name, run)?);
+        dossier.kept.insert(held.clone(), name);
+    }
+    Ok(())
 }
 
 /// Checks the newest of `results`, which was read from `file`, against itself and against the finished trials beside it.
@@ -247,10 +254,10 @@ fn found(path: &Path) -> Result<Given, Failure> {
     Ok(Given::Runs(runs))
 }
 
-fn tell(run: &Checked) -> Result<results::summary::RunSummary, Failure> {
-    let (name, recorded) = (run.path().display().to_string(), Recorded::read(run)?);
-    recorded.warn(&name);
-    Ok(summary::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
+fn tell(name: &str, run: &Checked) -> Result<summary::RunSummary, Failure> {
+    let recorded = Recorded::read(run)?;
+    recorded.warn(&run.path().display().to_string());
+    Ok(summary::of(name, &recorded.entries, &recorded.bounds, recorded.flaw))
 }
 
 fn recording(of: &Checked) -> Recording {
