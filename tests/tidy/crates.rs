@@ -188,7 +188,11 @@ const MOST_LINES: usize = 6_000;
 const LARGE: [(&str, usize, &str); 5] = [
     ("holdsafe", 7_500, "a verb a file or a folder, each with its options, its lines and their tests"),
     ("lab", 7_000, "a measurement a file, on plans, tables and statistics that they share"),
-    ("scenario", 7_100, "an attack a file, each with its checks, and the platform file with its own"),
+    (
+        "scenario",
+        8_100,
+        "an attack a file, each with its checks, the platform file with its own, and a family of worlds a file",
+    ),
     (
         "link",
         8_100,

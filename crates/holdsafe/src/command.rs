@@ -1,7 +1,7 @@
 //! The `holdsafe` command: its verbs, one a file or a folder, and its exit codes.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. Code shared by the verbs is in `runner`; `renamed` maps
-//! the former verbs, `help` groups the verbs by their users, `named` helps with a name that is not there.
+//! the former verbs, `help` groups the verbs by their users.
 
 mod ablate;
 mod assess;
@@ -16,7 +16,6 @@ mod help;
 mod inspect;
 mod man;
 mod matrix;
-mod named;
 mod renamed;
 mod report;
 mod run;
@@ -55,13 +54,13 @@ const EXIT_CODES: &str = "Exit codes:
   1    internal error
   2    usage, or a file that cannot be used
   3    an outcome that was not expected
-  4    nothing ran, an unexpected INVALID, or a recorded run that is INVALID (--unverified: the command's own code)
+  4    nothing ran, an unexpected INVALID, or a recorded run that is INVALID (see --unverified)
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 
 /// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `tour`.
 #[derive(Debug, Parser)]
-#[command(name = "holdsafe", version, long_version = LONG_VERSION, after_help = EXIT_CODES, max_term_width = 110)]
+#[command(name = "holdsafe", version, long_version = LONG_VERSION, after_help = EXIT_CODES, max_term_width = 100)]
 pub struct Cli {
     /// Command; `tour` where there is none.
     #[command(subcommand)]
@@ -73,26 +72,26 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
-    /// Show in a few minutes the attacks, the platform's responses and their reasons; with a report.
+    /// Show the attacks, the platform's responses and their reasons in a few minutes.
     Tour(tour::Args),
-    /// Run every shipped scenario and judge it; or check that the committed results still come out.
+    /// Run and judge every shipped scenario, or check that committed results still come out.
     Evaluate(evaluate::Args),
     /// Run scenarios, simulated or live, and judge them.
     Run(run::Args),
-    /// Test a claim with many trials over grids and random draws, or take one value through its range.
+    /// Test a claim with many trials over grids and draws, or take one value through its range.
     #[command(subcommand)]
     Campaign(campaign::Verb),
     /// Run every row of the threat catalogue and print the threat matrix.
     Matrix(matrix::Args),
     /// Measure each check: every attack again with that check waived.
     Ablate(ablate::Args),
-    /// Write a campaign, matrix, ablation, estimate or search in partitions, as jobs of make, Slurm or HyperQueue.
+    /// Write a campaign, matrix or search in partitions, as jobs of make, Slurm or HyperQueue.
     Emit(emit::Args),
     /// Search for attack sequences that break something, and shrink each to the smallest.
     Search(search::Args),
     /// Estimate the probability of a rare event by multilevel splitting.
     Estimate(estimate::Args),
-    /// Run the guards over a recording of another vehicle, and over copies of it with false fixes.
+    /// Run the guards over another vehicle's recording, and over copies of it with false fixes.
     Assess(assess::Args),
     /// Watch a run as its operator sees it: as text, in a browser, in Foxglove or in a window.
     Watch(watch::Args),
@@ -104,7 +103,7 @@ enum Verb {
     /// List or check scenario files, print their schema, or start a new one.
     #[command(subcommand)]
     Scenario(scenario::Verb),
-    /// Put an autonomy of your own to the test: exercise it, or compare it bare and inside the guards.
+    /// Put an autonomy of your own to the test: alone, or compared bare and inside the guards.
     #[command(subcommand)]
     Guest(guest::Verb),
     /// Check that this host has everything a run needs.

@@ -4,6 +4,7 @@
 //! and once with INVALID counted as failure. No code here judges a trial.
 
 mod ablate;
+mod accepted;
 mod assess;
 mod campaign;
 #[cfg(feature = "parquet")]
@@ -13,6 +14,7 @@ mod cost;
 mod curve;
 mod explain;
 mod guest;
+mod layout;
 mod live;
 mod matrix;
 mod mission;
@@ -24,6 +26,7 @@ mod search;
 mod table;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
+pub use accepted::AcceptedRate;
 pub use assess::{AssessObject, Assessed, InjectionRow, TestRow, assess_table};
 pub use campaign::{CampaignObject, CampaignRow, ClaimRow, Claims, Fold, RateBounds, Tallies, campaign_table};
 #[cfg(feature = "parquet")]
@@ -33,9 +36,10 @@ pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use explain::stage_name;
 pub use explain::{ExplainObject, diagram, explained, explained_in_seconds, kept_out};
 pub use guest::{Comparison, ComparisonRow, ComparisonTotal, GuestChecked, comparison_table};
+pub use layout::{Table, behind};
 pub use live::BenchLive;
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
-pub use mission::MissionSummary;
+pub use mission::{MissionSummary, ProgressSummary};
 pub use plot::svg;
 pub use rare::{Asked, RareObject, rare_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};

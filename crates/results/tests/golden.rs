@@ -75,7 +75,7 @@ fn version_of_today_has_golden_files() {
 }
 
 /// Fields that version 1 did not have from the start, by kind and place.
-const ADDED: [(&str, &str, &str); 10] = [
+const ADDED: [(&str, &str, &str); 13] = [
     ("ablation", "/checks/0", "unchanged_upper_95"),
     ("campaign", "/rows/0/claim", "looked_at"),
     ("curve", "", "detector"),
@@ -84,8 +84,11 @@ const ADDED: [(&str, &str, &str); 10] = [
     ("run", "", "detector"),
     ("run", "", "expected"),
     ("run", "", "mission"),
+    ("run", "", "platform"),
+    ("run", "/mission", "progress"),
     ("run", "/summary", "host_spoilt"),
     ("run", "/trials/0", "knowledge"),
+    ("run", "/trials/0/mission", "progress"),
 ];
 
 #[test]

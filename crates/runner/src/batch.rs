@@ -11,7 +11,7 @@ use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 use parallel::progress::{Progress, Stop, Talk};
 use results::mode::Mode;
-use results::report::RunObject;
+use results::report::{AcceptedRate, RunObject, Summary};
 use scenario::{Scenario, Setup};
 
 use super::engine;
@@ -308,15 +308,19 @@ fn is_believed(sabotage: bool, receipt: bool) -> bool {
 /// Names every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
 pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     const MAX_TOLD: usize = 10;
-    let of = |trial: &Trial| planned.iter().find(|p| p.variation.cell == trial.cell);
+    let rates: Vec<(&Planned, Vec<AcceptedRate>)> =
+        planned.iter().map(|planned| (planned, accepted(planned, trials))).collect();
+    let of = |trial: &Trial| rates.iter().find(|(p, _)| p.variation.cell == trial.cell);
     let odd: Vec<(&Trial, &Planned)> = trials
         .iter()
         .filter_map(|trial| Some((trial, of(trial)?)))
-        .filter(|(trial, planned)| {
-            trial.outcome.is_unexpected(&planned.variation.scenario.expected)
-                || is_believed(planned.sabotage, trial.receipt)
+        .filter(|(trial, (planned, rates))| {
+            let unexpected = trial.outcome.is_unexpected(&planned.variation.scenario.expected);
+            (unexpected && !AcceptedRate::covers(rates, trial.outcome)) || is_believed(planned.sabotage, trial.receipt)
         })
+        .map(|(trial, (planned, _))| (trial, *planned))
         .collect();
+    rates.iter().flat_map(|(_, rates)| rates).filter_map(AcceptedRate::line).for_each(|line| link::note!("{line}"));
     for (trial, planned) in odd.iter().take(MAX_TOLD) {
         let why = reasons(trial);
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
@@ -338,6 +342,12 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     } else {
         Exit::NoEvidence
     }
+}
+
+/// The classes that a variation accepts below a rate, with what its trials say of it.
+fn accepted(planned: &Planned, trials: &[Trial]) -> Vec<AcceptedRate> {
+    let own: Vec<&Trial> = trials.iter().filter(|trial| trial.cell == planned.variation.cell).collect();
+    AcceptedRate::of(&planned.variation.scenario, &Summary::of(&own).outcomes)
 }
 
 /// The graver of two exits of a command that goes on after the first.

@@ -16,6 +16,8 @@ pub struct Context {
     pub json: bool,
     /// Base seed; trial i has seed + i.
     pub seed: u64,
+    /// True if the command line names it.
+    pub seed_is_named: bool,
     /// Verbosity on stderr.
     pub talk: Talk,
     /// The directory with the scenarios, where it was named.
@@ -47,7 +49,19 @@ impl Root {
     }
 }
 
+/// Seeds that are drawn from the program's sources: from the first one on, above all that tests name, in steps longer than any command's
+/// trials, so many.
+const FRESH: (u64, u64, u64) = (1_000_000_000, 1_000_000, 9_000);
 impl Context {
+    /// The same with a base seed at which nobody can have looked before the program was written: the named one, or else one drawn from
+    /// the digest of the program's sources.
+    pub fn with_fresh_seed(&self) -> Self {
+        let (first, step, count) = FRESH;
+        let digest = self.program.get(..8).and_then(|hex| u64::from_str_radix(hex, 16).ok());
+        let drawn = digest.filter(|_| !self.seed_is_named).map(|digest| first + digest % count * step);
+        Self { seed: drawn.unwrap_or(self.seed), ..self.clone() }
+    }
+
     /// The named root; else a checkout here or above; else the program's own files.
     ///
     /// # Errors

@@ -136,7 +136,7 @@ pub const MANIFEST: &str = "manifest.json";
 /// The longest manifest that is read.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 
-/// Writes the inputs of a run into its folder.
+/// Writes the inputs of a run into its folder. One with more scenarios goes on in the folder of one that is otherwise the same.
 ///
 /// # Errors
 /// When the folder has those of another run, which would be replaced.
@@ -144,10 +144,8 @@ pub fn write_manifest(dir: &Path, manifest: &Manifest) -> Result<(), Failure> {
     let path = dir.join(MANIFEST);
     if path.exists() {
         let there = files::read(&path, MAX_MANIFEST_BYTES)?;
-        let same = serde_json::from_slice::<Value>(&there).ok() == serde_json::to_value(manifest).ok();
-        if !same {
-            let of = |text: &Value| difference(text, manifest);
-            let differs = serde_json::from_slice(&there).ok().and_then(|there| of(&there)).unwrap_or_default();
+        let there = serde_json::from_slice(&there).unwrap_or(Value::Null);
+        if let Some(differs) = difference(&there, &serde_json::to_value(manifest).map_err(Failure::internal)?) {
             let message = format!("{} has the results of another run{differs}; name another --out", dir.display());
             return Err(Failure::new(Exit::Usage, message));
         }
@@ -155,15 +153,27 @@ pub fn write_manifest(dir: &Path, manifest: &Manifest) -> Result<(), Failure> {
     write_json(dir, MANIFEST, manifest)
 }
 
-/// The first field in which a manifest differs from that of another run.
-fn difference(there: &Value, manifest: &Manifest) -> Option<String> {
-    let own = serde_json::to_value(manifest).ok()?;
-    let (own, there) = (own.as_object()?, there.as_object()?);
-    let field = own.keys().chain(there.keys()).find(|key| own.get(*key) != there.get(*key))?;
+/// The first field in which a manifest does not go on with the run of another, in words.
+fn difference(there: &Value, own: &Value) -> Option<String> {
+    let (Some(there), Some(own)) = (there.as_object(), own.as_object()) else { return Some(String::new()) };
+    let field = own.keys().chain(there.keys()).find(|key| !goes_on(there.get(*key), own.get(*key), key))?;
     let short = |value: Option<&Value>| value.map(ToString::to_string).filter(|text| text.len() < 80);
-    match (short(there.get(field)), short(own.get(field))) {
-        (Some(there), Some(own)) => Some(format!(" ({field}: {there}, this one has {own})")),
-        _ => Some(format!(" (another `{field}`)")),
+    Some(match (short(there.get(field)), short(own.get(field))) {
+        (Some(there), Some(own)) => format!(" ({field}: {there}, this one has {own})"),
+        _ => format!(" (another `{field}`)"),
+    })
+}
+
+/// True if a manifest's field is that of another, or where it is of each scenario has all of the other's.
+fn goes_on(there: Option<&Value>, own: Option<&Value>, field: &str) -> bool {
+    match (field, there, own) {
+        ("bounds", Some(Value::Object(there)), Some(Value::Object(own))) => {
+            there.iter().all(|(scenario, bounds)| own.get(scenario) == Some(bounds))
+        }
+        ("watermarks", Some(Value::Array(there)), Some(Value::Array(own))) => {
+            there.iter().all(|mark| own.contains(mark))
+        }
+        _ => there == own,
     }
 }
 
@@ -206,4 +216,32 @@ pub fn print_json(kind: &'static str, of: &impl Serialize) -> Result<(), Failure
     let text = serde_json::to_string(&Named { kind, of }).map_err(Failure::internal)?;
     say(format_args!("{text}"));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn only_more_scenarios_go_on_in_a_folder() {
+        let of = |seed: u64, bounds: Value, marks: Value| json!({"seed": seed, "bounds": bounds, "watermarks": marks});
+        let there = of(1, json!({"loss": 500}), json!([]));
+        assert_eq!(difference(&there, &there), None);
+        assert_eq!(difference(&there, &of(1, json!({"delay": 9, "loss": 500}), json!(["ABLATION"]))), None);
+        for (own, differs) in [
+            (of(2, json!({"loss": 500}), json!([])), " (seed: 1, this one has 2)"),
+            (of(1, json!({"delay": 9}), json!([])), " (bounds: {\"loss\":500}, this one has {\"delay\":9})"),
+            (
+                of(1, json!({"delay": 9, "loss": 400}), json!([])),
+                " (bounds: {\"loss\":500}, this one has {\"delay\":9,\"loss\":400})",
+            ),
+            (json!({"seed": 1, "bounds": {"loss": 500}}), " (another `watermarks`)"),
+        ] {
+            assert_eq!(difference(&there, &own).as_deref(), Some(differs));
+        }
+        let marked = of(1, json!({"loss": 500}), json!(["ABLATION"]));
+        assert!(difference(&marked, &there).is_some() && difference(&Value::Null, &there).is_some());
+    }
 }

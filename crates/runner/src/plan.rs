@@ -14,6 +14,9 @@ use super::bring::Loaded;
 use super::engage::Engaged;
 use super::failure::{Exit, Failure};
 
+/// The remedy where no scenario's name is near.
+const LIST: &str = "`holdsafe scenario list` prints the shipped ones";
+
 /// One variation of a scenario, ready to run.
 #[derive(Clone, Debug)]
 pub struct Planned {
@@ -89,39 +92,61 @@ pub fn is_path(name: &str) -> bool {
     name.ends_with(".toml") || name.contains('/')
 }
 
+/// The files of all shipped scenarios: of the reference evaluation, rendered ones and those for showing.
+pub fn shipped_files(root: &Path) -> Result<Vec<PathBuf>, Failure> {
+    Ok([scenario::shipped(root)?, scenario::rendered(root)?, scenario::demo(root)?].concat())
+}
+
 /// The file of a scenario given by name or by path.
+///
+/// # Errors
+/// For a name that none has, with the nearest one, and for a file that is no scenario by its ending.
 pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
+    let path = Path::new(name);
+    let missing = |why: &str| Failure::new(Exit::Usage, format!("`{name}` {why}; {LIST}"));
+    if path.extension().is_some_and(|ending| ending != "toml") && path.exists() {
+        return Err(missing("is no scenario: a scenario's file ends in .toml"));
+    }
     if is_path(name) {
-        return Ok(PathBuf::from(name));
+        return Ok(path.to_owned());
     }
     let root = context.root()?;
-    if let Some(path) = scenario::find(&root, name) {
-        return Ok(path);
+    if let Some(file) = scenario::find(&root, name) {
+        return Ok(file);
     }
-    let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?, scenario::demo(&root)?].concat();
-    let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
-    let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
-        Some(meant) => format!("did you mean `{meant}`?"),
-        None => format!("there are: {}.", known.join(", ")),
-    };
-    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
+    if path.is_dir() {
+        return Err(missing("is a folder"));
+    }
+    Err(unknown("scenario", name, &shipped_files(&root)?, &format!("{LIST}.")))
 }
 
 /// The platform given by name or by path.
+///
+/// # Errors
+/// For a name that none has, with the nearest one, or all.
 pub fn platform_of(context: &Context, name: &str) -> Result<Chosen, Failure> {
     let chosen = |file| Chosen { asked: name.to_owned(), file };
     if is_path(name) {
         return Ok(chosen(PathBuf::from(name)));
     }
-    let folder = context.root()?.join("platforms");
-    let path = folder.join(format!("{name}.toml"));
+    let root = context.root()?;
+    let path = root.join("platforms").join(format!("{name}.toml"));
     if path.is_file() {
         return Ok(chosen(path));
     }
-    let known: Vec<String> = scenario::platform_files(&context.root()?)?.iter().map(|path| stem(path)).collect();
-    let message =
-        format!("no platform `{name}`; there are: {}. A file is named by its path, ending in .toml", known.join(", "));
-    Err(Failure::new(Exit::Usage, message))
+    let files = scenario::platform_files(&root)?;
+    let all: Vec<String> = files.iter().map(|file| stem(file)).collect();
+    Err(unknown("platform", name, &files, &format!("there are: {}.", all.join(", "))))
+}
+
+/// The answer to a name that no file has: the nearest that one has, else where to find them all.
+fn unknown(what: &str, name: &str, files: &[PathBuf], all: &str) -> Failure {
+    let known: Vec<String> = files.iter().map(|file| stem(file)).collect();
+    let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => all.to_owned(),
+    };
+    Failure::new(Exit::Usage, format!("no {what} `{name}`; {hint} A file is named by its path, ending in .toml"))
 }
 
 /// Loads a scenario and prepares its variations.

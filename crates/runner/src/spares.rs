@@ -1,7 +1,7 @@
 //! Files that no report replaces: those of a recorded trial, and the results of a run.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::failure::{Exit, Failure};
 use super::{out, runs};
@@ -11,27 +11,28 @@ const TRIAL_DEPTH: usize = 4;
 /// Endings of the files beside a manifest that are results.
 const EVIDENCE: [&str; 4] = ["json", "jsonl", "parquet", "mcap"];
 
-/// Checks that a report may be written to `path`: it is in no recorded trial, and replaces no file of a run.
+/// Checks that a report may be written to `path`, which an option named: it is none of the files that are read for it, lies in no recorded
+/// trial, and replaces no result of a run.
 ///
 /// # Errors
-/// It would change evidence; links are followed.
-pub fn evidence(path: &Path) -> Result<(), Failure> {
+/// It would change evidence or its own input; links are followed.
+pub fn report<'a>(option: &str, path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     let refused = |what: String| {
-        let message = format!("{}: {what}, which no report replaces; name another file", path.display());
+        let message = format!("{option} {}: {what}; name another file", path.display());
         Err(Failure::new(Exit::Usage, message))
     };
-    // The file may not be there yet; what it leads to counts.
-    let whole = match fs::canonicalize(path) {
-        Ok(whole) => whole,
-        Err(_) => {
-            let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            let Ok(parent) = fs::canonicalize(parent) else { return Ok(()) };
-            parent.join(path.file_name().unwrap_or_default())
-        }
+    let places = places(path);
+    let Some(whole) = places.first() else { return Ok(()) };
+    let is_read = |input: &PathBuf| {
+        let within = runs::is_trial(input);
+        places.iter().any(|place| place == input || within && place.starts_with(input))
     };
+    if let Some(input) = inputs.into_iter().filter_map(|input| fs::canonicalize(input).ok()).find(is_read) {
+        return refused(format!("{} is read for it", input.display()));
+    }
     let mut around = whole.ancestors().skip(1).take(TRIAL_DEPTH);
     if let Some(trial) = around.find(|dir| runs::is_trial(dir)) {
-        return refused(format!("it lies in the recorded run {}", trial.display()));
+        return refused(format!("it lies in the recorded run {}, which no report changes", trial.display()));
     }
     if whole.is_dir() {
         return refused("it is a folder".to_owned());
@@ -39,5 +40,12 @@ pub fn evidence(path: &Path) -> Result<(), Failure> {
     let beside = |name: &str| whole.with_file_name(name).exists();
     let ending = whole.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     let of_a_run = whole.exists() && (beside(out::MANIFEST) || beside("plan.json")) && EVIDENCE.contains(&ending);
-    if of_a_run { refused("it is a result of a run".to_owned()) } else { Ok(()) }
+    if of_a_run { refused("it is a result of a run, which no report replaces".to_owned()) } else { Ok(()) }
+}
+
+/// Where a path leads, if that is there, and its own place, by the folder that it is in.
+fn places(path: &Path) -> Vec<PathBuf> {
+    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let own = fs::canonicalize(parent).ok().zip(path.file_name()).map(|(parent, name)| parent.join(name));
+    fs::canonicalize(path).into_iter().chain(own).collect()
 }

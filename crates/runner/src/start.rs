@@ -17,9 +17,9 @@ pub struct Common {
     /// Print one JSON object on stdout.
     #[arg(long, global = true)]
     json: bool,
-    /// Base seed; trial i has seed + i.
-    #[arg(long, global = true, default_value_t = 1)]
-    seed: u64,
+    /// Base seed; trial i has seed + i [default: 1; of `evaluate` and `matrix` drawn from the program's sources].
+    #[arg(long, global = true)]
+    seed: Option<u64>,
     /// Say more on stderr; twice for per-packet detail.
     #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
     verbose: u8,
@@ -31,13 +31,17 @@ pub struct Common {
     root: Option<PathBuf>,
 }
 
+/// Base seed where none is named.
+const FIRST_SEED: u64 = 1;
+
 impl Common {
     /// Starts the log and watches for Ctrl-C; gives the context of a verb of the program with this digest, which brings these files.
     pub fn context(self, program: &'static str, files: &'static [ShippedFile]) -> Context {
         start_log(&self);
         Context {
             json: self.json,
-            seed: self.seed,
+            seed: self.seed.unwrap_or(FIRST_SEED),
+            seed_is_named: self.seed.is_some(),
             talk: if self.quiet { Talk::Quiet } else { Talk::Normal },
             root: self.root,
             stop: interrupt::watch(),

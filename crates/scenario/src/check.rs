@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 use evidence::mission::Stage;
 use wire::id::{NodeId, UnitId};
 
+use super::accepted;
 use super::attack::Act;
 use super::check_steps;
 use super::finding::{Finding, finding, unknown};
@@ -26,6 +27,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
         found.push(finding(&s.threats, "no threat named", "name at least one row of docs/reference/threats.md, or N0"));
     }
     found.extend(classes(&s.expected));
+    found.extend(accepted::check(s));
     // Of another platform a scenario may say that it has no class there.
     let stated = s.under.iter().filter(|under| under.platform.is_none() || !under.expected.is_empty());
     found.extend(stated.flat_map(|under| classes(&under.expected)));
@@ -200,6 +202,14 @@ fn counts(number: f64, (least, most): (u8, u8)) -> bool {
     number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
 }
 
+/// A fault of odometry beyond what it can be given.
+fn beyond(fault: &super::Fault, magnitude: &Located<super::Magnitude>) -> Option<Finding> {
+    let range = fault.kind.of_odometry().filter(|_| fault.sensor == super::Sensor::Odometry);
+    let (least, most) = range?;
+    let outside = magnitude.iter().any(|number| !(least..=most).contains(&number.get()));
+    outside.then(|| finding(magnitude, "no error that odometry can be given", format!("use {least} to {most}")))
+}
+
 fn faults(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     for fault in &s.fault {
@@ -208,7 +218,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             found.push(finding(
                 &fault.at_s,
                 message,
-                "drift and jump are for localisation and height, time is for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
+                "drift and jump are for localisation, height and odometry, scale is for odometry, time is for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
             ));
         }
         let needs = fault.kind.numbers(fault.sensor);
@@ -261,6 +271,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             }
             Some(_) | None => {}
         }
+        found.extend(fault.magnitude.as_ref().and_then(|at| beyond(fault, at)));
     }
     found
 }

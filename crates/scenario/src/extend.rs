@@ -20,7 +20,7 @@ use super::{Name, Problem, Problems, Scenario};
 const MAX_BASES: usize = 3;
 
 /// Keys that every file gives for itself.
-pub(super) const OWN: [&str; 17] = [
+pub(super) const OWN: [&str; 18] = [
     "schema_version",
     "name",
     "title",
@@ -34,6 +34,7 @@ pub(super) const OWN: [&str; 17] = [
     "knowledge",
     "mission",
     "expected",
+    "accepted",
     "cell",
     "under",
     "curve",

@@ -7,6 +7,7 @@
 //! These are plain data. Carrying them out belongs to the twin, the live launcher and the services; `read` takes a file in,
 //! `check` holds its parts against each other, `problem` shows an error in its file.
 
+mod accepted;
 mod attack;
 mod attack_space;
 mod cell;
@@ -44,12 +45,14 @@ mod unit;
 mod value;
 mod varies;
 mod weakness;
+pub mod world;
 
 use evidence::mission::Stage;
 use evidence::trial::{Knowledge, Outcome};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use accepted::Accepted;
 pub use attack::broker_forge::AckForgery;
 pub use attack::broker_invent::OrderForgery;
 pub use attack::corrupt::Damage;
@@ -143,6 +146,9 @@ attack::with_attacks! {
         pub mission: Option<Located<Stage>>,
         /// The outcome classes that are expected, committed before the run.
         pub expected: Located<List<Outcome, 9>>,
+        /// Other classes that are accepted below a stated rate.
+        #[serde(default)]
+        pub accepted: List<Accepted, 4>,
         /// Policy by name, a file of `policies/`.
         #[serde(default = "default_policy")]
         pub policy: Located<Name>,

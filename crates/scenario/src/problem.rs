@@ -106,12 +106,16 @@ fn floor_boundary(text: &str, at: usize) -> usize {
     at
 }
 
-/// The one of `known` that `word` is most like; `None` where none is near.
+/// The one of `known` that `word` is most like, else the one that a letter or an exchange of neighbours makes of it; `None` where none is near.
 pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The threshold is that of clap's suggestions.
     const NEAR: f64 = 0.7;
-    let likeness = known.into_iter().map(|name| (strsim::jaro(word, name), name)).filter(|(near, _)| *near > NEAR);
-    likeness.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, name)| name)
+    let known: Vec<&str> = known.into_iter().collect();
+    let likeness = known.iter().map(|name| (strsim::jaro(word, name), *name)).filter(|(near, _)| *near > NEAR);
+    let likest = likeness.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, name)| name);
+    // Of a short name two exchanged letters are too far for that measure.
+    let slip = |name: &&str| word.chars().count() > 1 && strsim::osa_distance(word, name) == 1;
+    likest.or_else(|| known.into_iter().find(slip))
 }
 
 /// A suggestion for "unknown field `x`, expected one of `a`, `b`".

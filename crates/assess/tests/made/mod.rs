@@ -204,29 +204,7 @@ pub(crate) fn json(pairs: &[Pair], compression: Option<mcap::Compression>) -> Ve
 }
 
 /// The map of a circle; more lines of `[fix]` go behind `source`.
-pub(crate) const CIRCLE_MAP: &str = r#"title = "circle"
-vehicle = "wheeled"
-
-[fix]
-topic = "/fix"
-source = "gnss"
-stamp = { field = "t", unit = "s" }
-x = { field = "x", unit = "m" }
-y = { field = "y", unit = "m" }
-
-[odometry]
-topic = "/odom"
-source = "wheels"
-stamp = { field = "t", unit = "s" }
-speed = { field = "v", unit = "m/s" }
-yaw_rate = { field = "w", unit = "rad/s" }
-
-[heading]
-topic = "/odom"
-source = "imu"
-stamp = { field = "t", unit = "s" }
-yaw = { field = "yaw", unit = "rad" }
-"#;
+pub(crate) const CIRCLE_MAP: &str = include_str!("circle.toml");
 
 /// The map of the MCAP file.
 pub(crate) const MCAP_MAP: &str = r#"title = "made drive"

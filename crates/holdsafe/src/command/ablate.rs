@@ -25,7 +25,6 @@ use scenario::Scenario;
 use stats::paired::Paired;
 
 use super::emit::{Shares, tell_kept};
-use super::named;
 
 /// Seconds of one quiet trial.
 const QUIET_TRIAL_S: f64 = 600.0;
@@ -145,7 +144,7 @@ fn attacks(context: &Context, args: &Args, switches: &[Switch]) -> Result<Vec<At
     let scenarios: Vec<Scenario> = if args.scenarios.is_empty() {
         context.catalogue()?.1
     } else {
-        let load = |name: &String| Ok(context.scenario(&named::scenario(context, name)?)?);
+        let load = |name: &String| Ok(context.scenario(&plan::file_of(context, name)?)?);
         args.scenarios.iter().map(load).collect::<Result<_, Failure>>()?
     };
     let mut attacks = Vec::new();

@@ -119,7 +119,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let result = work.result();
     let jobs =
         Jobs { partitions: args.partitions, cores: shares.threads.unwrap_or(1), dir: utf8(&dir)?.to_owned(), result };
-    let command = command(context, &args.command)?;
+    let command = command(&work.seeded(context), &args.command)?;
     let start = jobs.write(&dir, args.engine)?;
     script(&dir, "part", &part_script(&jobs, &command, &work.options(&shares, &jobs))?)?;
     script(&dir, "merge", &work.merge_script(&jobs, &command, shares.rounds.then_some(&start))?)?;
@@ -147,6 +147,11 @@ pub(super) fn tell_kept(context: &Context, directory: &Path) -> Result<(), Failu
 }
 
 impl Work {
+    /// The context with the base seed that the command takes without one.
+    fn seeded(&self, context: &Context) -> Context {
+        if matches!(self, Work::Matrix(_)) { context.with_fresh_seed() } else { context.clone() }
+    }
+
     /// The command's mistakes are told now, not by each job.
     fn shares(&self, context: &Context) -> Result<Shares, Failure> {
         match self {

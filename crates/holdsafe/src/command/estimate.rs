@@ -21,7 +21,6 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::emit::{Shares, tell_kept};
-use super::named;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -176,7 +175,7 @@ fn all(
 
 fn question(context: &Context, args: &Args) -> Result<(Question, Planned), Failure> {
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
-    let (scenario, planned) = plan::plan(context, &named::scenario(context, &args.scenario)?, &wanted)?;
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     if scenario.is_of_stacks() {
         let name = scenario.name.as_str();
         let message = format!("`{name}` runs on the real stacks in memory, which cannot be copied; it takes the twin");

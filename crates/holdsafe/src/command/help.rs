@@ -36,6 +36,9 @@ mod tests {
     use super::*;
     use crate::command::Cli;
 
+    /// Columns of text that help takes at most.
+    const WIDTH: usize = 100;
+
     /// A verb that is missing in the groups is missing in the help; those that install a shell's help are in docs/install.md.
     #[test]
     fn every_verb_is_in_one_group() {
@@ -51,6 +54,19 @@ mod tests {
     fn help_fits_on_one_screen() {
         let help = super::grouped(Cli::command()).render_help().to_string();
         assert!(help.lines().count() <= 45, "{help}");
-        assert!(help.lines().all(|line| line.len() <= 120), "{help}");
+        assert!(help.lines().all(|line| line.chars().count() <= WIDTH), "{help}");
+    }
+
+    #[test]
+    fn help_of_every_verb_fits_its_width() {
+        fn each(command: &mut Command) {
+            for help in [command.render_help(), command.render_long_help()].map(|help| help.to_string()) {
+                assert!(help.lines().all(|line| line.chars().count() <= WIDTH), "{help}");
+            }
+            command.get_subcommands_mut().for_each(each);
+        }
+        let mut command = Cli::command();
+        command.build();
+        each(&mut command);
     }
 }

@@ -88,6 +88,7 @@ impl Part {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let context = &context.with_fresh_seed();
     let (rows, parts) = planned(context, args)?;
     let default = context.runs_folder()?.join("matrix");
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "matrix")?;

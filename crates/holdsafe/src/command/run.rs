@@ -19,8 +19,6 @@ use scenario::{Confinement, FRAMES, Hosts, Scenario};
 use serde::Serialize;
 use wire::person::Role;
 
-use super::named;
-
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
 /// Largest number of recordings whose digests are printed on one screen; `result.json` has all.
@@ -101,7 +99,7 @@ impl Args {
 
     /// The platform that is named.
     fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
-        self.platform.as_ref().map(|name| named::platform(context, name)).transpose()
+        self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
     }
 }
 
@@ -121,7 +119,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {
-        let (scenario, mut planned) = plan::plan(context, &named::scenario(context, name)?, &wanted)?;
+        let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
         for of in &mut planned {
             of.setup.frames = args.frames;
             of.setup.retries = args.retries.retries;
@@ -171,9 +169,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         if let Some(dir) = &out {
             out::write_trials(dir, &format!("{label}.jsonl"), &trials)?;
         }
-        runs.push(batch::fold(scenario, mode, context.seed, planned, trials));
+        let folded = batch::fold(scenario, mode, context.seed, planned, trials);
+        runs.push(RunObject { platform: args.platform.clone(), ..folded });
     }
-    finish(context, engine, runs, args.platform.as_deref(), out.as_deref())?;
+    finish(context, engine, runs, out.as_deref())?;
     Ok(exit)
 }
 
@@ -191,13 +190,6 @@ fn one_window(args: &Args, plans: &[(Scenario, Vec<Planned>)]) -> Result<(), Fai
     Err(Failure::new(Exit::Usage, format!("--console opens a window on one trial: {why}")))
 }
 
-/// The table of a run; its title names the platform that took the place of the scenario's own.
-fn titled(run: &RunObject, platform: Option<&str>) -> String {
-    let title = |on: &str| format!("{}{on} ({}, ", run.scenario, run.mode.name());
-    let on = platform.map(|name| format!(" on {name}")).unwrap_or_default();
-    run_table(run).replacen(&title(""), &title(&on), 1)
-}
-
 /// Digest of a trial's recording, to be noted by the user.
 fn told_of(trial: &Trial) -> Option<String> {
     Some(format!("recording of seed {}: held.json has SHA-256 {}", trial.seed, trial.held.as_ref()?))
@@ -207,12 +199,11 @@ fn finish(
     context: &Context,
     mode: Mode,
     mut runs: Vec<RunObject>,
-    platform: Option<&str>,
     out: Option<&std::path::Path>,
 ) -> Result<(), Failure> {
     if !context.json {
         for run in &runs {
-            out::say(format_args!("{}", titled(run, platform)));
+            out::say(format_args!("{}", run_table(run)));
         }
         runs.iter()
             .flat_map(|run| &run.trials)

@@ -1,6 +1,7 @@
-//! `holdsafe scenario list|check|schema|new`: scenario files and, with `--platform`, platform files.
+//! `holdsafe scenario list|check|schema|new|world`: scenario files and, with `--platform`, platform files; drawn scenes.
 
 mod list;
+mod world;
 
 use std::io::Write;
 use std::path::Path;
@@ -12,8 +13,6 @@ use runner::{Context, engine, failure, out, plan};
 use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
 use topology::needs_rendering;
-
-use super::named;
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
@@ -42,6 +41,8 @@ pub(super) enum Verb {
         #[arg(long)]
         platform: bool,
     },
+    /// Draw a world and print it as a scene file, which a scenario names as its `scene_file`; `--seed` says which.
+    World(world::Args),
 }
 
 #[derive(Serialize)]
@@ -68,6 +69,7 @@ pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
             Ok(Exit::Fine)
         }
         Verb::New { name, platform } => new(name, *platform),
+        Verb::World(args) => world::run(context, args),
     }
 }
 
@@ -76,9 +78,9 @@ fn check(context: &Context, names: &[String], platform: bool) -> Result<Exit, Fa
         (true, true) => scenario::platform_files(&context.root()?)?,
         (true, false) => scenario::shipped(&context.root()?)?,
         (false, true) => {
-            names.iter().map(|name| Ok(named::platform(context, name)?.file)).collect::<Result<_, Failure>>()?
+            names.iter().map(|name| Ok(plan::platform_of(context, name)?.file)).collect::<Result<_, Failure>>()?
         }
-        (false, false) => names.iter().map(|name| named::scenario(context, name)).collect::<Result<_, _>>()?,
+        (false, false) => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
     };
     let mut rows = Vec::new();
     for file in &files {

@@ -18,7 +18,7 @@ use runner::failure::{Exit, Failure};
 use runner::optimizer::{self, Optimizer};
 use runner::plan::Wanted;
 use runner::search_config::{Asked, stopped_or_unfit, unfit};
-use runner::{Context, engine, out};
+use runner::{Context, engine, out, plan};
 use scenario::{Name, Setup};
 use search::{
     AttackSequence, Cause, Found, Moments, Proposer, RunConfig, RunResult, SearchConfig, Shrunk, Source, Strategy,
@@ -27,7 +27,6 @@ use search::{
 
 use self::listed::Listed;
 use super::emit::{Shares, tell_kept};
-use super::named;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -109,7 +108,7 @@ impl Args {
     }
 
     fn config(&self, context: &Context) -> Result<SearchConfig, Failure> {
-        named::scenario(context, &self.scenario)?;
+        plan::file_of(context, &self.scenario)?;
         let (policy, cell, rendered) = (self.policy.clone(), self.cell.clone(), self.rendered);
         let wanted = Wanted { policy, cell, rendered, ..Wanted::default() };
         let asked = Asked { scenario: &self.scenario, space: &self.space, wanted, waive: &self.waive, misset: &[] };

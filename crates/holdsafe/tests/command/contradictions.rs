@@ -127,12 +127,13 @@ fn report_replaces_no_evidence() {
     for over in &over {
         let over = over.to_str().unwrap();
         let page = dir.path().join("page.html");
-        for line in [
-            &["report", given, "--out", over][..],
-            &["report", given, "--out", page.to_str().unwrap(), "--sarif", over],
+        for (line, option) in [
+            (&["report", given, "--out", over][..], "--out"),
+            (&["report", given, "--out", page.to_str().unwrap(), "--sarif", over], "--sarif"),
         ] {
             let (code, said) = told(line);
             assert!(code == Some(2) && said.contains("name another file"), "{line:?}: {said}");
+            assert!(said.contains(&format!("{option} {over}: ")), "{line:?}: {said}");
         }
     }
     assert_eq!(told(&["inspect", "verify", run.to_str().unwrap()]).0, Some(0));
@@ -144,7 +145,7 @@ fn report_replaces_no_evidence() {
 }
 
 #[test]
-fn run_in_the_twin_has_nothing_to_watch_by_name() {
+fn twin_run_says_why_it_cannot_be_watched() {
     let dir = tempfile::tempdir().unwrap();
     let run = recorded(dir.path(), "loss");
     for (verb, code, word) in [(&["watch"][..], 4, "no console"), (&["inspect", "replay"], 2, "no input journals")] {
@@ -171,7 +172,7 @@ fn recording_that_grew_is_named_by_its_length() {
 }
 
 #[test]
-fn interrupted_live_run_is_sealed_as_far_as_it_came() {
+fn interrupted_live_run_is_sealed_so_far() {
     let _alone = alone();
     let dir = tempfile::tempdir().unwrap();
     let out = dir.path().join("out");

@@ -151,7 +151,7 @@ fn swapped_model_ends_the_run_before_it_begins() {
 
 /// A model that is fine on the images that it is tried on, and ends its process in a run: the run is INVALID by its name, and its evidence whole.
 #[test]
-fn model_that_fails_in_a_run_costs_that_run_alone() {
+fn failing_model_costs_only_its_own_run() {
     let (folder, files) = folder(&[("colours.toml", COLOURS)]);
     let (detector, out) = (seed("hostile-index-by-image"), folder.path().join("out"));
     let bring =

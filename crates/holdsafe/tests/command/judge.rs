@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use super::evidence::{object, recorded};
+use super::guests::{STRAIGHT, guest};
 use super::{holdsafe, mistaken, root};
 
 /// The second judge of this log; `None` where this host has no Python.
@@ -95,6 +96,27 @@ fn run_without_its_mission_is_no_evidence() {
     let said = object(&output);
     assert_eq!((&said["outcome"], &said["receipt"]), (&"INVALID".into(), &true.into()), "{said}");
     assert!(said["mission"][0].as_str().unwrap().starts_with("armed by "), "{said}");
+}
+
+/// Of a guest that asks for no motion, inside the guards.
+#[test]
+fn standing_vehicle_is_stuck_to_both_judges() {
+    let dir = tempfile::tempdir().unwrap();
+    let guest = guest(dir.path(), &STRAIGHT.replace("speed=1 ;;", "speed=0 ;;"), "");
+    let out = dir.path().join("out");
+    let run =
+        holdsafe(&["run", "nominal", "--trials", "1", "--autonomy", &guest, "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(object(&run)["trials"][0]["outcome"], "STUCK");
+    let log = out.join("twin/nominal/1/events.jsonl");
+    let Some(output) = second_judge(&log) else { return };
+    assert_eq!(object(&output)["outcome"], "STUCK", "{output:?}");
+    // A log from before the route was told.
+    let text = fs::read_to_string(&log).unwrap();
+    let (head, events) = text.split_once('\n').unwrap();
+    let mut head: serde_json::Value = serde_json::from_str(head).unwrap();
+    head.as_object_mut().and_then(|head| head.remove("route")).unwrap();
+    fs::write(&log, format!("{head}\n{events}")).unwrap();
+    assert_eq!(object(&second_judge(&log).unwrap())["outcome"], "NOMINAL");
 }
 
 /// The second judge's verdicts on a run's log with `change` made to the lines that it is given, and on the log as it

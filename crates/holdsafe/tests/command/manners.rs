@@ -49,7 +49,7 @@ fn usage_errors_are_json_where_requested() {
 #[test]
 fn mistyped_verb_or_key_is_answered_with_nearest() {
     let (screen, code) = told(&["matirx"]);
-    assert!(code == Some(2) && screen.contains("'matrix'"), "{screen}");
+    assert!(code == Some(2) && screen.contains("did you mean `matrix`?"), "{screen}");
     let (screen, code) = told(&["explan", "loss"]);
     assert!(code == Some(2) && screen.contains("did you mean `inspect explain`?"), "{screen}");
     let dir = tempfile::tempdir().unwrap();
@@ -59,11 +59,38 @@ fn mistyped_verb_or_key_is_answered_with_nearest() {
 
 /// Of `run` two letters are exchanged, which is too far for the parser.
 #[test]
-fn mistyped_short_verb_or_platform_is_answered() {
+fn mistyped_name_has_the_same_answer_everywhere() {
     let (screen, code) = told(&["rnu", "nominal"]);
     assert!(code == Some(2) && screen.contains("did you mean `run`?"), "{screen}");
-    let (screen, code) = told(&["run", "nominal", "--platform", "courir"]);
-    assert!(code == Some(2) && screen.contains("did you mean `courier`?"), "{screen}");
+    let answers = |verbs: &[&[&str]], answer: &str| {
+        for verb in verbs {
+            let (screen, code) = told(verb);
+            assert!(code == Some(2) && screen.contains(answer), "{verb:?}: {screen}");
+        }
+    };
+    let platform = ["--platform", "courir"];
+    answers(
+        &[&["run", "loss", platform[0], platform[1]], &["scenario", "check", platform[0], platform[1]]],
+        "no platform `courir`; did you mean `courier`?",
+    );
+    for (name, answer) in [
+        ("nominall", "no scenario `nominall`; did you mean `nominal`?"),
+        ("xqz", "no scenario `xqz`; `holdsafe scenario list` prints the shipped ones."),
+    ] {
+        let (explain, diff, replay) =
+            (["inspect", "explain", name], ["inspect", "diff", name, "loss"], ["inspect", "replay", name]);
+        let export = ["report", "--format", "mcap", name, "--out", "/dev/null/none.mcap"];
+        let [run, check] = [["run", name], ["search", name]];
+        answers(&[&run, &check, &explain, &diff, &replay, &export], answer);
+    }
+}
+
+/// No vehicle is where a wing looks, so that what the scenario presumes does not come.
+#[test]
+fn platform_that_owes_no_class_is_told() {
+    let (screen, code) = told(&["run", "nominal", "--platform", "wing", "--trials", "1"]);
+    assert!(screen.contains("`wing` owes no class of `nominal`"), "{screen}");
+    assert!(code == Some(3) && screen.contains("FALSE_TRIP (mission: "), "{screen}");
 }
 
 #[test]
@@ -88,6 +115,9 @@ fn title_of_a_run_names_its_platform() {
     };
     assert_eq!(title(&["--platform", "air"]), "thermal_loss on air (twin, seed 1)");
     assert_eq!(title(&[]), "thermal_loss (twin, seed 1)");
+    let object = title(&["--platform", "air", "--json"]);
+    let object: serde_json::Value = serde_json::from_str(&object).unwrap();
+    assert_eq!(object["platform"], "air");
 }
 
 #[test]

@@ -81,38 +81,16 @@ fn unusable_recording_names_the_byte() {
     assert!(text.contains("at byte 7: ULog version 2, expected 0 or 1"), "{text}");
 }
 
-/// The map of the circle that `crates/assess` tests with.
-const CIRCLE: &str = r#"title = "circle"
-vehicle = "wheeled"
-[fix]
-topic = "/fix"
-source = "gnss"
-stamp = { field = "t", unit = "s" }
-x = { field = "x", unit = "m" }
-y = { field = "y", unit = "m" }
-[odometry]
-topic = "/odom"
-source = "wheels"
-stamp = { field = "t", unit = "s" }
-speed = { field = "v", unit = "m/s" }
-yaw_rate = { field = "w", unit = "rad/s" }
-[heading]
-topic = "/odom"
-source = "imu"
-stamp = { field = "t", unit = "s" }
-yaw = { field = "yaw", unit = "rad" }
-"#;
-
 /// A folder with the circle twice, as `bag_2` and `bag_10`, beside the file of words about them.
 fn bag() -> (tempfile::TempDir, String) {
     let dir = tempfile::tempdir().unwrap();
-    let circle = root().join("crates/assess/tests/made/lz4.mcap");
+    let made = root().join("crates/assess/tests/made");
     std::fs::create_dir(dir.path().join("bag")).unwrap();
     for name in ["bag_10.mcap", "bag_2.mcap"] {
-        std::fs::copy(&circle, dir.path().join("bag").join(name)).unwrap();
+        std::fs::copy(made.join("lz4.mcap"), dir.path().join("bag").join(name)).unwrap();
     }
     std::fs::write(dir.path().join("bag/metadata.yaml"), "relative_file_paths: [../../secret.mcap]\n").unwrap();
-    std::fs::write(dir.path().join("map.toml"), CIRCLE).unwrap();
+    std::fs::copy(made.join("circle.toml"), dir.path().join("map.toml")).unwrap();
     let path = dir.path().to_str().unwrap().to_owned();
     (dir, path)
 }

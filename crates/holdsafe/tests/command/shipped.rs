@@ -126,7 +126,7 @@ fn named_root_and_checkout_precede_built_in_files() {
 #[test]
 fn output_without_a_checkout_lies_below_here() {
     let bare = Bare::new();
-    let matrix = bare.holdsafe(&["matrix", "--rows", "N0", "--trials", "1", "--quiet"]);
+    let matrix = bare.holdsafe(&["matrix", "--rows", "N0", "--trials", "1", "--seed", "1", "--quiet"]);
     assert_eq!(matrix.status.code(), Some(0), "{}", String::from_utf8_lossy(&matrix.stderr));
     assert!(bare.here.path().join("runs/matrix/matrix.json").is_file());
     assert!(!bare.unpacked().join("runs").exists());

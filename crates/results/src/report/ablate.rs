@@ -246,8 +246,8 @@ pub fn ablation_table(ablation: &Ablation) -> String {
     let survivors = if survivors.is_empty() { "none".to_owned() } else { survivors.join(", ") };
     text + &format!(
         "seed {}, {} attacks, {} pairs each ({} where nothing differed in them), {} comparisons.\n\
-         Worse is, in this order: NOMINAL, REJECTED, DEGRADED, HOLD_SAFE or FALSE_TRIP, UNDETECTED, LATE, UNSAFE; an \
-         attack gets through when it ends worse than all that was expected of it.\n\
+         Worse is, in this order: NOMINAL, REJECTED, DEGRADED, HOLD_SAFE, FALSE_TRIP or STUCK, UNDETECTED, LATE, \
+         UNSAFE; an attack gets through when it ends worse than all that was expected of it.\n\
          Quiet hours: with and without the check. Seeded defects (N2): {found} of {n} noticed; survivors: {survivors}\n",
         ablation.seed, ablation.attacks, ablation.trials, ablation.screened, ablation.comparisons,
     )

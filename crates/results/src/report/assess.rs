@@ -10,7 +10,7 @@ use evidence::SCHEMA_VERSION;
 use serde::{Deserialize, Serialize};
 use stats::{EventRate, Share};
 
-use crate::report::new_table;
+use crate::report::{Table, new_table};
 
 /// Properties of the closed loop, which no recording can show: a recorded vehicle reacts to no guard.
 const NOT_ASSESSED: [(&str, &str); 12] = [
@@ -205,7 +205,7 @@ pub fn assess_table(object: &AssessObject) -> String {
     )
 }
 
-fn tests_table(object: &AssessObject) -> comfy_table::Table {
+fn tests_table(object: &AssessObject) -> Table {
     let mut table =
         new_table(&["test", "trips", "failing s", "at risk s", "trips an hour at risk (95 %)", "first at s"]);
     for row in &object.tests {

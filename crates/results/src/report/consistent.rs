@@ -7,10 +7,11 @@
 use evidence::trial::{Outcome, Outcomes, Trial};
 use stats::{LEVEL, rate_upper};
 
+use super::AcceptedRate;
 use super::campaign::{CampaignObject, CampaignRow};
-use super::matrix::Matrix;
+use super::matrix::{Matrix, MatrixRun};
 use super::mission::MissionSummary;
-use super::reference::Reference;
+use super::reference::{Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
 
 impl RunObject {
@@ -65,14 +66,23 @@ impl Summary {
     }
 }
 
+impl Summary {
+    /// The difference between accepted rates and those that its classes give.
+    fn beside(&self, accepted: &[AcceptedRate]) -> Option<String> {
+        let wrong = accepted.iter().find(|rate| !rate.follows_from(&self.outcomes))?;
+        Some(format!("the accepted rate of {} does not follow from its classes", wrong.class.name()))
+    }
+}
+
 impl Matrix {
     /// The first contradiction within its rows.
     pub fn contradiction(&self) -> Option<String> {
         let runs = self.rows.iter().flat_map(|row| &row.runs);
         let within = runs.clone().find_map(|run| {
-            Some(format!("{}: {}", run.scenario, run.summary.within(&run.expected, run.unexpected, 0)?))
+            let within = run.summary.within(&run.expected, run.unexpected, 0);
+            Some(format!("{}: {}", run.scenario, within.or_else(|| run.summary.beside(&run.accepted))?))
         });
-        within.or_else(|| judged(self.as_expected, runs.map(|run| run.unexpected)))
+        within.or_else(|| judged(self.as_expected, runs.map(MatrixRun::is_as_expected)))
     }
 }
 
@@ -81,9 +91,10 @@ impl Reference {
     pub fn contradiction(&self) -> Option<String> {
         let within = self.rows.iter().find_map(|row| {
             let spoilt = row.not_judged_ms.len() as u64;
-            Some(format!("{}: {}", row.scenario, row.summary.within(&row.expected, row.unexpected, spoilt)?))
+            let within = row.summary.within(&row.expected, row.unexpected, spoilt);
+            Some(format!("{}: {}", row.scenario, within.or_else(|| row.summary.beside(&row.accepted))?))
         });
-        within.or_else(|| judged(self.as_expected, self.rows.iter().map(|row| row.unexpected)))
+        within.or_else(|| judged(self.as_expected, self.rows.iter().map(ReferenceRow::is_as_expected)))
     }
 }
 
@@ -111,8 +122,8 @@ fn counted(outcomes: &Outcomes, n: u64, expected: &[Outcome], unexpected: u64) -
 }
 
 /// A verdict over rows that their counts do not give.
-fn judged(as_expected: bool, mut unexpected: impl Iterator<Item = u64>) -> Option<String> {
-    let wrong = as_expected && unexpected.any(|n| n > 0);
+fn judged(as_expected: bool, mut rows: impl Iterator<Item = bool>) -> Option<String> {
+    let wrong = as_expected && !rows.all(|row| row);
     wrong.then(|| "it says that all is as expected, a row has an unexpected trial".to_owned())
 }
 

@@ -5,6 +5,8 @@ use evidence::trial::{Outcome, Outcomes, Trial};
 use serde::{Deserialize, Serialize};
 use stats::{Sample, Share};
 
+use super::layout::folded;
+use super::mission::ProgressSummary;
 use super::new_table;
 use super::table::{outcomes, sample};
 use crate::mode::Mode;
@@ -72,6 +74,9 @@ pub struct ComparisonRow {
     pub to_safe_ms: Sample,
     /// Way driven, m.
     pub driven_m: Sample,
+    /// Progress along the route; none where no trial has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub progress: Option<ProgressSummary>,
     /// Share of the guest's set-points that the guards limited.
     pub limited: f64,
     /// Losses of authority or freedom without a fault.
@@ -95,6 +100,15 @@ pub struct ComparisonTotal {
     pub harmful: u64,
     /// Trials with evidence.
     pub n: u64,
+    /// Mean share of the way points passed in quiet runs, 0 to 1: harm is avoided by standing still, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub completed: Option<f64>,
+    /// Quiet trials with a route in which it was stuck.
+    #[serde(default)]
+    pub stuck: u64,
+    /// Quiet trials with a route.
+    #[serde(default)]
+    pub quiet: u64,
 }
 
 impl ComparisonRow {
@@ -129,6 +143,7 @@ impl ComparisonRow {
             invalid,
             to_safe_ms: Sample::of(to_safe),
             driven_m: Sample::of(driven),
+            progress: ProgressSummary::of(trials),
             limited: if steps == 0 { 0.0 } else { limited as f64 / steps as f64 },
             false_trips: trials.iter().map(|trial| u64::from(trial.false_trips)).sum(),
             example,
@@ -157,9 +172,15 @@ impl Comparison {
             if totals.iter().any(|total| row.is_of(&total.guest, &total.conduct)) {
                 continue;
             }
-            let own: Vec<&ComparisonRow> =
-                rows.iter().filter(|other| other.is_of(&row.guest, &row.conduct) && !other.quiet).collect();
+            let of_both = rows.iter().filter(|other| other.is_of(&row.guest, &row.conduct));
+            let (quiet, own): (Vec<&ComparisonRow>, Vec<&ComparisonRow>) = of_both.partition(|other| other.quiet);
+            let routed: Vec<&ProgressSummary> = quiet.iter().filter_map(|row| row.progress.as_ref()).collect();
+            let routed_n: u64 = routed.iter().map(|of| of.n).sum();
+            let passed: f64 = routed.iter().map(|of| of.completed * of.n as f64).sum();
             totals.push(ComparisonTotal {
+                completed: (routed_n > 0).then(|| passed / routed_n as f64),
+                stuck: routed.iter().map(|of| of.stuck).sum(),
+                quiet: routed_n,
                 guest: row.guest.clone(),
                 conduct: row.conduct.clone(),
                 variations: own.len() as u64,
@@ -182,17 +203,40 @@ pub fn comparison_table(comparison: &Comparison) -> String {
     for guest in guests {
         text.push_str(&of_guest(comparison, guest));
     }
-    for total in &comparison.totals {
-        text.push_str(&format!(
-            "{} {}: harmful {} of {} trials, in {} of {} attacks\n",
-            total.guest, total.conduct, total.harmful, total.n, total.harmed, total.variations
-        ));
+    let totals = totals_table(&comparison.totals);
+    folded(&format!(
+        "{text}{totals}\nharmed: UNSAFE or LATE under attacks. completed: way points passed without an attack, by truth. stuck: did not get on \
+         there.\n"
+    ))
+}
+
+/// Harm and availability side by side: a guest that never moves is harmed least.
+fn totals_table(totals: &[ComparisonTotal]) -> super::layout::Table {
+    let mut table = new_table(&["guest", "conduct", "harmed", "in attacks", "completed", "stuck"]);
+    for total in totals {
+        let of_quiet = |told: String| if total.quiet > 0 { told } else { "-".to_owned() };
+        table.add_row(vec![
+            total.guest.clone(),
+            total.conduct.clone(),
+            format!("{} of {}", total.harmful, total.n),
+            format!("{} of {}", total.harmed, total.variations),
+            total.completed.map_or("-".to_owned(), |share| format!("{:.0} %", share * 100.0)),
+            of_quiet(format!("{} of {}", total.stuck, total.quiet)),
+        ]);
     }
-    text
+    table
 }
 
 fn of_guest(comparison: &Comparison, guest: &str) -> String {
-    let columns = ["attack", "bare: harmful", "outcomes", "to safe, ms", "guarded: harmful", "outcomes", "to safe, ms"];
+    let columns = [
+        "attack",
+        "bare: harmful",
+        "bare: outcomes",
+        "bare: to safe, ms",
+        "guarded: harmful",
+        "guarded: outcomes",
+        "guarded: to safe, ms",
+    ];
     let mut table = new_table(&columns);
     let of = |conduct: &'static str| comparison.rows.iter().filter(move |row| row.is_of(guest, conduct));
     for bare in of("bare") {

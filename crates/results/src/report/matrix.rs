@@ -13,11 +13,12 @@ use scenario::{Evidence, Requirement, Variation};
 use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
+use super::layout::folded;
 use super::run::{LatencySummary, Summary};
 use super::table::{host_line, outcomes, percent, sample};
 use crate::catalogue::Row;
 use crate::mode::Mode;
-use crate::report::new_table;
+use crate::report::{AcceptedRate, new_table};
 
 /// The whole matrix.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +85,9 @@ pub struct MatrixRun {
     pub expected: Vec<Outcome>,
     /// Trials outside them.
     pub unexpected: u64,
+    /// Other classes that the scenario accepts below a rate, with what the trials say of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accepted: Vec<AcceptedRate>,
     /// The trials.
     pub summary: Summary,
     #[serde(skip)]
@@ -122,7 +126,7 @@ impl MatrixRun {
     /// Of `trials`, all of one variation and mode.
     pub fn new(variation: &Variation, watermark: Option<String>, mode: Mode, trials: &[&Trial]) -> Self {
         let scenario = &variation.scenario;
-        let expected = scenario.expected.to_vec();
+        let (expected, summary) = (scenario.expected.to_vec(), Summary::of(trials));
         let latency = |t: &&Trial| {
             let l = &t.latency_ms;
             [l.to_degraded, l.to_hold_safe, l.to_authority_revoked]
@@ -135,10 +139,16 @@ impl MatrixRun {
             evidence: mode.evidence(),
             counts: mode.counts_for(scenario.evidence),
             unexpected: trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64,
+            accepted: AcceptedRate::of(scenario, &summary.outcomes),
             expected,
-            summary: Summary::of(trials),
+            summary,
             latencies: trials.iter().map(latency).collect(),
         }
+    }
+
+    /// True if every trial lies within the expected classes, or in one that is accepted at a rate which stands.
+    pub fn is_as_expected(&self) -> bool {
+        self.unexpected == AcceptedRate::trials(&self.accepted)
     }
 }
 
@@ -217,7 +227,7 @@ impl Matrix {
             kind.unsafe_upper_95_simultaneous =
                 kind.worst(|[broken, invalid, n]| rate_upper(broken, n - invalid, level));
         }
-        let as_expected = rows.iter().flat_map(|row| &row.runs).all(|run| run.unexpected == 0);
+        let as_expected = rows.iter().flat_map(|row| &row.runs).all(MatrixRun::is_as_expected);
         Self { schema_version: SCHEMA_VERSION, seed, build: build.to_owned(), rows, bounds, as_expected }
     }
 }
@@ -250,7 +260,7 @@ pub fn matrix_table(matrix: &Matrix) -> String {
     let runs = matrix.rows.iter().flat_map(|row| &row.runs).filter(|run| run.summary.host_spoilt.is_some());
     let runs: BTreeMap<_, &MatrixRun> = runs.map(|run| ((&run.scenario, &run.cell, &run.policy), run)).collect();
     let spoilt = host_line(runs.values().map(|run| (run.scenario.as_str(), &run.summary)));
-    format!(
+    folded(&format!(
         "{table}\nseed {}; {odd} trials outside their expected classes; rows without a run: {}.\n\
          ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound of the worst \
          run, in brackets the one that holds for all {} runs together (Bonferroni).\n\
@@ -259,7 +269,7 @@ pub fn matrix_table(matrix: &Matrix) -> String {
         matrix.seed,
         if bare.is_empty() { "none".to_owned() } else { bare.join(" ") },
         matrix.bounds,
-    )
+    ))
 }
 
 fn lines(row: &MatrixRow) -> Vec<Vec<String>> {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use evidence::mission::Carried;
+use evidence::progress::Progress;
 use evidence::trial::Trial;
 use serde::{Deserialize, Serialize};
 
@@ -21,8 +22,58 @@ pub struct MissionSummary {
     pub driven_m: f64,
     /// Mean time in nominal control, seconds.
     pub nominal_s: f64,
+    /// Progress along the route; none where no trial has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub progress: Option<ProgressSummary>,
     /// Steps of the operator that were never carried out, with why, and in how many trials: "arm: never, no vehicle shown".
     pub never: BTreeMap<String, u64>,
+}
+
+/// Progress along the route, over the trials in which it was judged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ProgressSummary {
+    /// Those trials.
+    pub n: u64,
+    /// Mean share of the way points that were passed, 0 to 1.
+    pub completed: f64,
+    /// Mean share of the route's length that was covered, 0 to 1.
+    pub covered: f64,
+    /// Mean time in modes that let it drive with way points left, seconds.
+    pub driving_s: f64,
+    /// In so many trials it was stuck.
+    pub stuck: u64,
+    /// Mean time in which it was, seconds.
+    pub stuck_s: f64,
+}
+
+impl ProgressSummary {
+    /// Of `trials`; none where none has a route.
+    pub(super) fn of(trials: &[Trial]) -> Option<Self> {
+        let each = trials.iter().filter_map(|trial| trial.mission.as_ref()?.progress.as_ref());
+        let each: Vec<&Progress> = each.collect();
+        let n = each.len() as u64;
+        let mean = |of: &dyn Fn(&Progress) -> f64| each.iter().map(|progress| of(progress)).sum::<f64>() / n as f64;
+        (n > 0).then(|| Self {
+            n,
+            completed: mean(&|progress| f64::from(progress.passed) / f64::from(progress.of.max(1))),
+            covered: mean(&|progress| progress.covered),
+            driving_s: mean(&|progress| progress.driving_s),
+            stuck: each.iter().filter(|progress| progress.stuck.is_some()).count() as u64,
+            stuck_s: mean(&|progress| progress.stuck_s),
+        })
+    }
+
+    /// As a line below a table.
+    fn line(&self) -> String {
+        let Self { n, completed, covered, driving_s, stuck, stuck_s } = self;
+        let percent = |share: &f64| share * 100.0;
+        format!(
+            "route: means: {:.0} % of way points passed, {:.0} % of the way covered; stuck in {stuck} of {n}, {stuck_s:.1} of {driving_s:.1} s \
+             in which it could drive on\n",
+            percent(completed),
+            percent(covered)
+        )
+    }
 }
 
 impl MissionSummary {
@@ -42,6 +93,7 @@ impl MissionSummary {
             missing: missions.iter().filter(|m| !m.missing.is_empty()).count() as u64,
             driven_m: mean(missions.iter().map(|m| m.driven_m).sum()),
             nominal_s: mean(missions.iter().map(|m| m.nominal_s).sum()),
+            progress: ProgressSummary::of(trials),
             never,
         }
     }
@@ -55,6 +107,7 @@ impl MissionSummary {
         let mut lines = format!(
             "mission: armed {armed} of {n}, acted {acted} of {n}; means: {driven_m:.1} m driven, {nominal_s:.1} s in nominal control\n"
         );
+        lines.extend(self.progress.as_ref().map(ProgressSummary::line));
         for (step, times) in &self.never {
             lines.push_str(&format!("  {step} ({times} of {n})\n"));
         }
@@ -79,7 +132,24 @@ fn told(step: &Carried) -> Option<String> {
 mod tests {
     use super::*;
     use evidence::mission::{Mission, Verb};
+    use evidence::progress::{Standstill, Stretch};
     use evidence::trial::Outcome;
+
+    #[test]
+    fn stuck_trials_are_counted_beside_the_share_passed() {
+        let of = |passed: u32, stuck_s: f64| {
+            let stretch = Stretch { from_ms: 2000.0, s: stuck_s, why: Standstill::Planner };
+            let stuck = (stuck_s > 0.0).then_some(stretch);
+            let progress = Progress { passed, of: 4, covered: 0.5, driving_s: 30.0, farthest_m: 9.0, stuck_s, stuck };
+            let mission = Mission { progress: Some(progress), ..Mission::default() };
+            Trial { mission: Some(mission), ..Trial::example(1, Outcome::Nominal) }
+        };
+        let lines = MissionSummary::of(&[of(4, 0.0), of(1, 20.0)]).lines();
+        let told = "62 % of way points passed, 50 % of the way covered; stuck in 1 of 2, 10.0 of 30.0 s";
+        assert!(lines.contains(told), "{lines}");
+        let without = Trial { mission: Some(Mission::default()), ..Trial::example(1, Outcome::Nominal) };
+        assert!(!MissionSummary::of(&[without]).lines().contains("route"));
+    }
 
     #[test]
     fn missed_step_is_reported_once_with_count() {

@@ -8,6 +8,7 @@ use scenario::{Evidence, Scenario};
 use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
+use super::AcceptedRate;
 use super::run::{LatencySummary, RunObject, Summary};
 use crate::mode::Mode;
 
@@ -79,6 +80,9 @@ pub struct ReferenceRow {
     pub expected: Vec<Outcome>,
     /// Judged trials outside them.
     pub unexpected: u64,
+    /// Other classes that the scenario accepts below a rate, with what the trials say of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub accepted: Vec<AcceptedRate>,
     /// By how much the host stalled each trial that it spoilt, milliseconds: these are INVALID, not judged, and no evidence about the
     /// platform. Live only.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -114,6 +118,7 @@ impl ReferenceRow {
         let not_judged_ms = trials.iter().filter_map(|t| t.host_stall_ms).collect();
         let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
         let summary = Summary::of(trials);
+        let accepted = AcceptedRate::of(scenario, &summary.outcomes);
         let bound = summary.unsafe_upper_95;
         let name = scenario.name.as_str().to_owned();
         Self {
@@ -125,15 +130,16 @@ impl ReferenceRow {
             mode,
             expected,
             unexpected,
+            accepted,
             not_judged_ms,
             summary,
             unsafe_upper_95_simultaneous: bound,
         }
     }
 
-    /// True if every trial was judged and lies within the expected classes.
+    /// True if every trial was judged and lies within the expected classes, or in one that is accepted at a rate which stands.
     pub fn is_as_expected(&self) -> bool {
-        self.unexpected == 0 && self.not_judged_ms.is_empty()
+        self.unexpected == AcceptedRate::trials(&self.accepted) && self.not_judged_ms.is_empty()
     }
 
     /// Scenario, platform and cell.

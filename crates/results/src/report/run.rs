@@ -21,6 +21,9 @@ pub struct RunObject {
     pub mode: Mode,
     /// The base seed; trial i has seed + i.
     pub seed: u64,
+    /// The platform in place of the scenario's own, as it was named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub platform: Option<String>,
     /// Reason for which this is an ablation, where it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub watermark: Option<String>,
@@ -145,6 +148,7 @@ impl RunObject {
             scenario,
             mode,
             seed,
+            platform: None,
             watermark: None,
             detector: None,
             expected: Vec::new(),

@@ -2,11 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+use comfy_table::{ContentArrangement, presets::UTF8_FULL_CONDENSED};
 use evidence::FateName;
 use evidence::trial::{Outcome, Trial};
 use stats::Sample;
 
+use super::layout::{Table, WIDTH, folded};
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
 
@@ -27,11 +28,11 @@ pub fn reference_table(reference: &Reference) -> String {
         "to revoked ms",
         "false trips",
     ]);
-    table.set_content_arrangement(ContentArrangement::Disabled);
     for row in &reference.rows {
         table.add_row(reference_row(row));
     }
     let spoilt = host_line(reference.rows.iter().map(|row| (row.scenario.as_str(), &row.summary)));
+    let table = table.whole();
     format!(
         "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n\
          * the real mechanism runs live only: this n is no evidence of it.\n{spoilt}"
@@ -78,8 +79,8 @@ fn reference_row(row: &ReferenceRow) -> Vec<String> {
     ]
 }
 
-/// The table of one run.
-pub fn run_table(run: &RunObject) -> String {
+/// The cells of a run, and all of them together.
+fn cells_table(run: &RunObject) -> Table {
     let columns = ["cell", "n", "outcomes", "accepted / refused", "unsafe below", "to degraded ms", "to hold-safe ms"];
     let mut table = new_table(&columns);
     for cell in &run.cells {
@@ -92,12 +93,20 @@ pub fn run_table(run: &RunObject) -> String {
     let received: u64 = run.trials.iter().map(|t| t.received).sum();
     let accounts = format!("{accepted} / {}", received.saturating_sub(accepted));
     table.add_row(run_row("all", accounts, &run.summary));
+    table
+}
+
+/// The table of one run.
+pub fn run_table(run: &RunObject) -> String {
+    let table = cells_table(run);
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
     let host = host_line([(run.scenario.as_str(), &run.summary)]);
     let beside =
         format!("{}{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials), unconfined(&run.trials));
-    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
+    let on = run.platform.as_ref().map(|platform| format!(" on {platform}")).unwrap_or_default();
+    let title = format!("{}{on} ({}, seed {})", run.scenario, run.mode.name(), run.seed);
+    folded(&format!("{mark}{detector}{title}\n{table}\n{LEGEND}\n{beside}"))
 }
 
 /// Datagrams that no process of the runs sent, where any came.
@@ -184,21 +193,17 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
     )
 }
 
-/// Columns of text that a table takes at most: the room of a page, a mail and half a screen.
-pub(crate) const WIDTH: u16 = 100;
-
-/// An empty table as all of them look.
-pub fn started() -> Table {
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
+/// An empty table of the measurements, which puts its own headings in.
+pub fn started() -> comfy_table::Table {
+    let mut table = comfy_table::Table::new();
+    let table_of_a_page = table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic);
+    table_of_a_page.set_width(WIDTH as u16);
     table
 }
 
 /// An empty table with these headings.
 pub fn new_table(columns: &[&str]) -> Table {
-    let mut table = started();
-    table.set_header(columns.to_vec());
-    table
+    Table::new(columns)
 }
 
 pub(super) fn outcomes(of: &BTreeMap<Outcome, u64>) -> String {
@@ -231,15 +236,23 @@ mod tests {
     use crate::mode::Mode;
 
     #[test]
-    fn table_fits_its_width_and_has_a_legend() {
-        let mut trials: Vec<_> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+    fn words_of_a_run_stand_whole_at_80_columns() {
+        let cells = ["verbatim/present/session-only", "relabelled/silent/origin-signed"];
+        let mut trials: Vec<_> = (0..60).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        for (trial, cell) in trials.iter_mut().zip(cells.iter().cycle()) {
+            trial.cell = Some((*cell).to_owned());
+        }
         for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
             trials[0].dropped.insert(reason.to_owned(), 100_000);
         }
-        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
-        let widest = text.lines().map(|line| line.chars().count()).max();
-        assert!(widest.is_some_and(|widest| widest <= usize::from(WIDTH)), "{widest:?}: {text}");
-        assert!(text.contains("from the injection's receipt"), "{text}");
+        let expected = cells.map(|cell| (cell.to_owned(), vec![Outcome::HoldSafe]));
+        let run = RunObject::new("teammate", Mode::Twin, 7, trials, &expected);
+        let text = cells_table(&run).fitted(80);
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        for word in cells.into_iter().chain(["HOLD_SAFE", "not-current", "wrong-origin", "bad-signature", "100000"]) {
+            assert!(text.contains(word), "{word}: {text}");
+        }
+        assert!(run_table(&run).contains("from the injection's receipt"));
     }
 
     fn reference_rows(trials: &[Trial]) -> Vec<ReferenceRow> {

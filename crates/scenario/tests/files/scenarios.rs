@@ -21,7 +21,7 @@ fn only_problem(text: &str) -> Problem {
 }
 
 /// The template with one mistake made in it: (found, replaced by, message holds, marked text).
-const MISTAKES: [(&str, &str, &str, &str); 34] = [
+const MISTAKES: [(&str, &str, &str, &str); 36] = [
     ("[[loss]]", "[conditions]\nloss = 0.02\n[[loss]]", "a condition of the link and an attack", "0.02"),
     ("threats =", "threads =", "unknown field `threads`", "threads"),
     ("share = 1.0", "share = 1.0\nshar = 2", "unknown field `shar`, expected", "shar"),
@@ -80,6 +80,18 @@ const MISTAKES: [(&str, &str, &str, &str); 34] = [
         "[[fault]]\nsensor = \"lidar\"\nkind = \"jump\"\nat_s = 3\nduration_s = 1\nmagnitude = [1, 1]\n[[loss]]",
         "lidar has no fault of kind jump",
         "3",
+    ),
+    (
+        "[[loss]]",
+        "[[fault]]\nsensor = \"localisation\"\nkind = \"scale\"\nat_s = 3\nduration_s = 1\nmagnitude = [2]\n[[loss]]",
+        "localisation has no fault of kind scale",
+        "3",
+    ),
+    (
+        "[[loss]]",
+        "[[fault]]\nsensor = \"odometry\"\nkind = \"drift\"\nat_s = 3\nduration_s = 1\nmagnitude = [3.1]\n[[loss]]",
+        "no error that odometry can be given",
+        "[3.1]",
     ),
     (
         "[[loss]]",

@@ -16,8 +16,6 @@ use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan, probe};
 use scenario::Curve;
 
-use crate::command::named;
-
 #[derive(Debug, clap::Args)]
 pub(in crate::command) struct Args {
     /// A scenario with a curve, by name or by file.
@@ -60,9 +58,9 @@ struct Line {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (rendered, guest) = (args.rendered, args.engage.load()?);
-    let platform = args.platform.as_ref().map(|name| named::platform(context, name)).transpose()?;
+    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
     let wanted = Wanted { policy, platform, cell, rendered, detector, guest, ..Wanted::default() };
-    let (scenario, planned) = plan::plan(context, &named::scenario(context, &args.scenario)?, &wanted)?;
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());
         return Err(Failure::new(Exit::Usage, message));

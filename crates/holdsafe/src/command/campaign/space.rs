@@ -12,7 +12,6 @@ use scenario::{Settings, Variation};
 use serde_json::Value;
 
 use super::run::Args;
-use crate::command::named;
 
 /// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;
@@ -51,7 +50,7 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
     let wanted = Wanted { policy, cell, rendered, detector, guest, ..Wanted::default() };
     let mut planned = Vec::new();
     for name in &args.scenarios {
-        let (_, cells) = plan::plan(context, &named::scenario(context, name)?, &wanted)?;
+        let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
         for cell in cells {
             planned.extend(crossed(context, &wanted, &cell, &grids, planned.len())?);
         }

@@ -10,7 +10,6 @@ use runner::{Context, plan};
 use scenario::{Hosts, Scenario, load_platform};
 
 use super::Args;
-use crate::command::named;
 
 /// The paper's findings, which come first; the others follow by name.
 pub(super) const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
@@ -61,7 +60,7 @@ impl Part {
 /// A file of them cannot be used, or there is none.
 pub(super) fn plan_parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let mut parts = match &args.domain {
-        Some(name) => plan_on(context, &named::platform(context, name)?, true)?,
+        Some(name) => plan_on(context, &plan::platform_of(context, name)?, true)?,
         None => plan_everywhere(context)?,
     };
     for part in &mut parts {
@@ -153,8 +152,8 @@ mod tests {
     fn recordings_of_the_evaluation_have_places_of_their_own() {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (Talk::Quiet, Stop::default());
-        let context =
-            Context { json: false, seed: 1, talk, root: Some(root), stop, program: "", shipped: Shipped::default() };
+        let (json, seed, seed_is_named, shipped) = (false, 1, false, Shipped::default());
+        let context = Context { json, seed, seed_is_named, talk, root: Some(root), stop, program: "", shipped };
         let parts = plan_parts(&context, &Args::default()).unwrap();
         let mut places = BTreeSet::new();
         for part in &parts {

@@ -22,6 +22,8 @@ use super::remaining::{Remaining, expect_seconds};
 use super::tell::{Judged, RESULT, finish};
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    // A smoke check is the same on every host and in every version.
+    let context = &if args.quick { context.clone() } else { context.with_fresh_seed() };
     // Every file is read before anything runs.
     let parts = plan_parts(context, args)?;
     let dir = make_directory(context, args)?;
@@ -141,6 +143,7 @@ impl Evaluation<'_> {
         };
         let (time, cores) = (remaining.describe_time(), self.cores);
         link::note!("evaluate: {}{there}; {time} on {cores} cores", remaining.describe_all());
+        link::note!("seeds from {} on; --seed names others", self.context.seed);
         link::note!("Ctrl-C is safe: what is finished is kept in {dir}, and the same command goes on from there");
     }
 

@@ -11,8 +11,6 @@ use runner::plan::{Planned, Wanted};
 use runner::{Context, Root, engine, out, plan};
 use serde::Serialize;
 
-use crate::command::named;
-
 /// Folder of the references below the root, a file for each architecture.
 const FOLDER: &str = "references";
 /// Decisions of a second that are printed.
@@ -112,7 +110,7 @@ fn architecture() -> String {
 fn planned(context: &Context, args: &Reproduce, root: &Path) -> Result<Vec<Planned>, Failure> {
     let files: Vec<PathBuf> = match args.scenarios.is_empty() {
         true => scenario::shipped(root)?,
-        false => args.scenarios.iter().map(|name| named::scenario(context, name)).collect::<Result<_, _>>()?,
+        false => args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
     };
     let mut all = Vec::new();
     for file in files {

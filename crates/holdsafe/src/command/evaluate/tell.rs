@@ -4,7 +4,7 @@ use std::path::Path;
 
 use evidence::trial::{Outcome, Trial};
 use results::mode::Mode;
-use results::report::{Reference, ReferenceRow, latency_table, reference_table, scenario_line};
+use results::report::{AcceptedRate, Reference, ReferenceRow, latency_table, reference_table, scenario_line};
 use runner::failure::{Exit, Failure};
 use runner::plan::Planned;
 use runner::{Context, batch, out};
@@ -39,7 +39,9 @@ impl Judged {
         let place = (part.platform.clone(), variation.cell.clone());
         let row = ReferenceRow::new(&variation.scenario, place, mode, &trials.iter().collect::<Vec<_>>());
         let judged = trials.iter().filter(|trial| trial.host_stall_ms.is_none());
-        let unexpected = judged.filter(|trial| trial.outcome.is_unexpected(&row.expected));
+        let unexpected = judged.filter(|trial| {
+            trial.outcome.is_unexpected(&row.expected) && !AcceptedRate::covers(&row.accepted, trial.outcome)
+        });
         // INVALID says less than any other class.
         let gravest = unexpected.min_by_key(|trial| (trial.outcome == Outcome::Invalid, trial.outcome));
         let unexpected = gravest.map(|trial| Unexpected {
@@ -61,7 +63,7 @@ pub(super) fn finish(context: &Context, args: &Args, dir: &Path, judged: &[Judge
     let table = [quick_line(args), reference_table(&reference), paper_table(&reference)].concat();
     out::write_result(dir, RESULT, "reference", &reference)?;
     out::write_text(dir, TABLE, &table)?;
-    let exceptions = [unexpected_lines(judged), spoilt_lines(judged)].concat();
+    let exceptions = [accepted_lines(judged), unexpected_lines(judged), spoilt_lines(judged)].concat();
     if context.json {
         exceptions.iter().for_each(|line| link::note!("{line}"));
         out::print_json("reference", &reference)?;
@@ -96,6 +98,15 @@ fn exit(judged: &[Judged]) -> Exit {
     } else {
         Exit::NoEvidence
     }
+}
+
+/// Every row with trials of a class that is accepted below a rate.
+fn accepted_lines(judged: &[Judged]) -> Vec<String> {
+    let lines = |judged: &Judged| {
+        let rates = judged.row.accepted.iter().filter_map(AcceptedRate::line);
+        rates.map(|line| format!("{}: {line}", judged.name())).collect::<Vec<_>>()
+    };
+    judged.iter().flat_map(lines).collect()
 }
 
 /// Every row that was not as expected, with the line that runs its gravest trial again.
@@ -200,8 +211,8 @@ mod tests {
     fn row(trials: &[Trial]) -> Judged {
         let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
         let (talk, stop) = (parallel::progress::Talk::Quiet, parallel::progress::Stop::default());
-        let context =
-            Context { json: false, seed: 1, talk, root: Some(root), stop, program: "", shipped: Shipped::default() };
+        let (json, seed, seed_is_named, shipped) = (false, 1, false, Shipped::default());
+        let context = Context { json, seed, seed_is_named, talk, root: Some(root), stop, program: "", shipped };
         let file = plan::file_of(&context, "loss").unwrap();
         let (scenario, simulated) = plan::plan(&context, &file, &Wanted::default()).unwrap();
         let part = Part { scenario, platform: None, simulated, live: Vec::new() };

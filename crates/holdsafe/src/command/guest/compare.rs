@@ -17,8 +17,6 @@ use runner::plan::{Planned, Wanted};
 use runner::{Context, batch, out, plan, probe};
 use scenario::Interface;
 
-use crate::command::named;
-
 /// The scenario without an attack: what the guards cost in quiet hours is read from its trials.
 const QUIET: &str = "nominal";
 /// The platform of the shared scenarios.
@@ -103,14 +101,14 @@ fn parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let files = if args.scenarios.is_empty() {
         scenario::shipped(&context.root()?)?
     } else {
-        args.scenarios.iter().map(|name| named::scenario(context, name)).collect::<Result<_, _>>()?
+        args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?
     };
     let mut scenarios = files.iter().map(|file| Ok(context.scenario(file)?)).collect::<Result<Vec<_>, Failure>>()?;
     // Attacks on what is recorded and on the display are about parts that a guest has no share in.
     let named = !args.scenarios.is_empty();
     let shared = |interface: Interface| !matches!(interface, Interface::ConsoleFeed | Interface::Host);
     scenarios.retain(|scenario| !scenario.is_of_stacks() && (named || shared(scenario.interface)));
-    let platform = args.platform.as_ref().map(|name| named::platform(context, name)).transpose()?;
+    let platform = args.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()?;
     if let Some(chosen) = platform.as_ref().filter(|_| !named) {
         // Scenarios of a third platform ask for what this one does not have.
         let chosen = chosen.file.file_stem();

@@ -12,7 +12,7 @@ use runner::checked::Checked;
 use runner::failure::{Exit, Failure};
 use runner::plan::Wanted;
 use runner::recorded::Recorded;
-use runner::{Context, checked, engine, out, plan, runs, spares};
+use runner::{Context, checked, engine, out, plan, spares};
 use serde::Serialize;
 use sim::scene::Scene;
 use viewer::Viewer;
@@ -88,8 +88,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let file = args.out.as_deref().ok_or_else(|| Failure::new(Exit::Usage, "name a file with --out FILE"))?;
     let name = run.to_str().ok_or_else(|| Failure::new(Exit::Usage, format!("{}: not UTF-8", run.display())))?;
     let asked = Asked { run: name, out: file, options: &args.mcap };
-    spares_its_inputs(&asked)?;
-    spares::evidence(file)?;
+    let given = [Some(run), args.mcap.policy.as_deref()].into_iter().chain(args.mcap.bring.files());
+    spares::report("--out", file, given.flatten())?;
     let found = if run.is_dir() { of_recording(&asked)? } else { of_scenario(context, &asked)? };
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{name}: no entry of any service")));
@@ -119,27 +119,6 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         );
     }
     Ok(args.unverified.exit(&read, Exit::Fine))
-}
-
-/// Refuses to write into the run that is read, or over a file that is.
-fn spares_its_inputs(args: &Asked<'_>) -> Result<(), Failure> {
-    let whole = |path: &Path| std::fs::canonicalize(path).ok();
-    // A file that is not there yet is identified by its folder.
-    let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
-    let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
-    let targets: Vec<PathBuf> = whole(args.out).into_iter().chain(into).collect();
-    let run = Path::new(args.run);
-    // Beside the run's own folder, in a folder that names it, writing is allowed.
-    let run = if run.is_dir() { runs::one(run)? } else { run.to_owned() };
-    let inputs = [Some(run.as_path()), args.options.policy.as_deref()].into_iter().chain(args.options.bring.files());
-    for input in inputs.flatten().filter_map(whole) {
-        if targets.iter().any(|target| target.starts_with(&input)) {
-            let message =
-                format!("--out {} is {}, which is read; name another file", args.out.display(), input.display());
-            return Err(Failure::new(Exit::Usage, message));
-        }
-    }
-    Ok(())
 }
 
 fn of_recording(args: &Asked<'_>) -> Result<Found, Failure> {

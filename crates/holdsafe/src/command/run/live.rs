@@ -11,7 +11,6 @@ use scenario::Hosts;
 use wire::person::Role;
 
 use super::Args;
-use crate::command::named;
 
 /// Least time between two of the operator's views on a terminal, microseconds.
 const APART_US: u64 = 200_000;
@@ -50,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (platform, guest) = (args.platform(context)?, args.engage.load()?);
     let where_trained = !args.rendered;
     let wanted = Wanted { policy, platform, cell, rendered: true, where_trained, detector, sabotage: false, guest };
-    let (_, mut planned) = plan::plan(context, &named::scenario(context, name)?, &wanted)?;
+    let (_, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));

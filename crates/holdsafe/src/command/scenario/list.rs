@@ -4,11 +4,10 @@
 use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
+use results::report::behind;
 use runner::failure::{Exit, Failure};
-use runner::{Context, out};
+use runner::{Context, out, plan};
 use serde::Serialize;
-
-use crate::command::named;
 
 /// Every shipped scenario.
 #[derive(Serialize)]
@@ -29,7 +28,7 @@ struct Row {
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let root = context.root()?;
     let mut scenarios = Vec::new();
-    for file in named::shipped_scenarios(&root)? {
+    for file in plan::shipped_files(&root)? {
         let scenario = context.scenario(&file)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         scenarios.push(Row {
@@ -53,7 +52,7 @@ fn text(scenarios: &[Row]) -> String {
     let mut lines = Vec::new();
     for of_folder in scenarios.chunk_by(|a, b| a.folder == b.folder) {
         lines.extend(of_folder.first().map(|row| format!("{}/", row.folder)));
-        lines.extend(of_folder.iter().map(|Row { name, title, .. }| format!("  {name:widest$}  {title}")));
+        lines.extend(of_folder.iter().map(|Row { name, title, .. }| behind(&format!("  {name:widest$}  "), title)));
     }
     lines.join("\n")
 }

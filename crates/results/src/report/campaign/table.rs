@@ -1,5 +1,6 @@
 //! A campaign for a terminal: the first variations, the verdict on the claim, the hash.
 
+use super::super::layout::folded;
 use super::super::table::{outcomes, percent, sample};
 use super::{CampaignObject, CampaignRow, ClaimRow, Claims};
 use crate::report::new_table;
@@ -30,7 +31,7 @@ pub fn campaign_table(campaign: &CampaignObject) -> String {
     text.push_str(
         "ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). * the real mechanism does not run there.\n",
     );
-    text + &format!("campaign hash {}\n", campaign.hash)
+    folded(&(text + &format!("campaign hash {}\n", campaign.hash)))
 }
 
 fn cells(row: &CampaignRow) -> Vec<String> {
