@@ -37,7 +37,7 @@ use crate::{Autonomy, plan};
 
 /// Period of new command nonces.
 const NONCE_PERIOD: Span = Span::ms(500);
-/// Least distance that the way keeps to what is on no map, from centre to centre, millimetres.
+/// Least distance that the way keeps to a thing that is on no map, from centre to centre, millimetres.
 const KEEP_CLEAR_MM: f64 = 3000.0;
 
 impl Autonomy {
@@ -344,7 +344,7 @@ impl Autonomy {
         Surroundings { mode_speed, seen, things, steered: self.steered, fence: &self.fence, bounds, limits }
     }
 
-    /// Things that the body would touch at its height. A satellite's point of sight touches nothing.
+    /// Things that the body would touch at its height. None for a satellite's point of sight.
     pub(crate) fn things_at_height(&self, now: Instant) -> Vec<Extent> {
         let limits = &self.identity.limits;
         if limits.body_mm == [0, 0] {

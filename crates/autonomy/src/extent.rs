@@ -67,7 +67,7 @@ impl Extent {
         (dot(d, self.axis), cross(self.axis, d))
     }
 
-    /// True if it may reach what lies within `reach` of `p`.
+    /// True if it may reach a thing within `reach` of `p`.
     pub fn near(&self, p: Point, reach: f64) -> bool {
         between(self.at, p) <= reach + self.radius()
     }

@@ -117,7 +117,7 @@ impl Localisation {
         Localisation { fastest: Some(f64::from(max_speed_mm_s) * CLAIMABLE_SPEED), ..self }
     }
 
-    /// True unless odometry only repeats itself, or says what cannot be.
+    /// True unless odometry only repeats itself, or says a speed that cannot be.
     pub fn hears_odometry(&self) -> bool {
         !self.stale && !self.impossible
     }
@@ -427,7 +427,7 @@ mod tests {
         assert_eq!(after(|_| (0, 0), true), (false, true), "wheels at rest");
     }
 
-    /// One such reading costs nothing; fixes and the next reading go on.
+    /// One such reading is of no cost; fixes and the next reading go on.
     #[test]
     fn odometry_faster_than_the_body_is_silent() {
         let after = |readings: u64, speed_mm_s: i32| {

@@ -2,7 +2,7 @@
 //! It brakes as driving plans to (`comfort_mm_s2`): a set-point that falls as fast as the brakes allow is not followed in time.
 //!
 //! Things are the map's and those that were perceived ([`crate::surroundings`]), each with its extent. The body is its rectangle, grown by a spare
-//! margin. What leads where is left to `navigation` and to guests; a unit that stands already within the margin of something may move
+//! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
 //! along it and away, not nearer. World frame, millimetres.
 
 use wire::platform::Limits;

@@ -33,7 +33,7 @@ const IN_VIEW_RAD: f64 = 0.7;
 const AHEAD_S: f64 = 1.0;
 /// Room beside the body on the way past a thing.
 const ROOM_MM: f64 = 600.0;
-/// Half of the size of another unit, whose claim is a place alone.
+/// Half of the size of another unit: its claim is a place alone.
 const TEAMMATE_MM: f64 = 1000.0;
 
 /// Something with an extent and a height.
@@ -86,7 +86,7 @@ impl Things {
         self.map.iter()
     }
 
-    /// Takes the newest tracks into account; `motion` tells what is in view.
+    /// Takes the newest tracks into account; `motion` tells the view.
     pub fn update(&mut self, tracks: &[Track], motion: &Motion, now: Instant) {
         let passed = now.since(self.updated);
         self.updated = now;

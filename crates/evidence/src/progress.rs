@@ -1,6 +1,6 @@
 //! Progress of a mission along its route, by the plant's truth alone.
 //!
-//! A class says what tripped and what was broken; this says whether the vehicle did its work meanwhile, which a vehicle that stands still
+//! A class says which guard tripped and which property was broken; this says whether the vehicle did its work meanwhile, which a vehicle that stands still
 //! breaks nothing by leaving undone. The computation is the oracle's.
 
 use schemars::JsonSchema;

@@ -2,7 +2,7 @@
 //!
 //! Only time counts in which the unit's mode lets it drive and way points are left: a unit that stands in HOLD_SAFE, or at its goal, is not stuck.
 //! The rule for a standstill is that of Nav2's `SimpleProgressChecker`: a vehicle that stays within 0.5 m of a place for 10 s does not get
-//! on, whatever small motions it makes. Its reason is told from what the plant held. The second judge has the same rule in
+//! on, whatever small motions it makes. Its reason is told from the set-points of the plant. The second judge has the same rule in
 //! `tools/judge/mission.py`.
 
 use evidence::progress::{PASSED_MM, Progress, Route, STUCK_AFTER, STUCK_MM, Standstill, Stretch, UNMOVED_AFTER};
@@ -160,7 +160,7 @@ impl<'a> Way<'a> {
     }
 }
 
-/// What kept it where it was, for most of these samples.
+/// Reason for which it stayed where it was, for most of these samples.
 fn why(evidence: &Evidence, line: &Timeline, samples: &[Truth]) -> Standstill {
     let most = |test: &dyn Fn(&Truth) -> bool| 2 * samples.iter().filter(|sample| test(sample)).count() > samples.len();
     let unplaced = |sample: &Truth| line.went_by(sample.at, sample.at, |judged| !judged.placed);

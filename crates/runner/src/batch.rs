@@ -344,7 +344,7 @@ pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     }
 }
 
-/// The classes that a variation accepts below a rate, with what its trials say of it.
+/// The classes that a variation accepts below a rate, each held against its trials.
 fn accepted(planned: &Planned, trials: &[Trial]) -> Vec<AcceptedRate> {
     let own: Vec<&Trial> = trials.iter().filter(|trial| trial.cell == planned.variation.cell).collect();
     AcceptedRate::of(&planned.variation.scenario, &Summary::of(&own).outcomes)

@@ -53,7 +53,7 @@ impl Root {
 /// trials, so many.
 const FRESH: (u64, u64, u64) = (1_000_000_000, 1_000_000, 9_000);
 impl Context {
-    /// The same with a base seed at which nobody can have looked before the program was written: the named one, or else one drawn from
+    /// The same with a base seed that cannot have been looked at before the program was written: the named one, or else one drawn from
     /// the digest of the program's sources.
     pub fn with_fresh_seed(&self) -> Self {
         let (first, step, count) = FRESH;

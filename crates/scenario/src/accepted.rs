@@ -19,7 +19,7 @@ pub struct Accepted {
     pub below_percent: Real<10, 10_000>,
 }
 
-/// Mistakes in the accepted classes: one is expected anyway, there twice, or shows nothing that could be accepted.
+/// Mistakes in the accepted classes: one is expected anyway, there twice, or is never accepted.
 pub(super) fn check(s: &Scenario) -> Vec<Finding> {
     let each = s.accepted.iter().enumerate().filter_map(|(n, accepted)| {
         let class = *accepted.class;

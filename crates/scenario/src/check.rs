@@ -202,7 +202,7 @@ fn counts(number: f64, (least, most): (u8, u8)) -> bool {
     number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
 }
 
-/// A fault of odometry beyond what it can be given.
+/// A fault of odometry beyond its range.
 fn beyond(fault: &super::Fault, magnitude: &Located<super::Magnitude>) -> Option<Finding> {
     let range = fault.kind.of_odometry().filter(|_| fault.sensor == super::Sensor::Odometry);
     let (least, most) = range?;

@@ -57,7 +57,7 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
     Ok(arguments)
 }
 
-/// The answer to a word that is no verb, where one is near; a former verb is answered with what it is now.
+/// The answer to a word that is no verb, where one is near; a former verb is answered with its present name.
 fn meant(command: &Command, word: &str) -> Option<String> {
     let today = || command.get_subcommands().map(Command::get_name).chain(["help"]);
     // `--version`, which the parser adds by itself, is near to `verify`.

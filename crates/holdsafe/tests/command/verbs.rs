@@ -192,3 +192,20 @@ fn measurements_are_left_to_lab() {
         "{says}"
     );
 }
+
+#[test]
+fn drawn_world_is_a_scene_to_drive_in() {
+    let dir = tempfile::tempdir().unwrap();
+    let draw = ["scenario", "world", "yard", "--seed", "3"];
+    let drawn = holdsafe(&draw);
+    assert_eq!(drawn.status.code(), Some(0), "{drawn:?}");
+    fs::write(dir.path().join("drawn.toml"), &drawn.stdout).unwrap();
+    let text = "schema_version = 1\nname = \"own\"\nextends = \"nominal\"\ntitle = \"Own\"\ndescription = \"None.\"\nthreats = [\"N0\"]\nstride = []\n\
+                interface = \"control\"\nevidence = \"model\"\nrequirement = \"runtime-assurance\"\nexpected = [\"NOMINAL\"]\nscene_file = \"drawn.toml\"\n";
+    let file = dir.path().join("own.toml");
+    fs::write(&file, text).unwrap();
+    let checked = holdsafe(&["scenario", "check", file.to_str().unwrap()]);
+    assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+    let object: Value = serde_json::from_slice(&holdsafe(&[&draw[..], &["--json"]].concat()).stdout).unwrap();
+    assert_eq!((&object["family"], &object["held_out"]), (&"yard".into(), &false.into()));
+}

@@ -85,7 +85,7 @@ pub struct MatrixRun {
     pub expected: Vec<Outcome>,
     /// Trials outside them.
     pub unexpected: u64,
-    /// Other classes that the scenario accepts below a rate, with what the trials say of it.
+    /// Other classes that the scenario accepts below a rate, each held against the trials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accepted: Vec<AcceptedRate>,
     /// The trials.

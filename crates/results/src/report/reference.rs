@@ -80,7 +80,7 @@ pub struct ReferenceRow {
     pub expected: Vec<Outcome>,
     /// Judged trials outside them.
     pub unexpected: u64,
-    /// Other classes that the scenario accepts below a rate, with what the trials say of it.
+    /// Other classes that the scenario accepts below a rate, each held against the trials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub accepted: Vec<AcceptedRate>,
     /// By how much the host stalled each trial that it spoilt, milliseconds: these are INVALID, not judged, and no evidence about the

@@ -1,8 +1,8 @@
-//! Drawn worlds: scenes by family and seed, to drive in what nobody has arranged.
+//! Drawn worlds: scenes by family and seed, to drive in places that were not arranged.
 //!
 //! A *family* is a rule with ranges, a *draw* a scene that the rule and a seed give: the same on every machine. A draw stands only if a body of the
 //! platform's width gets from the start to every way point (`fair`), and is repeated otherwise. `plan` has the parts of a world, each family a file;
-//! `held_out` has the two whose ranges were fixed before any run and which stay away from development. Actors keep to their paths and yield to none.
+//! `held_out` has the two with ranges that were fixed before any run and which stay away from development. Actors keep to their paths and yield to none.
 
 mod aisles;
 mod chance;

@@ -1,3 +1,5 @@
+//! Draws of every family: fair, long, repeatable, and readable as scene files.
+
 use super::fair::{metres, still};
 use super::plan::{At, Footprint};
 use super::*;
@@ -71,7 +73,6 @@ fn fewer_than_a_fifth_of_draws_are_unfair() {
         };
         let refused: usize = (1..=WORLDS).map(unfair).sum();
         let share = refused as f64 / (WORLDS as f64 + refused as f64);
-        println!("{}: {refused} draws refused for {WORLDS} worlds, {:.1} %", family.name(), 100.0 * share);
         assert!(share < 0.2, "{}: {share}", family.name());
     }
 }
@@ -88,7 +89,6 @@ fn routes_are_long_with_things_in_the_way() {
             obstructed +=
                 usize::from(legs(&scene).iter().any(|leg| still(&scene).any(|thing| on_the_way(*leg, &thing))));
         }
-        println!("{}: {obstructed} of {WORLDS} have a thing on a straight line", family.name());
         assert!(2 * obstructed > WORLDS, "{}: {obstructed}", family.name());
     }
 }
