@@ -1,5 +1,7 @@
 //! The current verbs, and the former ones, which do the same.
 
+use std::fs;
+
 use serde_json::Value;
 
 use super::displays::short;
