@@ -1,7 +1,7 @@
 //! The shell around driving: the fastest speed from which the body, along the arc that it is asked to follow, still stops before the nearest thing.
 //! It brakes as driving plans to (`comfort_mm_s2`): a set-point that falls as fast as the brakes allow is not followed in time.
 //!
-//! Things are the map's and those that were perceived ([`crate::surroundings`]), each with its extent. The body is its rectangle, grown by a spare
+//! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
 //! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
 //! along it and away, not nearer. World frame, millimetres.
 
