@@ -12,6 +12,10 @@ use crate::geofence::Motion;
 
 /// Room around the body: four deviations of a fix (160 mm) and the way by which steering lags behind.
 const SPARE_MM: f64 = 250.0;
+/// Of the room to something that the unit is beside already, the part that its rear takes when it turns away.
+const SWING_MM: f64 = 30.0;
+/// And the least that is left by that.
+const LEAST_MM: f64 = 60.0;
 /// Between two places of the body along an arc: less than the thinnest thing that counts, with the margin on both sides.
 const STEP_MM: f64 = 150.0;
 
@@ -32,22 +36,25 @@ pub fn speed_along(
         return speed;
     }
     let arcs = [curvature, before, (curvature + before) / 2.0];
-    let free =
-        arcs.into_iter().map(|arc| free_along(motion, arc, reach, (half[0], half[1]), &near)).fold(reach, f64::min);
+    let free = arcs.into_iter().map(|arc| free_along(motion, arc, reach, limits, &near)).fold(reach, f64::min);
     if free >= reach { speed } else { stops_within(free, braking, reaction).min(speed) }
 }
 
 /// Length of the arc that the body can follow before it touches something, at most `reach`.
-fn free_along(motion: &Motion, curvature: f64, reach: f64, half: (f64, f64), things: &[&Extent]) -> f64 {
+fn free_along(motion: &Motion, curvature: f64, reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
     let (sin, cos) = libm::sincos(motion.yaw);
     let (turn_sin, turn_cos) = libm::sincos(curvature * STEP_MM);
-    let mut body = Extent { at: motion.at, axis: (cos, sin), half };
+    let [length, width] = limits.body_mm.map(f64::from);
+    let mut body = Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) };
+    // Wheels that do not steer do not slide: their axle follows the heading, and the middle swings about it.
+    let axle_behind = f64::from(limits.rear_axle_mm);
     let kept: Vec<Kept> = things.iter().map(|thing| Kept::to(thing, &body)).collect();
     let steps = libm::ceil(reach / STEP_MM) as u32;
     for step in 1..=steps {
         let axis = body.axis;
-        body.at = (body.at.0 + STEP_MM * axis.0, body.at.1 + STEP_MM * axis.1);
+        let axle = (body.at.0 + (STEP_MM - axle_behind) * axis.0, body.at.1 + (STEP_MM - axle_behind) * axis.1);
         body.axis = (axis.0 * turn_cos - axis.1 * turn_sin, axis.0 * turn_sin + axis.1 * turn_cos);
+        body.at = (axle.0 + axle_behind * body.axis.0, axle.1 + axle_behind * body.axis.1);
         if things.iter().zip(&kept).any(|(thing, kept)| kept.is_broken(thing, &body)) {
             return f64::from(step - 1) * STEP_MM;
         }
@@ -57,7 +64,7 @@ fn free_along(motion: &Motion, curvature: f64, reach: f64, half: (f64, f64), thi
 
 /// The room that is kept to a thing.
 enum Kept {
-    /// So much around the body: the margin, or as much as there is where that is less.
+    /// So much around the body: the margin, or about as much as there is where that is less.
     Room(f64),
     /// By the fix the body is in it: its middle comes no nearer than this.
     Middle(f64),
@@ -76,7 +83,7 @@ impl Kept {
             let room = (free + taken) / 2.0;
             *if body.grown(room).overlaps(thing) { &mut taken } else { &mut free } = room;
         }
-        Kept::Room(free)
+        Kept::Room((free - SWING_MM).max(LEAST_MM.min(free)))
     }
 
     fn is_broken(&self, thing: &Extent, body: &Extent) -> bool {
