@@ -58,7 +58,7 @@ const EXIT_CODES: &str = "Exit codes:
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 
-/// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Without a command: `tour`.
+/// Tests how an autonomous platform loses trust: does it reach a safe mode in time? Alone: `tour`.
 #[derive(Debug, Parser)]
 #[command(name = "holdsafe", version, long_version = LONG_VERSION, after_help = EXIT_CODES, max_term_width = 100)]
 pub struct Cli {

@@ -19,14 +19,12 @@ pub struct Accepted {
     pub below_percent: Real<10, 10_000>,
 }
 
-/// Mistakes in the accepted classes: one is expected anyway, there twice, or is never accepted.
+/// Mistakes in the accepted classes: one is there twice, or is never accepted.
 pub(super) fn check(s: &Scenario) -> Vec<Finding> {
     let each = s.accepted.iter().enumerate().filter_map(|(n, accepted)| {
         let class = *accepted.class;
         let wrong = |message: &str, remedy: &str| Some(finding(&accepted.class, message, remedy));
-        if s.expected.contains(&class) {
-            wrong("expected in any number", "take it out here or among `expected`")
-        } else if s.accepted[..n].iter().any(|before| *before.class == class) {
+        if s.accepted[..n].iter().any(|before| *before.class == class) {
             wrong("accepted twice", "keep one")
         } else if class == Outcome::Unsafe {
             wrong("no rate of UNSAFE is accepted", "take it out; `--claim` tests a rate")

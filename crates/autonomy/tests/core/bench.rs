@@ -455,7 +455,8 @@ pub(crate) fn lose(bench: &mut Bench, guard: Guard) {
         // Within the gate, so that no single fix gives it away.
         Guard::Drift => bench.fix_offset = 600,
         Guard::TimeBase => bench.time_offset = -1_000_000,
-        Guard::Geofence => (bench.at, bench.speed) = (bench.at, 9000.0),
+        // The fastest that odometry is believed, but for a little.
+        Guard::Geofence => bench.speed = 3700.0,
         Guard::Lease => bench.no_grants = true,
         Guard::SealedLog => bench.no_seals = true,
         Guard::Designation => bench.class = Class::Decoy,

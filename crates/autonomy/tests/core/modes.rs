@@ -48,7 +48,7 @@ fn loss_of_any_guard_ends_authority_in_time() {
         let limit = match guard {
             Guard::SealedLog => 1500,
             Guard::Lease => 600,
-            Guard::Geofence => 4000,
+            Guard::Geofence => 4800,
             _ => 400,
         };
         bench.run(limit);
@@ -74,7 +74,7 @@ fn measurement_exceeds_its_limit_exactly_when_guard_fails() {
         let mut bench = Bench::in_mode(Mode::Ready);
         let bounds = Bounds::GROUND;
         lose(&mut bench, guard);
-        for _ in 0..80 {
+        for _ in 0..100 {
             bench.run(50);
             let report = bench.report.clone().unwrap();
             for of in Guard::ALL {

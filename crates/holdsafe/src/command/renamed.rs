@@ -61,7 +61,7 @@ pub(super) fn current(command: &Command, mut arguments: Vec<OsString>) -> Result
 fn meant(command: &Command, word: &str) -> Option<String> {
     let today = || command.get_subcommands().map(Command::get_name).chain(["help"]);
     // `--version`, which the parser adds by itself, is near to `verify`.
-    if word.starts_with('-') || today().any(|verb| verb == word) {
+    if word.starts_with('-') || word.chars().count() < 2 || today().any(|verb| verb == word) {
         return None;
     }
     let near = scenario::closest(word, today().chain(RENAMED.iter().map(|(old, _)| *old)))?;
