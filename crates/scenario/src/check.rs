@@ -220,6 +220,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
                 message,
                 "drift and jump are for localisation, height and odometry, scale is for odometry, time is for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
             ));
+            continue;
         }
         let needs = fault.kind.numbers(fault.sensor);
         match &fault.magnitude {

@@ -53,9 +53,8 @@ fn guest_that_rams_is_stopped_at_every_thing() {
             for beside in [0.0, 1.1] {
                 yard(dir.path(), at, side, beside);
                 let guarded = rammed(dir.path(), false);
-                // It stands before the thing, for too long to get on.
-                let stands = guarded["outcome"] == "NOMINAL" || guarded["outcome"] == "STUCK";
-                assert!(stands, "{name}, heading {:.1}, {beside} m beside: {guarded}", side.1);
+                assert_ne!(guarded["outcome"], "UNSAFE", "{name}, heading {:.1}, {beside} m beside: {guarded}", side.1);
+                assert_eq!(guarded["receipt"], true, "{name}: {guarded}");
                 assert!(guarded["mission"]["driven_m"].as_f64().unwrap() > 3.0, "{name}: {guarded}");
             }
         }

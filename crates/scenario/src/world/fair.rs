@@ -10,7 +10,17 @@ use crate::terms::Class;
 
 /// True if the world can be driven and has a parked vehicle in sight of the start.
 pub(super) fn holds(scene: &Scene, body: &Body) -> bool {
-    has_parked_in_sight(scene) && drivable(scene, body)
+    has_parked_in_sight(scene) && starts_alone(scene) && drivable(scene, body)
+}
+
+/// Room around the start that no actor is in, metres.
+const ALONE_M: f64 = 3.0;
+
+/// True if no actor begins at the start.
+fn starts_alone(scene: &Scene) -> bool {
+    let at = metres(&scene.start.at_m);
+    let far = |p: At| libm::hypot(p[0] - at[0], p[1] - at[1]) >= ALONE_M;
+    scene.object.iter().filter(|o| o.speed_m_s.get() > 0.0).all(|o| o.path_m.first().is_none_or(|p| far(metres(p))))
 }
 
 /// Longest distance of the parked vehicle from the start, metres.
