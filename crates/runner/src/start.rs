@@ -17,7 +17,7 @@ pub struct Common {
     /// Print one JSON object on stdout.
     #[arg(long, global = true)]
     json: bool,
-    /// Base seed; trial i has seed + i [default: 1; evaluate and matrix: drawn from the sources].
+    /// Base seed; trial i has seed + i [default: 1; evaluate, matrix: drawn].
     #[arg(long, global = true)]
     seed: Option<u64>,
     /// Say more on stderr; twice for per-packet detail.

@@ -177,6 +177,16 @@ impl Bench {
         bench
     }
 
+    /// The same for the loss of `guard`: the fence is near enough to be reached before an authority expires.
+    pub(crate) fn before_loss(guard: Guard, mode: Mode) -> Bench {
+        let mut bench = Bench::new();
+        if guard == Guard::Geofence {
+            bench.at = (2000.0, 0.0);
+        }
+        bench.reach(mode);
+        bench
+    }
+
     pub(crate) fn reach(&mut self, mode: Mode) {
         self.run(2000);
         assert_eq!(self.order(CommandKind::Enable), None);

@@ -42,7 +42,7 @@ fn it_stands_until_enabled_and_drives_while_ready() {
 #[test]
 fn loss_of_any_guard_ends_authority_in_time() {
     for guard in Guard::ALL {
-        let mut bench = Bench::in_mode(Mode::PrepareToAct);
+        let mut bench = Bench::before_loss(guard, Mode::PrepareToAct);
         lose(&mut bench, guard);
         // A log counts as sealed for its own, longer limit; a lease lasts 500 ms; the fence has to be reached.
         let limit = match guard {
@@ -71,7 +71,7 @@ fn loss_of_any_guard_ends_authority_in_time() {
 fn measurement_exceeds_its_limit_exactly_when_guard_fails() {
     let mut broken = Guards::default();
     for guard in Guard::ALL {
-        let mut bench = Bench::in_mode(Mode::Ready);
+        let mut bench = Bench::before_loss(guard, Mode::Ready);
         let bounds = Bounds::GROUND;
         lose(&mut bench, guard);
         for _ in 0..100 {
