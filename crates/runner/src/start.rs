@@ -26,7 +26,7 @@ pub struct Common {
     /// Say nothing on stderr but failures.
     #[arg(short, long, global = true)]
     quiet: bool,
-    /// Directory with scenarios/, platforms/ and policies/ [default: found here or above, else built in].
+    /// Folder of scenarios/, platforms/, policies/ [default: here, above, or built in].
     #[arg(long, global = true, value_name = "DIR")]
     root: Option<PathBuf>,
 }
