@@ -338,12 +338,6 @@ impl Autonomy {
         navigation::follow(&motion, &way, &around)
     }
 
-    /// Limits of the speed, of a guest too.
-    pub(crate) fn around<'a>(&'a self, mode_speed: f64, seen: &'a [Keepout], things: &'a [Extent]) -> Surroundings<'a> {
-        let (bounds, limits) = (&self.bounds, &self.identity.limits);
-        Surroundings { mode_speed, seen, things, steered: self.steered, fence: &self.fence, bounds, limits }
-    }
-
     /// Things that the body would touch at its height. None for a satellite's point of sight.
     pub(crate) fn things_at_height(&self, now: Instant) -> Vec<Extent> {
         let limits = &self.identity.limits;

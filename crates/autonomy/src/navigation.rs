@@ -147,18 +147,18 @@ mod tests {
         Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)])
     }
 
+    fn around<'a>(
+        mode_speed: f64,
+        seen: &'a [Keepout],
+        (fence, bounds): (&'a Geofence, &'a Bounds),
+    ) -> Surroundings<'a> {
+        Surroundings { mode_speed, seen, things: &[], steered: 0.0, fence, bounds, limits: &Limits::GROUND }
+    }
+
     /// Drives a point along `way` for `seconds` and gives where it ends up and its greatest distance from the way.
     fn drive(way: &Way<'_>, seconds: f64, mode_speed: f64) -> (Motion, f64) {
         let (fence, bounds) = (fence(), Bounds::GROUND);
-        let around = Surroundings {
-            mode_speed,
-            seen: &[],
-            things: &[],
-            steered: 0.0,
-            fence: &fence,
-            bounds: &bounds,
-            limits: &Limits::GROUND,
-        };
+        let around = around(mode_speed, &[], (&fence, &bounds));
         let mut motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
         let mut worst: f64 = 0.0;
         for _ in 0..(seconds * 20.0) as u32 {
@@ -187,15 +187,7 @@ mod tests {
         let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
         let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0 }];
-        let mut around = Surroundings {
-            mode_speed: 3000.0,
-            seen: &wall,
-            things: &[],
-            steered: 0.0,
-            fence: &fence,
-            bounds: &bounds,
-            limits: &Limits::GROUND,
-        };
+        let mut around = around(3000.0, &wall, (&fence, &bounds));
         assert_eq!(follow(&motion, &way, &around).speed, 0.0);
         around.seen = &[];
         assert!(follow(&motion, &way, &around).speed > 2000.0);
@@ -207,15 +199,7 @@ mod tests {
     fn navigation_slows_before_the_fence_guard_trips() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(40_000.0, 0.0), (49_900.0, 0.0)], beyond: Some((0.0, 0.0)) };
-        let around = Surroundings {
-            mode_speed: 3000.0,
-            seen: &[],
-            things: &[],
-            steered: 0.0,
-            fence: &fence,
-            bounds: &bounds,
-            limits: &Limits::GROUND,
-        };
+        let around = around(3000.0, &[], (&fence, &bounds));
         let motion = Motion { at: (47_000.0, 0.0), yaw: 0.0, speed: 3000.0 };
         let asked = follow(&motion, &way, &around);
         assert!(

@@ -16,7 +16,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use crate::config::GuestConfig;
-use crate::navigation::{self, SetPoint};
+use crate::navigation::{self, SetPoint, Surroundings};
 use crate::{Autonomy, AutonomyConfig};
 
 /// Least time between two entries of the place that a guest drives by.
@@ -264,7 +264,10 @@ impl Autonomy {
         let Some(motion) = self.localisation.motion().filter(|_| mode_speed > 0.0) else { return SetPoint::default() };
         let seen = self.seen(now);
         let things = self.things_at_height(now);
-        navigation::limited(asked, &motion, &self.around(mode_speed, &seen, &things))
+        let (fence, steered) = (&self.fence, self.steered);
+        let (bounds, limits) = (&self.bounds, &self.identity.limits);
+        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
+        navigation::limited(asked, &motion, &around)
     }
 
     fn guest_failed(&mut self, now: Instant, fault: Fault, why: Text<MAX_WHY>) {

@@ -18,7 +18,7 @@ use crate::localisation::wrap;
 
 /// Most things that are kept in mind; of more the furthest goes.
 const MOST: usize = 32;
-/// A track this near to something on the map is that thing, unless it is a person.
+/// A track that stands this near to something on the map is that thing, unless it is a person.
 const ON_THE_MAP_MM: f64 = 1500.0;
 /// Below this a thing stands, mm/s.
 const STANDS_MM_S: f64 = 300.0;
@@ -26,7 +26,7 @@ const STANDS_MM_S: f64 = 300.0;
 const DOUBTED: Span = Span::s(1);
 /// Time for which a thing that was lost while it moved is kept where it was lost.
 const MOVES_ON: Span = Span::s(2);
-/// Where a thing would be shown if it were there: distance, and angle off the optical axis (half of the camera's view less 5°).
+/// Region in which a thing that is there is shown: distance, and angle off the optical axis (half of the camera's view less 5°).
 const IN_VIEW_MM: (f64, f64) = (3000.0, 15_000.0);
 const IN_VIEW_RAD: f64 = 0.7;
 /// Time ahead for which a moving thing is also where it goes: that of the unit's reaction and brakes from 3 m/s.
@@ -114,10 +114,11 @@ impl Things {
         high.chain(teammates.map(|at| Extent::around(at, TEAMMATE_MM))).collect()
     }
 
-    /// True if the map explains a track.
+    /// True if the map explains a track: people are on no map, and neither is a thing that moves.
     pub fn is_on_the_map(&self, track: &Track) -> bool {
-        let at = (f64::from(track.x_mm), f64::from(track.y_mm));
-        track.class != Class::Person && self.map.iter().any(|thing| thing.extent.distance(at) <= ON_THE_MAP_MM)
+        let seen = Kept::of(track);
+        let near = |thing: &Thing| thing.extent.distance(seen.at) <= ON_THE_MAP_MM;
+        seen.class != Class::Person && seen.stands() && self.map.iter().any(near)
     }
 }
 
@@ -168,22 +169,13 @@ pub fn keep_clear(class: Class, body_width: f64) -> f64 {
     half(class) + body_width / 2.0 + ROOM_MM
 }
 
-/// Half of the greatest apparent width that corroboration takes for the class (`perception::corroborate::geometry`).
+/// Half of the greatest width of the class, for the thing may have any heading.
 fn half(class: Class) -> f64 {
-    match class {
-        Class::Vehicle | Class::Decoy => 2750.0,
-        Class::Person => 600.0,
-        Class::Obstacle => 2000.0,
-    }
+    f64::from(class.largest_mm()[0]) / 2.0
 }
 
-/// The greatest height that it takes for the class.
 fn top(class: Class) -> f64 {
-    match class {
-        Class::Vehicle | Class::Decoy => 2800.0,
-        Class::Person => 2200.0,
-        Class::Obstacle => 4000.0,
-    }
+    f64::from(class.largest_mm()[1])
 }
 
 fn in_view(motion: &Motion, at: Point) -> bool {
@@ -246,6 +238,8 @@ mod tests {
         things.update(&[track(Class::Person, (6200, 500), Instant(0))], &AT_THE_ORIGIN, Instant(0));
         assert_eq!(count(&things), 2, "a person stands beside it");
         assert_eq!(things.extents(1600.0, core::iter::empty()).len(), 1, "at that height the car is flown over");
+        let passes = Track { vx_mm_s: 2000, ..track(Class::Vehicle, (6200, 500), Instant(0)) };
+        assert!(!things.is_on_the_map(&passes), "another car goes past it");
     }
 
     #[test]

@@ -108,7 +108,7 @@ pub fn meaning(class: Outcome) -> &'static str {
 }
 
 /// The first trial of each variation of a run whose recording was kept: its name, and the SHA-256 of its `held.json`.
-pub fn kept(given: &Given) -> Vec<(String, String)> {
+pub fn kept_trials(given: &Given) -> Vec<(String, String)> {
     let runs = if let Found::Runs(runs) = &given.found { runs.as_slice() } else { &[] };
     let of = |(run, one): (&RunObject, Tried<'_>)| {
         let own = run.trials.iter().filter(|trial| one.cell.is_none() || trial.cell.as_deref() == one.cell);
@@ -259,7 +259,7 @@ mod tests {
     fn kept_trial_is_named_by_cell_and_class() {
         let mut results = crate::reader::Results::default();
         results.read("run.json", golden("run").to_string().as_bytes()).expect("a run");
-        let (name, held) = kept(&results.given()[0]).pop().expect("a kept trial");
+        let (name, held) = kept_trials(&results.given()[0]).pop().expect("a kept trial");
         assert_eq!((name.as_str(), held), ("loss by_session, live, seed 7: HOLD_SAFE", "ab".repeat(32)));
     }
 

@@ -80,7 +80,7 @@ pub enum Standstill {
 
 impl Standstill {
     /// It in words, with its witness.
-    pub fn told(self) -> &'static str {
+    pub fn describe(self) -> &'static str {
         match self {
             Standstill::NoSetPoint => "no set-point with a lease, by the plant",
             Standstill::NotFollowed => "a set-point that the vehicle does not follow, by the plant",
@@ -98,9 +98,9 @@ impl Standstill {
 
 impl Progress {
     /// Its stuck part in words; none where it got on.
-    pub fn told(&self) -> Option<String> {
+    pub fn describe(&self) -> Option<String> {
         let Stretch { from_ms, s, why } = self.stuck?;
         let Self { passed, of, .. } = self;
-        Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {of} way points passed: {}", why.told()))
+        Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {of} way points passed: {}", why.describe()))
     }
 }

@@ -72,7 +72,7 @@ pub fn findings(verdict: &Verdict) -> Vec<String> {
     let arrived = (verdict.outcome == Outcome::Invalid).then(|| undelivered(verdict)).into_iter().flatten();
     let missing = verdict.mission.missing.iter().map(|what| format!("mission: {what}"));
     let stands = matches!(verdict.outcome, Outcome::Stuck | Outcome::Undetected);
-    let stuck = verdict.mission.progress.as_ref().filter(|_| stands).and_then(Progress::told);
+    let stuck = verdict.mission.progress.as_ref().filter(|_| stands).and_then(Progress::describe);
     broken.chain(failed).chain(arrived).chain(missing).chain(stuck).collect()
 }
 

@@ -13,7 +13,7 @@ use super::speed::OVERSPEED;
 use super::timeline::Timeline;
 
 /// East and north, millimetres.
-type Place = (f64, f64);
+pub(super) type Place = (f64, f64);
 
 /// Deviation of an undisturbed fix on each axis, millimetres.
 pub(super) const FIX_MM: f64 = 40.0;

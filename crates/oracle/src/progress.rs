@@ -11,10 +11,8 @@ use wire::mode::Mode;
 
 use super::guest;
 use super::motion::{STANDING, Truth};
+use super::place::{Place, length, minus};
 use super::timeline::Timeline;
-
-/// A place, east and north, mm.
-type Place = (f64, f64);
 
 /// Part of the samples, from the first to before the last of it, in which the vehicle stayed within [`STUCK_MM`] of where it was.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +43,7 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
     let longest = stuck.iter().rev().max_by_key(|stay| length(stay)).map(|stay| Stretch {
         from_ms: samples[stay.first].at as f64 / 1000.0,
         s: length(stay) as f64 / 1e6,
-        why: why(evidence, line, &samples[stay.first..=stay.last]),
+        why: reason_of(evidence, line, &samples[stay.first..=stay.last]),
     });
     Some(Progress {
         passed: way.passed as u32,
@@ -70,15 +68,11 @@ fn place(sample: &Truth) -> Place {
     (f64::from(sample.place.0), f64::from(sample.place.1))
 }
 
-fn between(a: Place, b: Place) -> f64 {
-    (a.0 - b.0).hypot(a.1 - b.1)
-}
-
 /// Farthest from the first place of the time in which it could drive, mm.
 fn farthest(samples: &[Truth], drives: &[bool]) -> f64 {
     let mut places = samples.iter().zip(drives).filter(|(_, drives)| **drives).map(|(sample, _)| place(sample));
     let Some(origin) = places.next() else { return 0.0 };
-    places.map(|at| between(at, origin)).fold(0.0, f64::max)
+    places.map(|at| length(minus(at, origin))).fold(0.0, f64::max)
 }
 
 /// Every stay of the time in which it could drive, in order.
@@ -86,7 +80,7 @@ fn stays(samples: &[Truth], drives: &[bool]) -> Vec<Stay> {
     let mut stays: Vec<Stay> = Vec::new();
     let mut begun: Option<usize> = None;
     for (last, sample) in samples.iter().enumerate() {
-        let stays_on = |first: usize| drives[last] && between(place(sample), place(&samples[first])) <= STUCK_MM;
+        let stays_on = |first: usize| drives[last] && length(minus(place(sample), place(&samples[first]))) <= STUCK_MM;
         if begun.is_some_and(stays_on) {
             continue;
         }
@@ -117,13 +111,13 @@ impl<'a> Way<'a> {
     fn go_on(&mut self, at: Place) -> bool {
         // No more than a lap from one place: on a route that begins anew within reach there is always another.
         for _ in 0..self.route.points_mm.len() {
-            if self.target().is_none_or(|target| between(at, target) > PASSED_MM) {
+            if self.target().is_none_or(|target| length(minus(at, target)) > PASSED_MM) {
                 break;
             }
             self.passed += 1;
         }
         let target = self.target();
-        let of_leg = target.map_or(0.0, |target| self.leg(self.passed) - between(at, target));
+        let of_leg = target.map_or(0.0, |target| self.leg(self.passed) - length(minus(at, target)));
         self.most = self.most.max(self.length(self.passed) + of_leg.max(0.0));
         target.is_some()
     }
@@ -140,7 +134,7 @@ impl<'a> Way<'a> {
     /// Length of the leg to way point `n` of the first lap, mm.
     fn leg(&self, n: usize) -> f64 {
         let from = n.checked_sub(1).map_or(Some(self.start), |before| self.point(before));
-        from.zip(self.point(n)).map_or(0.0, |(a, b)| between(a, b))
+        from.zip(self.point(n)).map_or(0.0, |(a, b)| length(minus(a, b)))
     }
 
     /// Length of the first `n` legs of the first lap, mm.
@@ -161,7 +155,7 @@ impl<'a> Way<'a> {
 }
 
 /// Reason for which it stayed where it was, for most of these samples.
-fn why(evidence: &Evidence, line: &Timeline, samples: &[Truth]) -> Standstill {
+fn reason_of(evidence: &Evidence, line: &Timeline, samples: &[Truth]) -> Standstill {
     let most = |test: &dyn Fn(&Truth) -> bool| 2 * samples.iter().filter(|sample| test(sample)).count() > samples.len();
     let unplaced = |sample: &Truth| line.went_by(sample.at, sample.at, |judged| !judged.placed);
     if most(&|sample| !sample.leased) {

@@ -43,7 +43,7 @@ pub fn report<'a>(option: &str, path: &Path, inputs: impl IntoIterator<Item = &'
     if of_a_run { refused("it is a result of a run, which no report replaces".to_owned()) } else { Ok(()) }
 }
 
-/// Where a path leads, if that is there, and its own place, by the folder that it is in.
+/// The place that a path leads to, if that is there, and its own place, by the folder that it is in.
 fn places(path: &Path) -> Vec<PathBuf> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let own = fs::canonicalize(parent).ok().zip(path.file_name()).map(|(parent, name)| parent.join(name));

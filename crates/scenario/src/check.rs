@@ -12,6 +12,7 @@ use super::accepted;
 use super::attack::Act;
 use super::check_steps;
 use super::finding::{Finding, finding, unknown};
+use super::footprint::Footprint;
 use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link, Observed, Stand};
 use super::timed::Windowed;
@@ -452,7 +453,6 @@ pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
 /// True if the footprint of an object, where it stands first, holds this point.
 fn covers(object: &Object, at_m: &Point) -> bool {
     let Some(place) = object.path_m.first() else { return false };
-    let (east, north) = (at_m[0].get() - place[0].get(), at_m[1].get() - place[1].get());
     // An object that moves faces the way it goes.
     let heading = match object.path_m.get(1) {
         Some(next) if object.speed_m_s.get() > 0.0 => {
@@ -460,9 +460,9 @@ fn covers(object: &Object, at_m: &Point) -> bool {
         }
         Some(_) | None => object.heading_rad.get(),
     };
-    let (sin, cos) = (libm::sin(heading), libm::cos(heading));
-    let (ahead, aside) = (east * cos + north * sin, north * cos - east * sin);
-    ahead.abs() * 2.0 < object.size_m[0].get() && aside.abs() * 2.0 < object.size_m[1].get()
+    let [length, width, _] = object.size_m.map(|edge| edge.get());
+    let footprint = Footprint { at: place.map(|along| along.get()), heading, size: [length, width] };
+    footprint.distance(at_m.map(|along| along.get())) == 0.0
 }
 
 fn doubles<'a>(names: impl Iterator<Item = &'a Located<Name>>) -> Vec<Finding> {

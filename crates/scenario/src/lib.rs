@@ -19,6 +19,7 @@ mod extend;
 mod fault;
 mod file;
 mod finding;
+mod footprint;
 mod hex;
 mod labels;
 mod mandate;

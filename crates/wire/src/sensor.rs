@@ -133,6 +133,15 @@ impl Class {
             Class::Obstacle => "obstacle",
         }
     }
+
+    /// Greatest apparent width and height of a thing of the class, millimetres. Perception takes no larger thing for one.
+    pub fn largest_mm(self) -> [u16; 2] {
+        match self {
+            Class::Vehicle | Class::Decoy => [5500, 2800],
+            Class::Person => [1200, 2200],
+            Class::Obstacle => [4000, 4000],
+        }
+    }
 }
 
 /// One synchronous set of sensor readings. A modality without a reading is absent.

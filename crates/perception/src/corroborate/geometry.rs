@@ -70,11 +70,13 @@ struct Prior {
 }
 
 fn prior(class: Class) -> Prior {
-    match class {
-        Class::Vehicle | Class::Decoy => Prior { width: (1.2, 5.5), height: (1.0, 2.8), sides: 6.0 },
-        Class::Person => Prior { width: (0.3, 1.2), height: (1.1, 2.2), sides: 1.0 },
-        Class::Obstacle => Prior { width: (0.3, 4.0), height: (0.3, 4.0), sides: 3.0 },
-    }
+    let [widest, highest] = class.largest_mm().map(|mm| f64::from(mm) / 1000.0);
+    let (narrowest, lowest, sides) = match class {
+        Class::Vehicle | Class::Decoy => (1.2, 1.0, 6.0),
+        Class::Person => (0.3, 1.1, 1.0),
+        Class::Obstacle => (0.3, 0.3, 3.0),
+    };
+    Prior { width: (narrowest, widest), height: (lowest, highest), sides }
 }
 
 /// Judges place and size of `detection`. `depth` and `clusters` are absent when their stage gave no product; the inner

@@ -68,7 +68,7 @@ impl Summary {
 
 impl Summary {
     /// The difference between accepted rates and those that its classes give.
-    fn beside(&self, accepted: &[AcceptedRate]) -> Option<String> {
+    fn false_rate(&self, accepted: &[AcceptedRate]) -> Option<String> {
         let wrong = accepted.iter().find(|rate| !rate.follows_from(&self.outcomes))?;
         Some(format!("the accepted rate of {} does not follow from its classes", wrong.class.name()))
     }
@@ -80,7 +80,7 @@ impl Matrix {
         let runs = self.rows.iter().flat_map(|row| &row.runs);
         let within = runs.clone().find_map(|run| {
             let within = run.summary.within(&run.expected, run.unexpected, 0);
-            Some(format!("{}: {}", run.scenario, within.or_else(|| run.summary.beside(&run.accepted))?))
+            Some(format!("{}: {}", run.scenario, within.or_else(|| run.summary.false_rate(&run.accepted))?))
         });
         within.or_else(|| judged(self.as_expected, runs.map(MatrixRun::is_as_expected)))
     }
@@ -92,7 +92,7 @@ impl Reference {
         let within = self.rows.iter().find_map(|row| {
             let spoilt = row.not_judged_ms.len() as u64;
             let within = row.summary.within(&row.expected, row.unexpected, spoilt);
-            Some(format!("{}: {}", row.scenario, within.or_else(|| row.summary.beside(&row.accepted))?))
+            Some(format!("{}: {}", row.scenario, within.or_else(|| row.summary.false_rate(&row.accepted))?))
         });
         within.or_else(|| judged(self.as_expected, self.rows.iter().map(ReferenceRow::is_as_expected)))
     }

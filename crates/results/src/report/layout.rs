@@ -44,7 +44,7 @@ impl Table {
     }
 
     /// The table as wide as its cells, with every column: for a file.
-    pub fn whole(&self) -> String {
+    pub fn with_every_column(&self) -> String {
         self.drawn(0, usize::MAX).unwrap_or_default()
     }
 
@@ -267,6 +267,10 @@ mod tests {
         table.add_row(["b", "59", "LATE 59"]);
         let text = table.fitted(80);
         assert!(text.starts_with("in every row: n 59\n") && text.matches("59").count() == 3, "{text}");
-        assert!(!table.whole().contains("in every row") && table.whole().contains("┆ n "), "{}", table.whole());
+        assert!(
+            !table.with_every_column().contains("in every row") && table.with_every_column().contains("┆ n "),
+            "{}",
+            table.with_every_column()
+        );
     }
 }

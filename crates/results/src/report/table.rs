@@ -32,7 +32,7 @@ pub fn reference_table(reference: &Reference) -> String {
         table.add_row(reference_row(row));
     }
     let spoilt = host_line(reference.rows.iter().map(|row| (row.scenario.as_str(), &row.summary)));
-    let table = table.whole();
+    let table = table.with_every_column();
     format!(
         "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n\
          * the real mechanism runs live only: this n is no evidence of it.\n{spoilt}"

@@ -3,7 +3,8 @@
 //! The route leads to and fro between the ends of the store, to the mouth of an aisle each time.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, wander};
+use super::plan::{Plan, wander};
+use crate::footprint::At;
 
 /// Depth of a rack.
 const RACK: f64 = 1.2;
@@ -26,8 +27,8 @@ struct Store {
 pub(super) fn plan(chance: &mut Chance) -> Plan {
     let store = Store {
         aisle: chance.between(2.6, 4.0),
-        aisles: chance.whole(5, 9),
-        bays: chance.whole(2, 3),
+        aisles: chance.integer(5, 9),
+        bays: chance.integer(2, 3),
         bay: chance.between(8.0, 14.0),
         cross: chance.between(3.5, 4.5),
     };
@@ -36,7 +37,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
         Plan::new([-width / 2.0 - 8.0, -length / 2.0 - HEAD], 0.0, [width / 2.0 + 12.0, length / 2.0 + 11.0]);
     // Of three places the furthest is taken: nearly always one at the other end.
     plan.route = wander(chance, plan.start.0, |chance| {
-        [store.middle(chance.whole(0, store.aisles - 1)), chance.side() * (length / 2.0 + HEAD)]
+        [store.middle(chance.integer(0, store.aisles - 1)), chance.side() * (length / 2.0 + HEAD)]
     });
     plan.park_in_sight(chance, -4.0);
     racks(&mut plan, &store);
@@ -76,11 +77,11 @@ fn racks(plan: &mut Plan, store: &Store) {
 /// A pallet in one aisle of five, and up to six people in the others, each at one side of its aisle.
 fn pallets_and_people(chance: &mut Chance, plan: &mut Plan, store: &Store) {
     let end = store.size()[1] / 2.0;
-    let mut people = chance.whole(0, 6);
+    let mut people = chance.integer(0, 6);
     for number in 0..store.aisles {
         let middle = store.middle(number);
         if chance.happens(0.2) {
-            let bay = store.bay_middle(chance.whole(0, store.bays - 1));
+            let bay = store.bay_middle(chance.integer(0, store.bays - 1));
             let reach = store.aisle / 2.0 - 0.6;
             let at = [middle + chance.between(-reach, reach), bay + chance.between(-3.0, 3.0)];
             plan.block([1.2, 0.8, 1.1], at, chance.between(-0.2, 0.2));

@@ -1,36 +1,30 @@
-//! Seeded draws of a world: SplitMix64 (Steele, Lea and Flood 2014), the same numbers on every machine.
+//! Seeded draws of a world, the same numbers on every machine.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
 
 /// The stream of one attempt.
-pub(super) struct Chance(u64);
+pub(super) struct Chance(ChaCha8Rng);
 
 impl Chance {
-    /// The stream of attempt `attempt` at world `seed` of the family with this number.
+    /// The stream of attempt `attempt` at world `seed` of the family with this number: its own key, so that neighbours share no draws.
     pub(super) fn new(family: u64, seed: u64, attempt: u64) -> Self {
-        // Each part is mixed before the next one joins, so that neighbouring seeds and attempts share no draws.
-        let mut state = 0x776f_726c_6473_2d31;
-        for part in [family, seed, attempt] {
-            state = Self(state ^ part).next();
+        let mut key = [0; 32];
+        for (bytes, part) in key.chunks_exact_mut(8).zip([family, seed, attempt]) {
+            bytes.copy_from_slice(&part.to_le_bytes());
         }
-        Self(state)
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
+        Self(ChaCha8Rng::from_seed(key))
     }
 
     /// Uniform from `low` to `high`.
     pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.next() >> 11) as f64 / 9_007_199_254_740_992.0)
+        low + (high - low) * ((self.0.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0)
     }
 
     /// A whole number from `least` to `most`, both included.
-    pub(super) fn whole(&mut self, least: usize, most: usize) -> usize {
+    pub(super) fn integer(&mut self, least: usize, most: usize) -> usize {
         let choices = (most.max(least) - least) as u64 + 1;
-        least + (self.next() % choices) as usize
+        least + (self.0.next_u64() % choices) as usize
     }
 
     /// True with this probability.

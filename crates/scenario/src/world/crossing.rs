@@ -1,7 +1,8 @@
 //! A crossing: two streets between four blocks with a road around them, kiosks, parked cars, people who cross and vehicles that pass.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, wander};
+use super::plan::{Plan, wander};
+use crate::footprint::At;
 
 /// Half of the fence's sides.
 const HALF: f64 = 30.0;
@@ -15,7 +16,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
     let ends = [[ring, lane], [0.0, ring], [-ring, lane], [0.0, -ring]];
     let corners = [[ring, ring], [-ring, ring], [-ring, -ring], [ring, -ring]];
     let stations: Vec<At> = ends.into_iter().chain(corners).collect();
-    plan.route = wander(chance, plan.start.0, |chance| stations[chance.whole(0, stations.len() - 1)]);
+    plan.route = wander(chance, plan.start.0, |chance| stations[chance.integer(0, stations.len() - 1)]);
     plan.park_in_sight(chance, ring - HALF + 2.3);
     for (east, north) in [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)] {
         let at = (street + block) / 2.0;
@@ -23,7 +24,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
     }
     furniture(chance, &mut plan, street, block);
     people(chance, &mut plan, street, block);
-    for _ in 0..chance.whole(1, 3) {
+    for _ in 0..chance.integer(1, 3) {
         let speed = chance.between(1.5, 2.5);
         let path = [[-46.0, -lane], [46.0, -lane], [46.0, 46.0], [-46.0, 46.0]];
         plan.cart(chance, [4.2, 1.8, 1.5], &path, speed);
@@ -34,12 +35,12 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
 /// Kiosks at the walls of the street from south to north, and cars parked along the fence.
 fn furniture(chance: &mut Chance, plan: &mut Plan, street: f64, block: f64) {
     let end = street / 2.0 + block;
-    for _ in 0..chance.whole(3, 6) {
+    for _ in 0..chance.integer(3, 6) {
         let size = [chance.between(1.0, 2.2), chance.between(0.8, 1.2), 2.2];
         let north = chance.side() * chance.between(street / 2.0 + 1.0, end);
         plan.block(size, [chance.side() * (street / 2.0 - 0.8), north], core::f64::consts::FRAC_PI_2);
     }
-    for _ in 0..chance.whole(4, 10) {
+    for _ in 0..chance.integer(4, 10) {
         let (along, far) = (chance.between(-end, end), chance.side() * (HALF - 2.3));
         let (at, heading) =
             if chance.happens(0.5) { ([along, far], 0.0) } else { ([far, along], core::f64::consts::FRAC_PI_2) };
@@ -50,7 +51,7 @@ fn furniture(chance: &mut Chance, plan: &mut Plan, street: f64, block: f64) {
 /// People who walk along a stretch of a street, cross it, and come back on the other side.
 fn people(chance: &mut Chance, plan: &mut Plan, street: f64, block: f64) {
     let edge = street / 2.0 - 0.4;
-    for _ in 0..chance.whole(3, 9) {
+    for _ in 0..chance.integer(3, 9) {
         let from = chance.side() * chance.between(street / 2.0, street / 2.0 + block - 2.0);
         let to = from + chance.between(-8.0, 8.0);
         let path = [[-edge, from], [edge, from], [edge, to], [-edge, to]];

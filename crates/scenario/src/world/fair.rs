@@ -3,8 +3,8 @@
 //! Free is each cell of 0.25 m with a middle that keeps its distance from every still thing and from the fence. A flood over neighbours with a
 //! common side joins them. Moving objects do not count, and neither does a turning radius. The check shares no code with a planner.
 
-use super::plan::{At, Footprint};
 use super::{Body, SPARE_M};
+use crate::footprint::{At, Footprint};
 use crate::scene::{Point, Scene};
 use crate::terms::Class;
 

@@ -1,19 +1,20 @@
 //! The held-out families. Their ranges were fixed before anything drove in them and are not changed by a result.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, wander};
+use super::plan::{Plan, wander};
+use crate::footprint::At;
 
 /// Rows of vans across lanes, with places free, fork lifts in the lanes, and a way along both ends.
 pub(super) fn depot(chance: &mut Chance) -> Plan {
     let (lane, place) = (chance.between(5.0, 8.0), chance.between(3.0, 3.6));
-    let (rows, places) = (chance.whole(3, 5), chance.whole(8, 14));
+    let (rows, places) = (chance.integer(3, 5), chance.integer(8, 14));
     let (van, taken, angle) = ([6.0, 2.1, 2.6], chance.between(0.5, 0.8), chance.between(-0.4, 0.4));
     let pitch = lane + van[0] + 1.0;
     let [width, depth] = [places as f64 * place, rows as f64 * pitch + lane];
     let mut plan = Plan::new([-width / 2.0 - 8.0, 3.5 - depth / 2.0], 0.0, [width / 2.0 + 13.0, depth / 2.0 + 5.0]);
     let lanes: Vec<f64> = (0..=rows).map(|row| row as f64 * pitch + lane / 2.0 - depth / 2.0).collect();
     plan.route = wander(chance, plan.start.0, |chance| {
-        [chance.between(-width / 2.0, width / 2.0), lanes[chance.whole(0, lanes.len() - 1)]]
+        [chance.between(-width / 2.0, width / 2.0), lanes[chance.integer(0, lanes.len() - 1)]]
     });
     plan.park_in_sight(chance, -5.5);
     for row in 0..rows {
@@ -25,8 +26,8 @@ pub(super) fn depot(chance: &mut Chance) -> Plan {
             }
         }
     }
-    for _ in 0..chance.whole(1, 3) {
-        let north = lanes[chance.whole(0, lanes.len() - 1)] + chance.side() * (lane / 2.0 - 1.2);
+    for _ in 0..chance.integer(1, 3) {
+        let north = lanes[chance.integer(0, lanes.len() - 1)] + chance.side() * (lane / 2.0 - 1.2);
         let speed = chance.between(0.8, 2.0);
         plan.cart(chance, [2.2, 1.1, 2.0], &[[-width / 2.0, north], [width / 2.0, north]], speed);
     }
@@ -40,7 +41,7 @@ pub(super) fn campus(chance: &mut Chance) -> Plan {
     let paths = [-1.5, -0.5, 0.5, 1.5].map(|number| number * pitch);
     let end = 1.5 * pitch;
     let mut plan = Plan::new([-end, -end], 0.0, [end + 6.0, end + 6.0]);
-    let meeting = |chance: &mut Chance| [paths[chance.whole(0, 3)], paths[chance.whole(0, 3)]];
+    let meeting = |chance: &mut Chance| [paths[chance.integer(0, 3)], paths[chance.integer(0, 3)]];
     plan.route = wander(chance, plan.start.0, meeting);
     plan.park_in_sight(chance, -3.6);
     let middle = |number: usize| (number as f64 - 1.0) * pitch;
@@ -51,20 +52,20 @@ pub(super) fn campus(chance: &mut Chance) -> Plan {
             plan.block([length, width, 8.0], [middle(column), middle(row)], turned);
         }
     }
-    for _ in 0..chance.whole(8, 20) {
+    for _ in 0..chance.integer(8, 20) {
         let along = chance.between(-end, end);
-        let beside = paths[chance.whole(0, 3)] + chance.between(-path / 2.0, path / 2.0);
+        let beside = paths[chance.integer(0, 3)] + chance.between(-path / 2.0, path / 2.0);
         let at: At = if chance.happens(0.5) { [along, beside] } else { [beside, along] };
         let size = [chance.between(0.3, 1.8), chance.between(0.3, 0.6), 0.9];
         let heading = chance.between(-1.5, 1.5);
         plan.block(size, at, heading);
     }
-    for _ in 0..chance.whole(3, 7) {
+    for _ in 0..chance.integer(3, 7) {
         let corners = [meeting(chance), meeting(chance)];
         plan.person(chance, &[corners[0], [corners[1][0], corners[0][1]], corners[1], [corners[0][0], corners[1][1]]]);
     }
-    for _ in 0..chance.whole(0, 2) {
-        let (beside, speed) = (paths[chance.whole(0, 3)] + 1.5, chance.between(2.5, 4.0));
+    for _ in 0..chance.integer(0, 2) {
+        let (beside, speed) = (paths[chance.integer(0, 3)] + 1.5, chance.between(2.5, 4.0));
         plan.cart(chance, [1.8, 0.6, 1.6], &[[-end, beside], [end, beside]], speed);
     }
     plan

@@ -154,7 +154,7 @@ pub fn draw(family: Family, seed: u64, body: &Body) -> Result<Scene, Unfair> {
 
 fn attempt(family: Family, seed: u64, number: u64) -> Scene {
     let mut chance = Chance::new(family as u64, seed, number);
-    let ground = chance.whole(1, 1_000_000) as u32;
+    let ground = chance.integer(1, 1_000_000) as u32;
     family.plan(&mut chance).scene(ground)
 }
 

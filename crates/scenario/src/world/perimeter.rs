@@ -3,7 +3,8 @@
 //! Places along the corridor are told by the side of the fence and by the depth, from the geofence inwards.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, rounds};
+use super::plan::{Plan, rounds};
+use crate::footprint::At;
 
 /// Thickness and height of a fence.
 const FENCE: [f64; 2] = [0.3, 1.8];
@@ -64,7 +65,7 @@ impl Corridor {
     fn gates(&self, chance: &mut Chance, plan: &mut Plan, side: usize) {
         let end = self.inner_half(side) - 3.0;
         let begin = if side == 0 { (26.0 - self.half[0] + self.width / 2.0).max(-end) } else { -end };
-        let gates = if end - begin > 30.0 { chance.whole(1, 2) } else { 1 };
+        let gates = if end - begin > 30.0 { chance.integer(1, 2) } else { 1 };
         for number in 0..gates {
             let share = (number as f64 + chance.between(0.2, 0.8)) / gates as f64;
             self.gate(chance, plan, side, begin + share * (end - begin));

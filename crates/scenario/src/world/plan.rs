@@ -4,63 +4,10 @@
 
 use super::MOST_STILL;
 use super::chance::Chance;
+use crate::footprint::{At, Footprint};
 use crate::scene::{Ground, Object, Pose, Scene, Weather};
 use crate::terms::Class;
 use crate::value::{List, Located, Name, Real};
-
-/// East, north.
-pub(super) type At = [f64; 2];
-
-/// A box on the ground.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Footprint {
-    pub(super) at: At,
-    pub(super) heading: f64,
-    /// Length along the heading, and width.
-    pub(super) size: [f64; 2],
-}
-
-impl Footprint {
-    /// Distance of a place from the box; zero inside.
-    pub(super) fn distance(&self, to: At) -> f64 {
-        self.distances()(to)
-    }
-
-    /// The same for many places.
-    pub(super) fn distances(&self) -> impl Fn(At) -> f64 {
-        let (sin, cos) = libm::sincos(self.heading);
-        let Self { at, size, .. } = *self;
-        move |to| {
-            let (east, north) = (to[0] - at[0], to[1] - at[1]);
-            let ahead = ((east * cos + north * sin).abs() - size[0] / 2.0).max(0.0);
-            let aside = ((north * cos - east * sin).abs() - size[1] / 2.0).max(0.0);
-            (ahead * ahead + aside * aside).sqrt()
-        }
-    }
-
-    pub(super) fn corners(&self) -> [At; 4] {
-        let (sin, cos) = libm::sincos(self.heading);
-        [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)].map(|(a, b)| {
-            let (along, aside) = (a * self.size[0] / 2.0, b * self.size[1] / 2.0);
-            [self.at[0] + along * cos - aside * sin, self.at[1] + along * sin + aside * cos]
-        })
-    }
-
-    /// True if less than `gap` separates the boxes along every direction of their sides.
-    pub(super) fn meets(&self, other: &Footprint, gap: f64) -> bool {
-        let apart = |axis: f64| {
-            let (sin, cos) = libm::sincos(axis);
-            let span = |of: &Footprint| {
-                let along = of.corners().map(|[east, north]| east * cos + north * sin);
-                (along.iter().copied().fold(f64::MAX, f64::min), along.iter().copied().fold(f64::MIN, f64::max))
-            };
-            let ((a, b), (c, d)) = (span(self), span(other));
-            c - b >= gap || a - d >= gap
-        };
-        let quarter = core::f64::consts::FRAC_PI_2;
-        ![self.heading, self.heading + quarter, other.heading, other.heading + quarter].into_iter().any(apart)
-    }
-}
 
 /// The plan.
 #[derive(Default)]
@@ -105,7 +52,7 @@ impl Plan {
     /// The same of a vehicle of this size.
     pub(super) fn parked(&mut self, chance: &mut Chance, size: [f64; 3], at: At, heading: f64) -> bool {
         let warmth = chance.between(288.0, 318.0);
-        let colour = [60 + chance.whole(0, 120), 80, 150].map(|part| part as u8);
+        let colour = [60 + chance.integer(0, 120), 80, 150].map(|part| part as u8);
         self.stand((Class::Vehicle, size, warmth, colour), at, heading, Some(GAP))
     }
 

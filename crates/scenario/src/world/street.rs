@@ -2,7 +2,8 @@
 //! between them.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, rounds};
+use super::plan::{Plan, rounds};
+use crate::footprint::At;
 
 /// From one parked car to the next, middle to middle; a person fits between two.
 const PITCH: f64 = 5.2;
@@ -107,9 +108,9 @@ fn people(chance: &mut Chance, plan: &mut Plan, street: &Street) {
     let ([x, y], edge) = (street.half, street.lane / 2.0);
     let most = (4.0 * 4.0 * (x + y) / 100.0) as usize;
     let behind = y + edge + 2.6;
-    for number in 0..chance.whole(0, most.min(MOST_PEOPLE)) {
+    for number in 0..chance.integer(0, most.min(MOST_PEOPLE)) {
         if number % 2 == 0 {
-            let gap = |chance: &mut Chance| x - PITCH * chance.whole(1, (2.0 * x / PITCH) as usize - 1) as f64;
+            let gap = |chance: &mut Chance| x - PITCH * chance.integer(1, (2.0 * x / PITCH) as usize - 1) as f64;
             let (from, to) = (gap(chance), gap(chance));
             plan.person(chance, &[[from, behind], [from, y - edge + 0.5], [from, behind], [to, behind]]);
         } else {

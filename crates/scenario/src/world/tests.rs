@@ -1,8 +1,8 @@
 //! Draws of every family: fair, long, repeatable, and readable as scene files.
 
 use super::fair::{metres, still};
-use super::plan::{At, Footprint};
 use super::*;
+use crate::footprint::{At, Footprint};
 use crate::parse_scene;
 
 /// The ground platform's.

@@ -1,7 +1,8 @@
 //! A slope with trees: trunks at least a distance apart (Poisson discs, by throwing darts) on uneven ground.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, wander};
+use super::plan::{Plan, wander};
+use crate::footprint::At;
 
 /// Trunks of a world; a denser stand is a smaller one.
 const TRUNKS: f64 = 52.0;
@@ -28,7 +29,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
         let hit = darts.into_iter().find(|dart| far(dart) && plan.block([trunk, trunk, 6.0], *dart, 0.0));
         trunks.extend(hit);
     }
-    for _ in 0..chance.whole(0, 2) {
+    for _ in 0..chance.integer(0, 2) {
         let path = [inside(chance), inside(chance)];
         plan.person(chance, &path);
     }

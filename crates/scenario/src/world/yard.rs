@@ -1,14 +1,15 @@
 //! A yard of 40 to 80 m: way points anywhere, things on the straight lines between them, people who walk about.
 
 use super::chance::Chance;
-use super::plan::{At, Plan, rounds};
+use super::plan::{Plan, rounds};
+use crate::footprint::At;
 
 pub(super) fn plan(chance: &mut Chance) -> Plan {
     let half = chance.between(20.0, 40.0);
     let mut plan = Plan::new([5.0 - half, 7.0 - half], 0.0, [half, half]);
     plan.amplitude = 0.35;
     let inside = |chance: &mut Chance| [(); 2].map(|()| chance.between(5.0 - half, half - 5.0));
-    let places: Vec<At> = (0..chance.whole(4, 8)).map(|_| inside(chance)).collect();
+    let places: Vec<At> = (0..chance.integer(4, 8)).map(|_| inside(chance)).collect();
     plan.route = rounds(chance, &places);
     plan.park_in_sight(chance, -3.8);
     for (from, to) in places.iter().zip(places.iter().cycle().skip(1)) {
@@ -18,11 +19,11 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
             thing(chance, &mut plan, at);
         }
     }
-    for _ in 0..chance.whole(4, 14) {
+    for _ in 0..chance.integer(4, 14) {
         let at = inside(chance);
         thing(chance, &mut plan, at);
     }
-    for _ in 0..chance.whole(1, 4) {
+    for _ in 0..chance.integer(1, 4) {
         let path = [inside(chance), inside(chance), inside(chance)];
         plan.person(chance, &path);
     }

@@ -164,7 +164,7 @@ fn gather(given: &[PathBuf], options: &PageOptions) -> Result<(Dossier, Vec<Chec
                 let read = dossier.results.read(&file.display().to_string(), &bytes);
                 read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
                 agrees(&file, &dossier.results)?;
-                (Some(dossier.results.given().last().map(dossier::tried::kept).unwrap_or_default()), runs)
+                (Some(dossier.results.given().last().map(dossier::tried::kept_trials).unwrap_or_default()), runs)
             }
             Given::Runs(runs) => (None, runs),
         };
