@@ -161,15 +161,16 @@ impl Text {
     }
 }
 
-/// The file of a base: in the folder of the scenario that extends it, or else among the bases and scenarios that are shipped around it or,
-/// for one from elsewhere, below `root`.
+/// The file of a base: in the folder of the scenario that extends it, or else among the bases and scenarios that are shipped around it or
+/// below `root`. A user's own folder may look like a root and have none.
 fn base_of(path: &Path, name: &Name, root: Option<&Path>) -> Option<PathBuf> {
     let file = format!("{name}.toml");
     let around = shipped_folder(path).and_then(|folder| Some(folder.parent()?.to_owned()));
-    let root = around.or_else(|| root.map(Path::to_owned));
-    let base = root.as_ref().map(|root| root.join("scenarios/bases").join(&file));
-    let scenario = root.and_then(|root| find(&root, name.as_str()));
-    let mut files = [Some(path.with_file_name(&file)), base, scenario].into_iter().flatten();
+    let shipped = around.into_iter().chain(root.map(Path::to_owned)).flat_map(|root| {
+        let base = root.join("scenarios/bases").join(&file);
+        std::iter::once(base).chain(find(&root, name.as_str()))
+    });
+    let mut files = std::iter::once(path.with_file_name(&file)).chain(shipped);
     // No symbolic link: it could lead out of the folder.
     files.find(|file| fs::symlink_metadata(file).is_ok_and(|meta| meta.is_file()))
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::super::{Name, Problems, Scenario, load, template};
+use super::super::{Name, Problems, Scenario, load, load_with, template};
 
 /// Keys of a file that takes everything else from its base.
 const HEAD: &str = "schema_version = 1\nname = \"one\"\nextends = \"base\"\ntitle = \"One\"\ndescription = \"One.\"\n\
@@ -98,4 +98,16 @@ fn a_base_is_no_symbolic_link() {
     std::os::unix::fs::symlink(elsewhere.path().join("base.toml"), folder.path().join("base.toml")).unwrap();
     let problems = load(&folder.path().join("one.toml")).unwrap_err();
     assert!(problems.all()[0].message().contains("no such scenario"), "{problems}");
+}
+
+/// A folder with `scenarios/` and `platforms/` of a user's own looks like a root.
+#[test]
+fn own_folders_hide_no_shipped_base() {
+    let folder = tempfile::tempdir().unwrap();
+    let [scenarios, platforms] = ["scenarios", "platforms"].map(|name| folder.path().join(name));
+    [&scenarios, &platforms].into_iter().for_each(|folder| fs::create_dir(folder).unwrap());
+    fs::write(scenarios.join("one.toml"), HEAD.replace("\"base\"", "\"nominal\"")).unwrap();
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let scenario = load_with(&scenarios.join("one.toml"), Some(&root)).unwrap();
+    assert!(!scenario.operator.step.is_empty() && scenario.scene.is_some());
 }
