@@ -324,6 +324,7 @@ impl Core for Autonomy {
             Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::HostWait { .. }
             | Input::Cue { .. }
             | Input::Act { .. } => {}
         }

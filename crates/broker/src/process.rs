@@ -100,8 +100,8 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
                 None => break,
             },
             control = controls.recv() => match control {
-                // What the services still send is carried to the end; steps and acts are not its business.
-                Some(Control::Quiesce | Control::Cue(_) | Control::Act(_)) => {}
+                // What the services still send is carried to the end; steps, acts and the host are not its business.
+                Some(Control::Quiesce | Control::Cue(_) | Control::Act(_) | Control::HostWait(_)) => {}
                 Some(Control::Finish) | None => break,
             },
         }

@@ -15,6 +15,7 @@ pub mod eye;
 pub mod gui;
 pub mod hand;
 pub mod history;
+pub mod host;
 pub mod images;
 pub mod intake;
 pub mod intent;
@@ -338,6 +339,7 @@ impl Core for Console {
         match input {
             Input::Bus { topic: Topic::Feed, bytes } => self.feed(now, bytes),
             Input::Act { bytes } => self.act(now, bytes),
+            Input::HostWait { wait } => self.model.host_waited(now, *wait),
             Input::Timeout => {}
             Input::Quiesce => self.quiet = true,
             Input::Finish => return self.finish(now),

@@ -23,6 +23,7 @@ use crate::age::{Aged, Limits};
 use crate::alarms::Alarms;
 use crate::hand::Hand;
 use crate::history::{History, Incident};
+use crate::host::HostWait;
 use crate::images::Gallery;
 use crate::life::{Commands, Giver};
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
@@ -111,6 +112,7 @@ pub struct Model {
     alarms: Alarms,
     history: History,
     hand: Hand,
+    host_wait: HostWait,
 }
 
 /// Refusals of one kind.
@@ -150,6 +152,7 @@ impl Model {
             alarms: Alarms::default(),
             history: History::default(),
             hand: Hand::default(),
+            host_wait: HostWait::default(),
         }
     }
 
@@ -242,6 +245,11 @@ impl Model {
     /// The gateway sent a message: the shown state of its sessions is as old as that.
     pub fn fed(&mut self, now: Instant) {
         self.fed = Some(Aged::new((), now, Some(Age::on_one_host(now, now))));
+    }
+
+    /// The host kept a service waiting for a core.
+    pub fn host_waited(&mut self, now: Instant, wait: Span) {
+        self.host_wait.told(now, wait);
     }
 
     /// A session at the gateway opened or ended.
@@ -338,7 +346,7 @@ impl Model {
             at: now,
             operator: self.station.operator,
             role: self.station.role,
-            marks: self.station.marks.clone(),
+            marks: Marks { host_wait: self.host_wait.at(now), ..self.station.marks.clone() },
             bounds: self.station.bounds,
             limits: self.limits,
             units: self.units.iter().zip(&self.galleries).filter_map(unit).collect(),

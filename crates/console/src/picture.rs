@@ -27,6 +27,7 @@ pub(crate) fn line(shown: &Shown) -> String {
         "role": shown.role.name(),
         "replay": shown.marks.replay,
         "ablation": shown.marks.ablation,
+        "host_wait_ms": shown.marks.host_wait.map(ms),
         "limits_ms": limits(&shown.limits),
         "max_speed_mm_s": shown.bounds.max_speed_mm_s,
         "units": shown.units.iter().map(|of| unit(shown, of)).collect::<Value>(),

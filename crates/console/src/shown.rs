@@ -190,6 +190,8 @@ pub struct Marks {
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
+    /// For how long the host kept a service waiting for a core in the last ten seconds, where that is worth showing.
+    pub host_wait: Option<Span>,
     /// Reason for which the shown recording is no evidence; never set on a live picture.
     pub invalid: Option<String>,
 }

@@ -30,6 +30,12 @@ pub fn lines(shown: &Shown) -> String {
     if let Some(mark) = &shown.marks.ablation {
         line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
     }
+    if let Some(wait) = shown.marks.host_wait {
+        line(
+            &mut text,
+            format_args!("HOST BUSY  a service waited {} ms for a core: what it does comes late", wait.0 / 1000),
+        );
+    }
     line(&mut text, format_args!("SIMULATION  {} · {}", shown.operator, shown.role.name()));
     for unit in &shown.units {
         unit_lines(&mut text, shown.at, &shown.bounds, unit);

@@ -54,6 +54,7 @@ impl Claims {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::Cue { .. }
+            | Input::HostWait { .. }
             | Input::SessionLost
             | Input::Guest { .. }
             | Input::Act { .. }

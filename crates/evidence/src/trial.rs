@@ -227,7 +227,10 @@ pub struct Trial {
     /// Datagrams that no process of the run sent, by where they came to: counted apart, and no part of the class. Live only.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub outsiders: BTreeMap<String, u64>,
-    /// By how much the host overslept at most, milliseconds, where that alone makes this live trial INVALID.
+    /// By how much the host overslept or kept a service waiting for a core at most, milliseconds. Live only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host_late_ms: Option<f64>,
+    /// The same, where that alone makes this live trial INVALID.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub host_stall_ms: Option<f64>,
     /// The same of each earlier attempt at this trial, which was repeated because of it.
@@ -287,6 +290,7 @@ impl Trial {
             dropped: BTreeMap::from([("stale".to_owned(), 10)]),
             guard_refused: BTreeMap::new(),
             outsiders: BTreeMap::new(),
+            host_late_ms: None,
             host_stall_ms: None,
             host_spoilt_ms: Vec::new(),
             confinement: None,

@@ -247,6 +247,7 @@ impl Core for Gateway {
             Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::HostWait { .. }
             | Input::Cue { .. }
             | Input::Guest { .. }
             | Input::Act { .. } => {}

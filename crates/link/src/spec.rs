@@ -14,7 +14,7 @@ use tokio::sync::mpsc;
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId};
 use wire::setup::Secret;
-use wire::time::Instant;
+use wire::time::{Instant, Span};
 
 use crate::bus::enclave::SignedEnclaves;
 use crate::clock::HostClock;
@@ -290,6 +290,8 @@ pub enum Control {
     Finish,
     /// The event that a step waits for has occurred.
     Cue(StepName),
+    /// The host kept a service waiting for a core so long, microseconds (the console only).
+    HostWait(Span),
     /// A person does something, encoded (the console only): a hand without a window, to measure with.
     Act(Vec<u8>),
 }
@@ -301,6 +303,7 @@ impl Control {
             Control::Quiesce => "quiesce\n".to_owned(),
             Control::Finish => "finish\n".to_owned(),
             Control::Cue(step) => format!("cue {step}\n"),
+            Control::HostWait(wait) => format!("host-wait {}\n", wait.0),
             Control::Act(bytes) => {
                 let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
                 format!("act {hex}\n")
@@ -314,6 +317,7 @@ impl Control {
             None if line.trim_end() == "quiesce" => Some(Control::Quiesce),
             None if line.trim_end() == "finish" => Some(Control::Finish),
             Some(("cue", step)) => StepName::new(step).map(Control::Cue),
+            Some(("host-wait", us)) => us.parse().ok().map(|us| Control::HostWait(Span(us))),
             Some(("act", hex)) => bytes_of(hex).map(Control::Act),
             None | Some(_) => None,
         }

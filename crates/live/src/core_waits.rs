@@ -10,6 +10,8 @@ use evidence::Micros;
 
 /// Time between two looks, microseconds. A wait is that of two looks together.
 const APART_US: Micros = 100_000;
+/// Least wait within two looks that an operator is told of: half of what makes a run INVALID.
+const WORTH_TELLING_US: Micros = super::OVERSLEPT_US / 2;
 /// Threads of a service that are looked at, at most.
 const MOST_THREADS: usize = 64;
 
@@ -30,17 +32,21 @@ struct Thread {
 }
 
 impl CoreWaits {
-    /// Looks at the threads of these processes, unless the last look was a moment ago.
-    pub(crate) fn look(&mut self, now_us: Micros, processes: impl Iterator<Item = u32>) {
+    /// Looks at the threads of these processes, unless the last look was a moment ago. Gives the longest wait since the look before the
+    /// last, where it is worth telling.
+    pub(crate) fn look(&mut self, now_us: Micros, processes: impl Iterator<Item = u32>) -> Option<Micros> {
         if now_us < self.looked_us + APART_US {
-            return;
+            return None;
         }
         self.looked_us = now_us;
+        let mut longest_us = 0;
         for process in processes {
             for (thread, total_us) in read_waits(process) {
-                self.take(process, thread, total_us);
+                longest_us = longest_us.max(self.take(process, thread, total_us));
             }
         }
+        self.longest_us = self.longest_us.max(longest_us);
+        (longest_us >= WORTH_TELLING_US).then_some(longest_us)
     }
 
     /// The longest wait of one thread within two looks, microseconds.
@@ -48,12 +54,14 @@ impl CoreWaits {
         self.longest_us
     }
 
-    fn take(&mut self, process: u32, thread: String, total_us: Micros) {
+    /// Takes all of a thread's waits so far, and gives those since the look before the last.
+    fn take(&mut self, process: u32, thread: String, total_us: Micros) -> Micros {
         // Waits before a thread's first look are of its start.
         let known = self.threads.entry((process, thread)).or_insert(Thread { total_us, recent_us: 0 });
         let recent_us = total_us.saturating_sub(known.total_us);
-        self.longest_us = self.longest_us.max(known.recent_us + recent_us);
+        let wait_us = known.recent_us + recent_us;
         *known = Thread { total_us, recent_us };
+        wait_us
     }
 }
 
@@ -86,11 +94,8 @@ mod tests {
     #[test]
     fn longest_wait_spans_two_looks() {
         let mut waits = CoreWaits::default();
-        for total_us in [500_000, 560_000, 620_000, 625_000] {
-            waits.take(7, "7".to_owned(), total_us);
-        }
-        assert_eq!(waits.longest_us(), 120_000);
-        waits.take(7, "8".to_owned(), 900_000);
-        assert_eq!(waits.longest_us(), 120_000, "waits before the first look do not count");
+        let taken = [500_000, 560_000, 620_000, 625_000].map(|total_us| waits.take(7, "7".to_owned(), total_us));
+        assert_eq!(taken, [0, 60_000, 120_000, 65_000]);
+        assert_eq!(waits.take(7, "8".to_owned(), 900_000), 0, "waits before the first look do not count");
     }
 }

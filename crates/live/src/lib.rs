@@ -136,6 +136,8 @@ pub struct Aftermath {
     pub lasted: u64,
     /// True if the user stopped it before its end.
     pub stopped: bool,
+    /// By how much the host overslept at most, microseconds.
+    pub overslept: Micros,
     /// The longest wait of a service for a core, microseconds.
     pub waited: Micros,
     /// Levels of confinement that its services reached.
@@ -254,8 +256,8 @@ pub fn run(
     let (log, verification, held) = gathered(topology, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    let (lost, Stayed { lasted, waited, stopped, .. }) = (stayed.lost(), stayed);
-    Ok(Aftermath { log, verification, held, lost, lasted, stopped, waited, levels, logs })
+    let (lost, Stayed { lasted, overslept, waited, stopped, .. }) = (stayed.lost(), stayed);
+    Ok(Aftermath { log, verification, held, lost, lasted, stopped, overslept, waited, levels, logs })
 }
 
 /// All records of a finished run, faults of them, and the trust anchors.
@@ -493,8 +495,10 @@ impl Company<'_> {
             if stopped && now < start_us {
                 return Err(LiveError::Stopped);
             }
-            if now >= start_us {
-                core_waits.look(now, self.children.iter().map(Child::pid));
+            if now >= start_us
+                && let Some(wait) = core_waits.look(now, self.children.iter().map(Child::pid))
+            {
+                self.tell_console(&Control::HostWait(Span(wait)));
             }
             if let Some(grown) = growth.as_mut().and_then(Growth::look) {
                 process_faults.note(clock(), grown);
@@ -559,9 +563,12 @@ impl Company<'_> {
     /// Performs the person's acts due by `now` of the run.
     fn act(&mut self, now: u64) {
         while let Some(((_, act), serial)) = self.acts.pop_front_if(|((at, _), _)| *at <= now) {
-            let act = Control::Act(codec::encode(&Numbered { serial, act }));
-            self.children.iter_mut().filter(|child| child.node == NodeId::CONSOLE).for_each(|child| child.tell(&act));
+            self.tell_console(&Control::Act(codec::encode(&Numbered { serial, act })));
         }
+    }
+
+    fn tell_console(&mut self, control: &Control) {
+        self.children.iter_mut().filter(|child| child.node == NodeId::CONSOLE).for_each(|child| child.tell(control));
     }
 
     /// Calls steps: processes with steps are told, and process faults begin here.

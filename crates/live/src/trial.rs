@@ -29,6 +29,8 @@ pub struct Run {
     pub verdict: Verdict,
     /// By how much the host overslept or kept a service waiting for a core at most, microseconds, where that alone makes the run INVALID.
     pub spoilt: Option<Micros>,
+    /// By how much the host overslept or kept a service waiting for a core at most, microseconds.
+    pub late: Micros,
     /// Results of feeding every core its own input journal again.
     pub replays: Vec<CoreReplay>,
     /// Levels of confinement that its services reached.
@@ -48,8 +50,9 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let topology = lay_out(scenario, setup, seed, &secret).seating(options.role);
     let after = run(&topology, &secret, setup.policy.record_guard, options)?;
     let Judged { evidence, verdict, spoilt, replays } = conclude(&topology, setup, &after);
-    let Aftermath { held, levels, stopped, logs, .. } = after;
-    Ok(Run { topology, held, evidence, verdict, spoilt, replays, levels, stopped, logs })
+    let Aftermath { held, levels, stopped, logs, overslept, waited, .. } = after;
+    let late = overslept.max(waited);
+    Ok(Run { topology, held, evidence, verdict, spoilt, late, replays, levels, stopped, logs })
 }
 
 /// Judgement of a finished run.

@@ -33,6 +33,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         dropped: BTreeMap::new(),
         guard_refused: BTreeMap::new(),
         outsiders: BTreeMap::new(),
+        host_late_ms: None,
         host_stall_ms: None,
         confinement: None,
         host_spoilt_ms: Vec::new(),

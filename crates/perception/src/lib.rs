@@ -415,6 +415,7 @@ impl Core for Perception {
             | Input::SessionLost
             | Input::Guest { .. }
             | Input::Act { .. }
+            | Input::HostWait { .. }
             | Input::Cue { .. } => {}
         }
     }

@@ -152,12 +152,11 @@ fn live_trial(
             link::note!("{}: input journals stay whole: {why}", directory.display());
         }
     }
-    let host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
-    let confinement = Some(run.levels.summary());
-    let trial =
-        Trial { host_stall_ms, confinement, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
+    let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
+    trial.host_late_ms = Some(run.late as f64 / 1000.0);
+    trial.host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
+    trial.confinement = Some(run.levels.summary());
     // The user's wish explains more than what the host did.
-    let mut trial = trial;
     trial.findings.sort_by_key(|finding| !finding.contains(STOPPED));
     let trial = match &setup.run_dir {
         Some(directory) => held(directory, &run.held, trial)?,

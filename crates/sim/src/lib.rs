@@ -407,6 +407,7 @@ impl Core for Sim {
                 self.witness.close(now, &mut self.out);
             }
             Input::Timeout
+            | Input::HostWait { .. }
             | Input::Opened { .. }
             | Input::Record { .. }
             | Input::Closed { .. }

@@ -134,6 +134,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         dropped: showing.refused.clone(),
         guard_refused: showing.guard_refused.clone(),
         outsiders: BTreeMap::new(),
+        host_late_ms: None,
         host_stall_ms: None,
         confinement: None,
         host_spoilt_ms: Vec::new(),

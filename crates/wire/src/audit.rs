@@ -345,6 +345,7 @@ impl<E: for<'b> Decode<'b, ()> + Encode<()>> Core for Recorder<E> {
             | Input::SessionLost
             | Input::Guest { .. }
             | Input::Act { .. }
+            | Input::HostWait { .. }
             | Input::Cue { .. } => {}
         }
     }

@@ -12,7 +12,7 @@ use strum::{EnumCount, IntoStaticStr, VariantArray};
 
 use crate::codec::Text;
 use crate::id::{PeerId, SessionId, UnitId};
-use crate::time::Instant;
+use crate::time::{Instant, Span};
 
 /// A channel between processes of one host, carried over shared memory.
 #[derive(
@@ -246,6 +246,13 @@ pub enum Input {
     /// it. The dialler on our side dials again.
     #[n(41)]
     SessionLost,
+    /// The host kept a service of the run waiting for a core so long, by the launcher's count (the console only, live only).
+    #[n(42)]
+    HostWait {
+        /// The wait.
+        #[n(0)]
+        wait: Span,
+    },
     /// The guest answered (autonomy only).
     #[n(90)]
     Guest {

@@ -123,6 +123,7 @@ fn piece(at: u64, input: &Input) -> Option<Piece> {
         | Input::Audit { .. }
         | Input::Quiesce
         | Input::Finish
+        | Input::HostWait { .. }
         | Input::Cue { .. } => return None,
     };
     let side = if *side == Side::Client { 0 } else { 1 };

@@ -189,6 +189,7 @@ fn heard(at: u64, node: NodeId, input: &Input) -> Option<Word> {
         | Input::SessionLost
         | Input::Guest { .. }
         | Input::Act { .. }
+        | Input::HostWait { .. }
         | Input::Cue { .. } => return None,
     };
     Some(Word { at, node, said: false, way, hash: wire_hash(bytes) })

@@ -158,6 +158,10 @@ fn run(ui: &mut Ui, shown: &Shown) {
             let text = format!("ABLATION {}", words::tame(policy));
             marks::chip(ui, 232.0, (Tone::Caution, Shape::Diamond), &text, true, &format!("MARK {text}"));
         }
+        if let Some(wait) = shown.marks.host_wait {
+            let text = format!("HOST BUSY {} ms", wait.0 / 1000);
+            marks::chip(ui, 232.0, (Tone::Caution, Shape::Diamond), &text, true, &format!("MARK {text}"));
+        }
         for link in &shown.links {
             let clock = shown.units.iter().find(|unit| unit.unit.peer() == link.peer).and_then(|unit| unit.clock);
             link_chip(ui, shown, link, clock);

@@ -156,6 +156,7 @@ function marks(picture) {
   const all = [["mark", "SIMULATION"]];
   if (picture.replay) all.push(["advice", "REPLAY · nothing here is now"]);
   if (picture.ablation) all.push(["caution", `ABLATION ${picture.ablation}`]);
+  if (picture.host_wait_ms) all.push(["caution", `HOST BUSY ${picture.host_wait_ms} ms`]);
   all.push(["weak", `${picture.operator} · ${picture.role}`]);
   document.getElementById("marks").replaceChildren(...all.map(([tone, text]) => element("li", tone, text)));
 }

@@ -205,6 +205,7 @@ impl Driver {
             Wake::Observed(observation) => self.ports.logs.observed(&observation),
             Wake::Control(Control::Quiesce) => self.feed(&Input::Quiesce),
             Wake::Control(Control::Cue(step)) => self.feed(&Input::Cue { step: step.cue() }),
+            Wake::Control(Control::HostWait(wait)) => self.feed(&Input::HostWait { wait }),
             Wake::Control(Control::Act(bytes)) => self.feed(&Input::Act { bytes }),
             Wake::Control(Control::Finish) => {
                 self.feed(&Input::Finish);

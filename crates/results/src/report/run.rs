@@ -274,6 +274,15 @@ mod tests {
     }
 
     #[test]
+    fn the_latest_of_the_host_is_reported() {
+        let trials =
+            [4.5, 61.2, 7.0].map(|late| Trial { host_late_ms: Some(late), ..Trial::example(7, Outcome::Nominal) });
+        let run = RunObject::new("nominal", Mode::Live, 7, trials.to_vec(), &[]);
+        assert!(super::super::run_table(&run).contains("the host was late by 61 ms at most"));
+        assert_eq!(serde_json::to_value(&run).unwrap()["trials"][1]["host_late_ms"], 61.2);
+    }
+
+    #[test]
     fn outsider_datagrams_are_reported_with_their_place() {
         let mut met = Trial::example(7, Outcome::Nominal);
         met.outsiders = BTreeMap::from([("relay-telemetry".to_owned(), 12)]);

@@ -103,7 +103,8 @@ pub fn run_table(run: &RunObject) -> String {
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
     let host = host_line([(run.scenario.as_str(), &run.summary)]);
     let beside =
-        format!("{}{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials), unconfined(&run.trials));
+        [run.mission.lines(), fates(run), outsiders(&run.trials), unconfined(&run.trials), lateness(&run.trials), host]
+            .concat();
     let on = run.platform.as_ref().map(|platform| format!(" on {platform}")).unwrap_or_default();
     let title = format!("{}{on} ({}, seed {})", run.scenario, run.mode.name(), run.seed);
     folded(&format!("{mark}{detector}{title}\n{table}\n{LEGEND}\n{beside}"))
@@ -127,6 +128,12 @@ fn unconfined(trials: &[Trial]) -> String {
     let levels = trials.iter().filter_map(|trial| trial.confinement.as_deref()).filter(|level| *level != "full");
     let levels: BTreeSet<&str> = levels.collect();
     levels.iter().map(|level| format!("confinement of services: {level}\n")).collect()
+}
+
+/// The most by which the host was late in a trial, where that was measured.
+fn lateness(trials: &[Trial]) -> String {
+    let most = trials.iter().filter_map(|trial| trial.host_late_ms).max_by(f64::total_cmp);
+    most.map(|ms| format!("the host was late by {ms:.0} ms at most\n")).unwrap_or_default()
 }
 
 /// The attempts that were repeated because the host had spoilt them, where any were, by name and seed.

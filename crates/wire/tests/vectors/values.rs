@@ -533,6 +533,7 @@ fn inputs() -> Vec<Named> {
         named!("finish", Input, Input::Finish),
         named!("cue", Input, Input::Cue { step: step("cut").cue() }),
         named!("session-lost", Input, Input::SessionLost),
+        named!("host-wait", Input, Input::HostWait { wait: Span::ms(120) }),
         named!("guest", Input, Input::Guest { bytes: codec::encode(&Answer::Ready) }),
         named!("act", Input, Input::Act { bytes: codec::encode(&numbered(person::Act::Withdraw)) }),
     ]

@@ -1,0 +1,48 @@
+//! How long the host kept a service of the run waiting for a core: on a host with other work what is shown comes late, and a run may be
+//! INVALID for it.
+//!
+//! The launcher counts the waits and tells them. The console cannot count them itself: a sleeper like it is woken first.
+
+use wire::time::{Instant, Span};
+
+/// A wait is shown for so long.
+const SHOWN_FOR: Span = Span::s(10);
+
+/// The longest wait of the last ten seconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct HostWait {
+    longest: Option<(Instant, Span)>,
+}
+
+impl HostWait {
+    /// The launcher told at `now` of a wait.
+    pub fn told(&mut self, now: Instant, wait: Span) {
+        if self.at(now).is_none_or(|longest| wait >= longest) {
+            self.longest = Some((now, wait));
+        }
+    }
+
+    /// The longest wait that was told in the ten seconds before `now`.
+    pub fn at(&self, now: Instant) -> Option<Span> {
+        self.longest.filter(|(told, _)| now.since(*told) < SHOWN_FOR).map(|(_, wait)| wait)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_wait_is_shown_for_ten_seconds() {
+        let [first, second] = [Instant(0) + Span::s(1), Instant(0) + Span::s(5)];
+        let mut wait = HostWait::default();
+        assert_eq!(wait.at(first), None);
+        wait.told(first, Span::ms(120));
+        wait.told(second, Span::ms(60));
+        assert_eq!(wait.at(second), Some(Span::ms(120)));
+        let past = first + SHOWN_FOR;
+        assert_eq!(wait.at(past), None);
+        wait.told(past, Span::ms(60));
+        assert_eq!(wait.at(past), Some(Span::ms(60)));
+    }
+}
