@@ -157,6 +157,9 @@ pub struct Object {
     /// True if it goes on from the last point to the first, for ever.
     #[serde(default)]
     pub closed: bool,
+    /// True if it stops 3 m before the unit, and turns back when it has stood there for 10 s.
+    #[serde(default)]
+    pub yields: bool,
 }
 
 fn grey() -> [u8; 3] {

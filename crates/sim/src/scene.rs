@@ -85,6 +85,9 @@ pub struct Object {
     /// True if it goes on from the last point to the first, for ever.
     #[serde(default)]
     pub closed: bool,
+    /// True if it stops 3 m before the unit, and turns back when it has stood there for 10 s.
+    #[serde(default)]
+    pub yields: bool,
 }
 
 /// Imitated appearance of an object, by modality. Its shape is its size, and needs no other disguise.
@@ -138,6 +141,7 @@ impl Default for Scene {
             speed: 0.0,
             departs: 0.0,
             closed: false,
+            yields: false,
         };
         let walker = Object {
             path: vec![[18.0, 4.0], [18.0, 20.0], [6.0, 20.0]],

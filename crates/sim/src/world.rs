@@ -54,14 +54,57 @@ pub struct Placement {
     pub facing: [f32; 2],
 }
 
+impl Placement {
+    /// True if the unit is ahead of it and near enough to stop.
+    fn is_close_before(&self, unit: Vector) -> bool {
+        let (east, north) = (unit.x - self.centre.x, unit.y - self.centre.y);
+        east * self.facing[0] + north * self.facing[1] > 0.0 && libm::hypotf(east, north) < STOPS_BEFORE
+    }
+
+    fn turned(self) -> Self {
+        Placement { facing: self.facing.map(|part| -part), ..self }
+    }
+}
+
 /// The world of one sim.
 pub struct World {
     pub(crate) physics: PhysicsWorld,
     scene: Arc<Scene>,
     terrain: Arc<Terrain>,
     placed: Vec<Placement>,
-    movers: Vec<(usize, RigidBodyHandle)>,
+    movers: Vec<Mover>,
     steps: u64,
+}
+
+/// An object that moves.
+#[derive(Clone)]
+struct Mover {
+    object: usize,
+    body: RigidBodyHandle,
+    /// Steps along its path.
+    gone: i64,
+    /// True if it goes back.
+    back: bool,
+    /// Steps for which it has stood before the unit.
+    stood: u64,
+}
+
+/// Distance from its middle to the unit's within which an object that yields stops, metres: half of a long unit, and a step.
+const STOPS_BEFORE: f32 = 3.0;
+/// Steps after which it turns back.
+const WAITS: u64 = 10_000_000 / STEP.0;
+
+impl Mover {
+    /// One step on its way, or of standing; who has stood for long turns back.
+    fn step(&mut self, stands: bool) {
+        self.stood = if stands { self.stood + 1 } else { 0 };
+        if self.stood >= WAITS {
+            (self.stood, self.back) = (0, !self.back);
+        } else if !stands {
+            self.gone = (self.gone + if self.back { -1 } else { 1 }).max(0);
+        }
+        self.back &= self.gone > 0;
+    }
 }
 
 impl World {
@@ -85,7 +128,7 @@ impl World {
             if object.moves() {
                 let body = RigidBodyBuilder::kinematic_position_based().pose(pose_of(&placement));
                 let (handle, _) = self.physics.insert(body, collider);
-                self.movers.push((index, handle));
+                self.movers.push(Mover { object: index, body: handle, gone: 0, back: false, stood: 0 });
             } else {
                 self.physics.insert_collider(collider.position(pose_of(&placement)), None);
             }
@@ -97,18 +140,24 @@ impl World {
     pub fn step(&mut self) {
         self.steps += 1;
         let scene = Arc::clone(&self.scene);
+        let unit = self.physics.bodies.iter().map(|(_, body)| body).find(|body| body.is_dynamic());
+        let unit = unit.map(|body| body.translation());
         for k in 0..self.movers.len() {
-            let (index, handle) = self.movers[k];
-            let placement = self.placement(&scene.objects[index], self.seconds());
+            let Mover { object: index, body, .. } = self.movers[k];
+            let object = &scene.objects[index];
+            let stands = object.yields && unit.is_some_and(|unit| self.placed[index].is_close_before(unit));
+            self.movers[k].step(stands);
+            let placement = self.placement(object, seconds(self.movers[k].gone.unsigned_abs()));
+            let placement = if self.movers[k].back { placement.turned() } else { placement };
             self.placed[index] = placement;
-            self.physics.bodies[handle].set_next_kinematic_position(pose_of(&placement));
+            self.physics.bodies[body].set_next_kinematic_position(pose_of(&placement));
         }
         self.physics.step();
     }
 
     /// Simulated seconds since the start.
     pub fn seconds(&self) -> f64 {
-        (self.steps * STEP.0) as f64 / 1e6
+        seconds(self.steps)
     }
 
     /// The scene.
@@ -215,6 +264,10 @@ impl View<'_> {
 /// Half a turn of the quaternion that lifts rapier's y-up height fields to z up.
 const HALF_SQRT: f32 = core::f32::consts::FRAC_1_SQRT_2;
 
+fn seconds(steps: u64) -> f64 {
+    (steps * STEP.0) as f64 / 1e6
+}
+
 /// The relief as a collider. Rapier's height fields have height along y, rows along z and columns along x; turned by
 /// a quarter about x, height is z up and rows run from north to south.
 fn ground_collider(terrain: &Terrain) -> ColliderBuilder {
@@ -252,4 +305,37 @@ pub(crate) fn turn([cos, sin]: [f32; 2]) -> Rotation {
     let w = ((1.0 + cos).max(0.0) / 2.0).sqrt();
     let z = ((1.0 - cos).max(0.0) / 2.0).sqrt();
     Rotation::from_xyzw(0.0, 0.0, if sin < 0.0 { -z } else { z }, w).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::platform::Vehicle;
+
+    use crate::fidelity::Fidelity;
+    use crate::plant::{Plant, SetPoint};
+
+    /// How far a walker gets whose way leads through a unit that stands.
+    fn walked(yields: bool, seconds: u64) -> f32 {
+        let mut scene = Scene::default();
+        let mut walker = scene.objects.iter().find(|object| object.moves()).unwrap().clone();
+        let [east, north] = [scene.start.east + 1.0, scene.start.north - 4.0];
+        (walker.path, walker.closed, walker.yields) = (vec![[east, north], [east, north + 25.0]], false, yields);
+        scene.objects = vec![walker];
+        let mut world = World::new(Arc::new(scene.clone()));
+        let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
+        for step in 1..=seconds * 1_000_000 / STEP.0 {
+            let now = wire::time::Instant(step * STEP.0);
+            plant.accept(now, SetPoint::course((0.0, 0.0), now + wire::time::Span::ms(500)));
+            plant.step(now, &mut world);
+        }
+        world.placements()[0].centre.y - north
+    }
+
+    #[test]
+    fn walker_who_yields_stops_before_the_unit_and_turns_back() {
+        assert!(walked(false, 20) > 20.0, "who does not yield walks on");
+        let (stops, back) = (walked(true, 10), walked(true, 12));
+        assert!((0.5..2.0).contains(&stops) && back < stops - 0.5, "{stops} {back}");
+    }
 }

@@ -75,6 +75,7 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         speed: object.speed_m_s.get() as f32,
         departs: object.departs_s.get() as f32,
         closed: object.closed,
+        yields: object.yields,
     }
 }
 

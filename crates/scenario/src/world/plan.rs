@@ -100,6 +100,12 @@ impl Plan {
         self.moving.push(moving);
     }
 
+    /// The same with things that move and yield to the unit, or do not.
+    pub(super) fn yielding(mut self, yields: bool) -> Self {
+        self.moving.iter_mut().for_each(|moving| moving.yields = yields);
+        self
+    }
+
     /// The whole as a scene, its ground with this seed.
     pub(super) fn scene(self, seed: u32) -> Scene {
         let ((start, heading), mut number) = (self.start, 0);
@@ -185,6 +191,7 @@ fn object((class, size, warmth, colour): Kind, path: &[At], heading: f64) -> Obj
         speed_m_s: Real::nearest(0.0),
         departs_s: Real::nearest(0.0),
         closed: false,
+        yields: false,
     }
 }
 
