@@ -18,7 +18,6 @@ use wire::time::{Instant, Span};
 use crate::authority::Spent;
 use crate::command::Ordered;
 use crate::designation::Designated;
-use crate::extent::Extent;
 use crate::fitness::{Stage, fit};
 use crate::flight;
 use crate::geofence::{Motion, Point};
@@ -31,13 +30,13 @@ use crate::navigation::{self, SetPoint, Surroundings};
 use crate::settings;
 use crate::state::Machine;
 use crate::telemetry::Sources;
-use crate::things;
+use crate::things::{self, Obstacle};
 use crate::transition::{Context, Effect, Effects, Stimulus, Timing};
 use crate::{Autonomy, plan};
 
 /// Period of new command nonces.
 const NONCE_PERIOD: Span = Span::ms(500);
-/// Least distance that the way keeps to a thing that is on no map, from centre to centre, millimetres.
+/// Distance that the way keeps to a thing that is on no map where there is room for it, from centre to centre, millimetres.
 const KEEP_CLEAR_MM: f64 = 3000.0;
 
 impl Autonomy {
@@ -335,17 +334,18 @@ impl Autonomy {
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let (fence, steered) = (&self.fence, self.steered);
         let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
-        navigation::follow(&motion, &way, &around)
+        let asked = navigation::follow(&motion, &way, &around);
+        self.turn.back_up(asked, &motion, &around, now)
     }
 
     /// Things that the body would touch at its height. None for a satellite's point of sight.
-    pub(crate) fn things_at_height(&self, now: Instant) -> Vec<Extent> {
+    pub(crate) fn things_at_height(&self, now: Instant) -> Vec<Obstacle> {
         let limits = &self.identity.limits;
         if limits.body_mm == [0, 0] {
             return Vec::new();
         }
         let height = self.height().map_or(0.0, |(_, height)| height - flight::BELOW_MM);
-        self.things.extents(height, self.teammates.places(now))
+        self.things.obstacles(now, height, self.teammates.places(now))
     }
 
     /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own; then, with the
@@ -382,10 +382,11 @@ impl Autonomy {
         let width = f64::from(self.identity.limits.body_mm[1]);
         let tracks = self.picture.tracks().iter().filter(|track| !self.things.is_on_the_map(track)).map(|track| {
             let at = (f64::from(track.x_mm), f64::from(track.y_mm));
-            Keepout { at, radius: things::keep_clear(track.class, width).max(KEEP_CLEAR_MM) }
+            let least = things::keep_clear(track.class, width);
+            Keepout { at, radius: least.max(KEEP_CLEAR_MM), least }
         });
         let places = self.teammates.places(now).chain(self.looked_at);
-        tracks.chain(places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM })).collect()
+        tracks.chain(places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM, least: KEEP_CLEAR_MM })).collect()
     }
 
     /// Renews the command nonce and the session's challenge when they are due.

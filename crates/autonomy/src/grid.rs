@@ -24,13 +24,19 @@ const DIAGONAL: u32 = 14;
 pub struct Keepout {
     /// Centre.
     pub at: Point,
-    /// Distance to keep, millimetres.
+    /// Distance that is planned for, millimetres.
     pub radius: f64,
+    /// The least distance with which the body passes, millimetres.
+    pub least: f64,
 }
 
 impl Keepout {
-    fn cuts(&self, a: Point, b: Point) -> bool {
-        to_segment(self.at, a, b) < self.radius
+    fn cuts(&self, a: Point, b: Point, width: Room) -> bool {
+        to_segment(self.at, a, b) < self.distance(width)
+    }
+
+    fn distance(&self, width: Room) -> f64 {
+        if width == Room::Wide { self.radius } else { self.least }
     }
 }
 
@@ -109,8 +115,8 @@ impl Grid {
             return Some(vec![to]);
         }
         let goal = self.cell_of(to);
-        let free =
-            |cell: &Cell| self.has(*cell, least) && !moving.iter().any(|k| nearer(k.at, self.centre(*cell), k.radius));
+        let taken = |cell| moving.iter().any(|k| nearer(k.at, self.centre(cell), k.distance(least)));
+        let free = |cell: &Cell| self.has(*cell, least) && !taken(*cell);
         let next = |cell: &Cell| self.neighbours(*cell).filter(|(cell, _)| free(cell)).collect::<Vec<_>>();
         let (cells, _) = astar(&self.cell_of(from), next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
         let mut points: Vec<Point> = cells.into_iter().map(|cell| self.centre(cell)).collect();
@@ -126,7 +132,7 @@ impl Grid {
             let share = f64::from(i) / f64::from(steps);
             self.has(self.cell_of((a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))), least)
         });
-        open && !moving.iter().any(|k| k.cuts(a, b))
+        open && !moving.iter().any(|k| k.cuts(a, b, least))
     }
 
     /// Leaves out every point that the one before can see past.

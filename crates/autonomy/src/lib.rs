@@ -54,6 +54,7 @@ mod stored;
 pub mod telemetry;
 pub mod things;
 pub mod transition;
+pub mod turn;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -101,6 +102,7 @@ use seals::Seals;
 use state::Machine;
 use telemetry::StatusRecord;
 use things::{Thing, Things};
+use turn::Turn;
 
 /// Room that a narrow way leaves beside the body: that of the shell, and as much again for the way that a curve is cut.
 const NARROW_MM: f64 = 500.0;
@@ -137,6 +139,8 @@ pub struct Autonomy {
     look: Option<Look>,
     /// Place of the object that was looked at last: the unit came near, and keeps clear of it when it is no longer in view.
     looked_at: Option<Point>,
+    /// Turning in more moves than one.
+    turn: Turn,
     /// The guest that drives in place of mission and navigation.
     pilot: Option<Pilot>,
     drive: Sender,
@@ -214,6 +218,7 @@ impl Autonomy {
             mission: Mission::new(&config.route, config.looped, grid),
             look: None,
             looked_at: None,
+            turn: Turn::default(),
             pilot: config.guest.as_ref().map(|guest| Pilot::new(guest, Span::ms(bounds.control_period_ms), now)),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
@@ -277,6 +282,7 @@ impl Autonomy {
             mission: self.mission.clone(),
             look: self.look,
             looked_at: self.looked_at,
+            turn: self.turn,
             pilot: self.pilot.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),

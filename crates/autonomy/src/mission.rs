@@ -13,6 +13,11 @@ const REACHED_MM: f64 = 1000.0;
 /// Least time between two plans of one leg.
 const REPLAN: Span = Span::s(1);
 
+/// Length by which a way around things that move may be longer than one through their places, millimetres. A longer one is not taken at once.
+const DETOUR_MM: f64 = 15_000.0;
+/// Time for which the unit waits for them to go before it takes it.
+const PATIENCE: Span = Span::s(10);
+
 /// Route, progress and present way.
 #[derive(Clone, Debug)]
 pub struct Mission {
@@ -22,6 +27,8 @@ pub struct Mission {
     /// Legs completed, over all laps.
     legs: usize,
     leg: Option<Leg>,
+    /// Since when the way around things that move is a long one.
+    blocked: Option<Instant>,
 }
 
 #[derive(Clone, Debug)]
@@ -44,7 +51,7 @@ impl Mission {
     /// A mission over `route` on `grid`.
     pub fn new(route: &[(i32, i32)], looped: bool, grid: Grid) -> Self {
         let route = route.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect();
-        Mission { route, looped, grid, legs: 0, leg: None }
+        Mission { route, looped, grid, legs: 0, leg: None, blocked: None }
     }
 
     /// From now on over this grid; the present leg is planned anew.
@@ -75,16 +82,29 @@ impl Mission {
         self.pass(at);
         let target = self.target(0)?;
         if self.leg.as_ref().is_none_or(|leg| leg.wants_plan(at, moving, now)) {
-            let mut way = vec![at];
-            match self.grid.way(at, target, moving) {
-                Some(points) => way.extend(points),
-                None => way.clear(),
-            }
+            let way = self.plan((at, target), moving, now).unwrap_or_default();
             self.leg = Some(Leg { way, planned: now });
         }
         let beyond = self.target(1);
         let points = self.leg.as_ref().map(|leg| leg.way.as_slice()).filter(|way| way.len() > 1)?;
         Some(Way { points, beyond })
+    }
+
+    /// The way with its start: around `moving` places, or for a while through them where that saves a long detour. Who follows it stops before
+    /// them.
+    fn plan(&mut self, (at, target): (Point, Point), moving: &[Keepout], now: Instant) -> Option<Vec<Point>> {
+        let with_start = |points: Vec<Point>| std::iter::once(at).chain(points).collect::<Vec<_>>();
+        let around = self.grid.way(at, target, moving).map(with_start);
+        if moving.is_empty() {
+            return around;
+        }
+        let through = self.grid.way(at, target, &[]).map(with_start)?;
+        if around.as_ref().is_some_and(|around| length(around) <= length(&through) + DETOUR_MM) {
+            self.blocked = None;
+            return around;
+        }
+        let since = *self.blocked.get_or_insert(now);
+        if now.since(since) < PATIENCE { Some(through) } else { around }
     }
 
     /// A way from `at` to a place that is no way point, without its start; `None` where there is none.
@@ -112,9 +132,14 @@ impl Leg {
     }
 }
 
+fn length(way: &[Point]) -> f64 {
+    way.windows(2).map(|ab| between(ab[0], ab[1])).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::extent::Extent;
     use crate::geofence::Geofence;
     use crate::grid::Clearance;
 
@@ -141,8 +166,23 @@ mod tests {
     fn what_comes_into_the_way_is_planned_around() {
         let mut mission = mission(true);
         mission.way((4500.0, 5000.0), &[], Instant(0));
-        let walker = Keepout { at: (10_000.0, 5000.0), radius: 2000.0 };
+        let walker = Keepout { at: (10_000.0, 5000.0), radius: 2000.0, least: 1500.0 };
         let way = mission.way((4600.0, 5000.0), &[walker], Instant(1_000_000)).unwrap();
         assert!(way.points.windows(2).all(|ab| to_segment(walker.at, ab[0], ab[1]) >= 2000.0), "{way:?}");
+    }
+
+    #[test]
+    fn a_long_detour_is_taken_after_a_wait() {
+        let wall = Extent::new((10_000.0, 8000.0), 0.0, (200.0, 6500.0));
+        let clearance = Clearance { fence: 500.0, wide: 700.0, narrow: 600.0 };
+        let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);
+        let mut mission = Mission::new(&[(15_000, 1000)], false, Grid::new(&fence, &[wall], clearance));
+        let in_the_gap = [Keepout { at: (10_000.0, 500.0), radius: 1500.0, least: 1500.0 }];
+        let mut furthest_north = |second| {
+            let way = mission.way((5000.0, 1000.0), &in_the_gap, Instant(0) + Span::s(second)).unwrap();
+            way.points.iter().map(|point| point.1).fold(0.0, f64::max)
+        };
+        assert!(furthest_north(0) < 2000.0 && furthest_north(9) < 2000.0, "through the gap");
+        assert!(furthest_north(11) > 15_000.0, "around the wall");
     }
 }

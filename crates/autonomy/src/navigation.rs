@@ -7,12 +7,12 @@
 use wire::bounds::Bounds;
 use wire::platform::Limits;
 
-use crate::extent::Extent;
 use crate::geofence::{Geofence, Motion, Point, between, nearest_on};
 use crate::grid::Keepout;
 use crate::localisation::wrap;
 use crate::mission::Way;
-use crate::shell;
+use crate::shell::{self, Brakes};
+use crate::things::Obstacle;
 
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
@@ -34,7 +34,7 @@ pub struct Surroundings<'a> {
     /// Things seen around that are on no map: the unit stands off from them.
     pub seen: &'a [Keepout],
     /// Things that the body must not touch.
-    pub things: &'a [Extent],
+    pub things: &'a [Obstacle],
     /// Curvature that the plant was asked for last, 1/mm.
     pub steered: f64,
     /// The fence.
@@ -43,6 +43,13 @@ pub struct Surroundings<'a> {
     pub bounds: &'a Bounds,
     /// The platform's limits of driving.
     pub limits: &'a Limits,
+}
+
+impl Surroundings<'_> {
+    /// The platform's brakes.
+    pub(crate) fn brakes(&self) -> Brakes {
+        Brakes::of(self.bounds, self.limits)
+    }
 }
 
 /// The set-point that follows `way`.
@@ -79,7 +86,7 @@ pub fn limited(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> S
 fn within(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
     let speed = within_fence(motion, asked.speed, around);
     let arc = (speed, asked.curvature, around.steered);
-    SetPoint { speed: shell::speed_along(motion, arc, around.things, around.limits), ..asked }
+    SetPoint { speed: shell::speed_along(motion, arc, around.things, around.brakes(), around.limits), ..asked }
 }
 
 /// The point of the way one lookahead beyond the point nearest to `at`, and the distance left to the way's end.
@@ -131,7 +138,7 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
 }
 
 /// The highest speed up to `speed` that leaves the fence guard room.
-fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
+pub(crate) fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
     let spare = |speed: f64| around.fence.spare(&Motion { speed, ..*motion }, around.bounds, around.limits);
     let allowed = |speed: f64| spare(speed) >= f64::from(around.limits.fence_spare_mm);
     let steps = (0..=FENCE_STEPS).map(|i| speed * f64::from(FENCE_STEPS - i) / f64::from(FENCE_STEPS));
@@ -186,7 +193,7 @@ mod tests {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
-        let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0 }];
+        let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0, least: 1000.0 }];
         let mut around = around(3000.0, &wall, (&fence, &bounds));
         assert_eq!(follow(&motion, &way, &around).speed, 0.0);
         around.seen = &[];

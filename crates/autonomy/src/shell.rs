@@ -3,12 +3,16 @@
 //!
 //! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
 //! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
-//! along it and away, not nearer. World frame, millimetres.
+//! along it and away, not nearer. Of what moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
+//! back: at no moment of that may the two meet. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
+//! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
 
+use wire::bounds::Bounds;
 use wire::platform::Limits;
 
 use crate::extent::Extent;
 use crate::geofence::Motion;
+use crate::things::Obstacle;
 
 /// Room around the body: four deviations of a fix (160 mm) and the way by which steering lags behind.
 const SPARE_MM: f64 = 250.0;
@@ -18,45 +22,124 @@ const SWING_MM: f64 = 30.0;
 const LEAST_MM: f64 = 60.0;
 /// Between two places of the body along an arc: less than the thinnest thing that counts, with the margin on both sides.
 const STEP_MM: f64 = 150.0;
+/// Between two moments of braking, seconds: in 0.1 s the two come nearer by less than the margin.
+const TICK_S: f64 = 0.1;
+/// Steps in which the speed is lowered until nothing is met.
+const SLOWER: u32 = 8;
+
+/// How the unit slows down: deceleration as driving plans it and as it surely can, mm/s², and time before either begins, seconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Brakes {
+    comfort: f64,
+    hard: f64,
+    reaction: f64,
+}
+
+impl Brakes {
+    /// Those of a platform.
+    pub fn of(bounds: &Bounds, limits: &Limits) -> Self {
+        let [comfort, hard] = [limits.comfort_mm_s2, bounds.braking_mm_s2].map(f64::from);
+        Brakes { comfort, hard, reaction: limits.reaction_s() }
+    }
+}
 
 /// The fastest forward speed up to `speed` on an arc of `curvature` that leaves room to stop. Steering takes time to follow, so the arc between
 /// is looked at too: from the curvature of now, `before`.
 pub fn speed_along(
     motion: &Motion,
     (speed, curvature, before): (f64, f64, f64),
-    things: &[Extent],
+    things: &[Obstacle],
+    brakes: Brakes,
     limits: &Limits,
 ) -> f64 {
-    let (braking, reaction) = (f64::from(limits.comfort_mm_s2), limits.reaction_s());
-    let reach = speed * reaction + speed * speed / (2.0 * braking) + STEP_MM;
-    let half = limits.body_mm.map(|mm| f64::from(mm) / 2.0);
-    let body = libm::hypot(half[0], half[1]) + SPARE_MM;
-    let near: Vec<&Extent> = things.iter().filter(|thing| thing.near(motion.at, reach + body)).collect();
-    if near.is_empty() || speed <= 0.0 {
-        return speed;
-    }
-    let arcs = [curvature, before, (curvature + before) / 2.0];
-    let free = arcs.into_iter().map(|arc| free_along(motion, arc, reach, limits, &near)).fold(reach, f64::min);
-    if free >= reach { speed } else { stops_within(free, braking, reaction).min(speed) }
+    within_room(motion, (speed, [curvature, before, (curvature + before) / 2.0]), STEP_MM, things, (brakes, limits))
 }
 
-/// Length of the arc that the body can follow before it touches something, at most `reach`.
-fn free_along(motion: &Motion, curvature: f64, reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
+/// The same backwards, the speed without its sign.
+pub fn speed_back(
+    motion: &Motion,
+    (speed, curvature): (f64, f64),
+    things: &[Obstacle],
+    brakes: Brakes,
+    limits: &Limits,
+) -> f64 {
+    within_room(motion, (speed, [curvature]), -STEP_MM, things, (brakes, limits))
+}
+
+/// Length of the arc backwards that the body can follow, at most `most`.
+pub fn room_back(motion: &Motion, curvature: f64, most: f64, things: &[Obstacle], limits: &Limits) -> f64 {
+    let things: Vec<&Extent> = things.iter().map(|thing| &thing.extent).collect();
+    free_along(motion, (curvature, -STEP_MM), most, limits, &things)
+}
+
+/// The fastest speed up to `speed` that leaves room to stop on each of the arcs, in steps of `step`.
+fn within_room<const ARCS: usize>(
+    motion: &Motion,
+    (speed, arcs): (f64, [f64; ARCS]),
+    step: f64,
+    things: &[Obstacle],
+    (brakes, limits): (Brakes, &Limits),
+) -> f64 {
+    let reach = speed * brakes.reaction + speed * speed / (2.0 * brakes.comfort) + STEP_MM;
+    let half = limits.body_mm.map(|mm| f64::from(mm) / 2.0);
+    let body = libm::hypot(half[0], half[1]) + SPARE_MM;
+    if speed <= 0.0 {
+        return speed;
+    }
+    let stops_in = brakes.reaction + speed / brakes.hard;
+    let near = |thing: &&Obstacle| thing.after(stops_in).near(motion.at, reach + body);
+    let (move_by, stand): (Vec<&Obstacle>, Vec<&Obstacle>) =
+        things.iter().filter(near).partition(|thing| thing.moves());
+    let stand: Vec<&Extent> = stand.into_iter().map(|thing| &thing.extent).collect();
+    let free = arcs.into_iter().map(|arc| free_along(motion, (arc, step), reach, limits, &stand)).fold(reach, f64::min);
+    let free = if free >= reach { speed } else { stops_within(free, brakes.comfort, brakes.reaction).min(speed) };
+    let meets = |speed: f64| {
+        arcs.iter()
+            .any(|arc| move_by.iter().any(|thing| meets(motion, (speed * step.signum(), *arc), thing, brakes, limits)))
+    };
+    let slower = (0..=SLOWER).map(|i| free * f64::from(SLOWER - i) / f64::from(SLOWER));
+    slower.into_iter().find(|speed| *speed <= 0.0 || !meets(*speed)).unwrap_or(0.0)
+}
+
+/// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at one time.
+fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brakes: Brakes, limits: &Limits) -> bool {
     let (sin, cos) = libm::sincos(motion.yaw);
-    let (turn_sin, turn_cos) = libm::sincos(curvature * STEP_MM);
     let [length, width] = limits.body_mm.map(f64::from);
     let mut body = Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) };
-    // Wheels that do not steer do not slide: their axle follows the heading, and the middle swings about it.
-    let axle_behind = f64::from(limits.rear_axle_mm);
+    let (mut passed, mut left) = (0.0, speed.abs());
+    while left > 0.0 {
+        passed += TICK_S;
+        if passed > brakes.reaction {
+            left -= brakes.hard * TICK_S;
+        }
+        body = moved(&body, left.max(0.0).copysign(speed) * TICK_S, curvature, limits);
+        if body.overlaps(&thing.after(passed).grown(SPARE_MM)) {
+            return true;
+        }
+    }
+    false
+}
+
+/// The body `step` further on an arc. Wheels that do not steer do not slide: their axle follows the heading, and the middle swings about it.
+fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
+    let (sin, cos) = libm::sincos(curvature * step);
+    let (axis, axle_behind) = (body.axis, f64::from(limits.rear_axle_mm));
+    let axle = (body.at.0 + (step - axle_behind) * axis.0, body.at.1 + (step - axle_behind) * axis.1);
+    let axis = (axis.0 * cos - axis.1 * sin, axis.0 * sin + axis.1 * cos);
+    Extent { at: (axle.0 + axle_behind * axis.0, axle.1 + axle_behind * axis.1), axis, ..*body }
+}
+
+/// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most `reach`.
+fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
+    let (sin, cos) = libm::sincos(motion.yaw);
+    let [length, width] = limits.body_mm.map(f64::from);
+    let mut body = Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) };
     let kept: Vec<Kept> = things.iter().map(|thing| Kept::to(thing, &body)).collect();
     let steps = libm::ceil(reach / STEP_MM) as u32;
-    for step in 1..=steps {
-        let axis = body.axis;
-        let axle = (body.at.0 + (STEP_MM - axle_behind) * axis.0, body.at.1 + (STEP_MM - axle_behind) * axis.1);
-        body.axis = (axis.0 * turn_cos - axis.1 * turn_sin, axis.0 * turn_sin + axis.1 * turn_cos);
-        body.at = (axle.0 + axle_behind * body.axis.0, axle.1 + axle_behind * body.axis.1);
+    for taken in 1..=steps {
+        body = moved(&body, step, curvature, limits);
         if things.iter().zip(&kept).any(|(thing, kept)| kept.is_broken(thing, &body)) {
-            return f64::from(step - 1) * STEP_MM;
+            return f64::from(taken - 1) * STEP_MM;
         }
     }
     reach
@@ -108,30 +191,62 @@ mod tests {
         Motion { at: (x, y), yaw: 0.0, speed: 3000.0 }
     }
 
+    fn brakes() -> Brakes {
+        Brakes::of(&Bounds::GROUND, &Limits::GROUND)
+    }
+
+    fn standing(extent: Extent) -> Obstacle {
+        Obstacle { extent, velocity: (0.0, 0.0) }
+    }
+
     #[test]
     fn car_beside_the_centre_line_is_not_passed_through() {
         // Its middle is 2 m beside the way, its side reaches over it.
-        let car = [Extent::new((8000.0, 2000.0), 1.2, (2100.0, 900.0))];
-        let along = |x| speed_along(&from(x, 0.0), (3000.0, 0.0, 0.0), &car, &Limits::GROUND);
+        let car = [standing(Extent::new((8000.0, 2000.0), 1.2, (2100.0, 900.0)))];
+        let along = |x| speed_along(&from(x, 0.0), (3000.0, 0.0, 0.0), &car, brakes(), &Limits::GROUND);
         assert_eq!(along(0.0), 3000.0);
         assert!(along(3000.0) < 2500.0 && along(6400.0) < 300.0, "{} {}", along(3000.0), along(6400.0));
-        let aside = [Extent::new((8000.0, 3200.0), 0.0, (2100.0, 900.0))];
-        assert_eq!(speed_along(&from(6400.0, 0.0), (3000.0, 0.0, 0.0), &aside, &Limits::GROUND), 3000.0);
+        let aside = [standing(Extent::new((8000.0, 3200.0), 0.0, (2100.0, 900.0)))];
+        assert_eq!(speed_along(&from(6400.0, 0.0), (3000.0, 0.0, 0.0), &aside, brakes(), &Limits::GROUND), 3000.0);
     }
 
     #[test]
     fn arc_between_two_curvatures_is_kept_free() {
-        let post = [Extent::around((2500.0, 300.0), 100.0)];
-        let turning = |before| speed_along(&from(0.0, 0.0), (3000.0, 0.4e-3, before), &post, &Limits::GROUND);
+        let post = [standing(Extent::around((2500.0, 300.0), 100.0))];
+        let turning = |before| speed_along(&from(0.0, 0.0), (3000.0, 0.4e-3, before), &post, brakes(), &Limits::GROUND);
         assert!(turning(0.0) < 3000.0, "it goes straight on for a while");
     }
 
     /// Within the margin of a wall at its side it goes on, not into the wall.
     #[test]
     fn unit_beside_a_wall_may_leave_it() {
-        let wall = [Extent::new((0.0, 600.0), 0.0, (9000.0, 50.0))];
-        let along = |curvature| speed_along(&from(0.0, 0.0), (1000.0, curvature, curvature), &wall, &Limits::GROUND);
+        let wall = [standing(Extent::new((0.0, 600.0), 0.0, (9000.0, 50.0)))];
+        let along =
+            |curvature| speed_along(&from(0.0, 0.0), (1000.0, curvature, curvature), &wall, brakes(), &Limits::GROUND);
         assert_eq!(along(0.0), 1000.0);
         assert!(along(-0.4e-3) > 0.0 && along(0.4e-3) < 400.0, "{} {}", along(-0.4e-3), along(0.4e-3));
+    }
+
+    #[test]
+    fn walker_who_crosses_is_not_met() {
+        let walker = |at, velocity| [Obstacle { extent: Extent::around(at, 300.0), velocity }];
+        let along =
+            |things: &[Obstacle]| speed_along(&from(0.0, 0.0), (3000.0, 0.0, 0.0), things, brakes(), &Limits::GROUND);
+        let crosses = along(&walker((2500.0, -2000.0), (0.0, 1400.0)));
+        assert!(crosses < 2500.0, "{crosses}");
+        assert_eq!(along(&walker((2500.0, -2000.0), (0.0, -1400.0))), crosses, "he may turn back");
+        assert_eq!(along(&walker((2500.0, -2000.0), (1400.0, 0.0))), 3000.0, "he walks beside it");
+        assert_eq!(along(&walker((2500.0, -4000.0), (0.0, 1400.0))), 3000.0, "it stands before he is there");
+        assert_eq!(along(&walker((900.0, 0.0), (-1400.0, 0.0))), 0.0, "he walks into it");
+    }
+
+    #[test]
+    fn room_behind_is_that_of_the_arc_backwards() {
+        let post = [standing(Extent::around((-2500.0, 900.0), 200.0))];
+        let back = |curvature| speed_back(&from(0.0, 0.0), (500.0, curvature), &post, brakes(), &Limits::GROUND);
+        // Backwards a curve to the right swings the rear to the right, away from the post.
+        assert_eq!((back(0.4e-3), back(0.0)), (500.0, 500.0));
+        let near = [standing(Extent::around((-1200.0, 0.0), 100.0))];
+        assert!(speed_back(&from(0.0, 0.0), (500.0, 0.0), &near, brakes(), &Limits::GROUND) < 200.0);
     }
 }

@@ -1,8 +1,7 @@
 //! Things around the unit with their extents: the map's, and those that perception showed, kept in mind until their place was seen empty.
 //!
-//! A track says where the middle of a thing is and of which class; its extent is the largest that corroboration takes for that class. A thing that
-//! moves is also where it will be while the unit brakes. One that is lost from view is kept: one that stood until its place was in view for
-//! [`DOUBTED`] without it, one that moved for [`MOVES_ON`]. World frame, millimetres.
+//! A track says where the middle of a thing is and of which class; its extent is the largest that corroboration takes for that class. One that is lost from view is kept: one that stood until its place was in view for
+//! [`DOUBTED`] without it, and so is one that was close; one that moved farther away for [`MOVES_ON`] at most. World frame, millimetres.
 
 use std::sync::Arc;
 
@@ -27,13 +26,17 @@ const LEAVES_THE_MAP_MM_S: f64 = 1000.0;
 const STANDS_MM_S: f64 = 300.0;
 /// Time in view without its track after which a standing thing is taken to be gone: that of a track's life.
 const DOUBTED: Span = Span::s(1);
-/// Time for which a thing that was lost while it moved is kept where it was lost.
+/// Time for which a thing that was lost while it moved is kept where it was lost, unless that was close.
 const MOVES_ON: Span = Span::s(2);
+/// Nearer than this a thing is lost from view though it is there, millimetres: the nearest of the view, and a step.
+const CLOSE_MM: f64 = 4000.0;
 /// Region in which a thing that is there is shown: distance, and angle off the optical axis (half of the camera's view less 5°).
 const IN_VIEW_MM: (f64, f64) = (3000.0, 15_000.0);
 const IN_VIEW_RAD: f64 = 0.7;
-/// Time ahead for which a moving thing is also where it goes: that of the unit's reaction and brakes from 3 m/s.
-const AHEAD_S: f64 = 1.0;
+/// Time for which a thing that moved is reckoned to move on.
+const PACE_FOR: Span = Span::s(5);
+/// Share of its way by which a thing that moves may be aside of its direction.
+const ASIDE: f64 = 0.25;
 /// Room beside the body on the way past a thing.
 const ROOM_MM: f64 = 600.0;
 /// Half of the size of another unit: its claim is a place alone.
@@ -48,6 +51,33 @@ pub struct Thing {
     pub top: f64,
 }
 
+/// Something that the body must not touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstacle {
+    /// Its extent.
+    pub extent: Extent,
+    /// Its velocity, mm/s; zero of something that stands.
+    pub velocity: Point,
+}
+
+impl Obstacle {
+    /// True for something that moves.
+    pub fn moves(&self) -> bool {
+        self.velocity != (0.0, 0.0)
+    }
+
+    /// Where it can be after so many seconds, going on, standing still or turning back, and somewhat aside.
+    pub fn after(&self, seconds: f64) -> Extent {
+        let speed = libm::hypot(self.velocity.0, self.velocity.1);
+        if speed <= 0.0 {
+            return self.extent;
+        }
+        let (way, half) = (speed * seconds, self.extent.radius());
+        let axis = (self.velocity.0 / speed, self.velocity.1 / speed);
+        Extent { at: self.extent.at, axis, half: (half + way, half + ASIDE * way) }
+    }
+}
+
 /// A thing that perception showed.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
@@ -55,7 +85,11 @@ struct Kept {
     class: Class,
     at: Point,
     velocity: Point,
+    /// Its fastest velocity of late, and when it had it: what turns or stops for a moment goes on.
+    pace: (Point, Instant),
     seen: Instant,
+    /// True if it was seen last nearer than the view: it may stand there unseen.
+    close: bool,
     /// Time for which its place was in view without it.
     missed: Span,
 }
@@ -94,7 +128,13 @@ impl Things {
         let passed = now.since(self.updated);
         self.updated = now;
         let unmapped: Vec<Kept> = tracks.iter().filter(|track| !self.is_on_the_map(track)).map(Kept::of).collect();
-        for seen in unmapped {
+        for mut seen in unmapped {
+            seen.close = between(seen.at, motion.at) < CLOSE_MM;
+            for before in &self.kept {
+                if before.track == seen.track || before.is_now(&seen) {
+                    seen.goes_on_from(before);
+                }
+            }
             self.kept.retain(|kept| kept.track != seen.track && !kept.is_now(&seen));
             self.kept.push(seen);
         }
@@ -110,11 +150,15 @@ impl Things {
         }
     }
 
-    /// The extents of those that reach up to `height`, and of teammates.
-    pub fn extents(&self, height: f64, teammates: impl Iterator<Item = Point>) -> Vec<Extent> {
-        let kept = self.kept.iter().map(Kept::thing);
-        let high = self.map.iter().copied().chain(kept).filter(|thing| thing.top >= height).map(|thing| thing.extent);
-        high.chain(teammates.map(|at| Extent::around(at, TEAMMATE_MM))).collect()
+    /// Those that reach up to `height`, and teammates.
+    pub fn obstacles(&self, now: Instant, height: f64, teammates: impl Iterator<Item = Point>) -> Vec<Obstacle> {
+        let still = (0.0, 0.0);
+        let mapped = self.map.iter().map(|thing| (*thing, still));
+        let kept = self.kept.iter().map(|kept| (kept.thing(), kept.reckoned(now)));
+        let high = mapped.chain(kept).filter(|(thing, _)| thing.top >= height);
+        let high = high.map(|(Thing { extent, .. }, velocity)| Obstacle { extent, velocity });
+        let claimed = |at| Obstacle { extent: Extent::around(at, TEAMMATE_MM), velocity: still };
+        high.chain(teammates.map(claimed)).collect()
     }
 
     /// True if the map explains a track: people are on no map, and neither is a thing that moves.
@@ -127,12 +171,15 @@ impl Things {
 
 impl Kept {
     fn of(track: &Track) -> Self {
+        let velocity = (f64::from(track.vx_mm_s), f64::from(track.vy_mm_s));
         Kept {
             track: track.id,
             class: track.class,
             at: (f64::from(track.x_mm), f64::from(track.y_mm)),
-            velocity: (f64::from(track.vx_mm_s), f64::from(track.vy_mm_s)),
+            velocity,
+            pace: (velocity, track.updated),
             seen: track.updated,
+            close: false,
             missed: Span(0),
         }
     }
@@ -141,29 +188,33 @@ impl Kept {
         libm::hypot(self.velocity.0, self.velocity.1)
     }
 
-    fn stands(&self) -> bool {
-        self.speed() < STANDS_MM_S
-    }
-
     /// True if a track that is shown now is this thing under another number.
     fn is_now(&self, seen: &Kept) -> bool {
         between(self.at, seen.at) < half(seen.class)
     }
 
+    /// Takes over the pace of the same thing before, where that was faster and is not long ago.
+    fn goes_on_from(&mut self, before: &Kept) {
+        let ((east, north), at) = before.pace;
+        if libm::hypot(east, north) > self.speed() && self.seen.since(at) < PACE_FOR {
+            self.pace = before.pace;
+        }
+    }
+
+    /// Velocity with which it is reckoned: its pace of late, or none of what stands.
+    fn reckoned(&self, now: Instant) -> Point {
+        let ((east, north), at) = self.pace;
+        let stands = libm::hypot(east, north) < STANDS_MM_S || now.since(at) >= PACE_FOR;
+        if stands { (0.0, 0.0) } else { (east, north) }
+    }
+
     fn is_gone(&self, now: Instant) -> bool {
-        if self.stands() { self.missed >= DOUBTED } else { now.since(self.seen) >= MOVES_ON }
+        let moved = libm::hypot(self.pace.0.0, self.pace.0.1) >= STANDS_MM_S;
+        self.missed >= DOUBTED || moved && !self.close && now.since(self.seen) >= MOVES_ON
     }
 
     fn thing(&self) -> Thing {
-        let (half, top) = (half(self.class), top(self.class));
-        if self.stands() {
-            return Thing { extent: Extent::around(self.at, half), top };
-        }
-        let (speed, (east, north)) = (self.speed(), self.velocity);
-        let way = speed * AHEAD_S / 2.0;
-        let axis = (east / speed, north / speed);
-        let at = (self.at.0 + axis.0 * way, self.at.1 + axis.1 * way);
-        Thing { extent: Extent { at, axis, half: (half + way, half) }, top }
+        Thing { extent: Extent::around(self.at, half(self.class)), top: top(self.class) }
     }
 }
 
@@ -216,7 +267,7 @@ mod tests {
     }
 
     fn count(things: &Things) -> usize {
-        things.extents(0.0, core::iter::empty()).len()
+        things.obstacles(Instant(0), 0.0, core::iter::empty()).len()
     }
 
     #[test]
@@ -240,7 +291,11 @@ mod tests {
         assert_eq!(count(&things), 1);
         things.update(&[track(Class::Person, (6200, 500), Instant(0))], &AT_THE_ORIGIN, Instant(0));
         assert_eq!(count(&things), 2, "a person stands beside it");
-        assert_eq!(things.extents(1600.0, core::iter::empty()).len(), 1, "at that height the car is flown over");
+        assert_eq!(
+            things.obstacles(Instant(0), 1600.0, core::iter::empty()).len(),
+            1,
+            "at that height the car is flown over"
+        );
         let passes = Track { vx_mm_s: 2000, ..track(Class::Vehicle, (6200, 500), Instant(0)) };
         assert!(!things.is_on_the_map(&passes), "another car goes past it");
     }
@@ -254,5 +309,20 @@ mod tests {
         }
         assert_eq!(count(&things), MOST);
         assert!(things.kept.iter().all(|kept| kept.at.0 < 32.0 * 5000.0), "the furthest went");
+    }
+
+    #[test]
+    fn walker_who_turns_is_reckoned_to_walk() {
+        let mut things = Things::new(Arc::from([]), Instant(0));
+        let walker = |vx_mm_s, now| Track { vx_mm_s, ..track(Class::Person, (6000, 0), now) };
+        let moves = |things: &Things, now| things.obstacles(now, 0.0, core::iter::empty())[0].moves();
+        let after = |ms| Instant(0) + Span::ms(ms);
+        things.update(&[walker(1400, after(0))], &AT_THE_ORIGIN, after(0));
+        things.update(&[walker(0, after(500))], &AT_THE_ORIGIN, after(500));
+        assert!(moves(&things, after(500)), "he turns");
+        things.update(&[Track { id: TrackId(2), ..walker(0, after(900)) }], &AT_THE_ORIGIN, after(900));
+        assert!(moves(&things, after(900)), "under another number too");
+        things.update(&[walker(0, after(6000))], &AT_THE_ORIGIN, after(6000));
+        assert!(!moves(&things, after(6000)), "he stands");
     }
 }

@@ -400,6 +400,9 @@ pub struct Limits {
     pub comfort_mm_s2: u32,
     /// Speed while the way lies behind, mm/s.
     pub turning_mm_s: u32,
+    /// Greatest speed backwards, mm/s; 0 for a body that does not drive backwards.
+    #[serde(default)]
+    pub reverse_mm_s: u32,
     /// Lookahead along the way: the distance that is covered in this time, milliseconds.
     pub lookahead_ms: u32,
     /// Shortest and longest lookahead, millimetres.
@@ -435,6 +438,7 @@ impl Limits {
         sideways_mm_s2: 1200,
         comfort_mm_s2: 1000,
         turning_mm_s: 800,
+        reverse_mm_s: 1000,
         lookahead_ms: 900,
         lookahead_mm: [1500, 4000],
         body_mm: [1600, 900],

@@ -189,7 +189,7 @@ pub(super) fn sensors(camera: &CameraTable, lidar: &LidarTable) -> Sensors {
     }
 }
 
-/// The limits as autonomy knows them; two follow from the vehicle.
+/// The limits as autonomy knows them; three follow from the vehicle.
 pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
     let thousandths = |value: f64| (value * 1000.0).round() as u32;
     Limits {
@@ -203,6 +203,7 @@ pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
         sideways_mm_s2: guards.sideways_mm_s2.unsigned() as u32,
         comfort_mm_s2: guards.comfort_mm_s2.unsigned() as u32,
         turning_mm_s: guards.turning_mm_s.unsigned() as u32,
+        reverse_mm_s: thousandths(vehicle.max_reverse_m_s.get()),
         lookahead_ms: guards.lookahead_ms.unsigned() as u32,
         lookahead_mm: guards.lookahead_mm.map(|far| far.unsigned() as u32),
         body_mm: Limits::GROUND.body_mm,

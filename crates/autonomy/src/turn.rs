@@ -1,0 +1,154 @@
+//! Turning in more moves than one: where the way ahead cannot be followed from where the unit stands, it backs up with its wheels the other
+//! way, as a driver turns in a narrow street, and goes on from there.
+//!
+//! The recovery by backing up is that of Nav2 (Macenski, Martín, White and Ginés Clavero, *The Marathon 2: A Navigation System*, IROS 2020),
+//! on an arc. Nothing looks behind: a move is slow and short, and only over ground where no thing is known. The way is left to `mission`,
+//! following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
+
+use wire::time::{Instant, Span};
+
+use crate::geofence::{Motion, Point, between};
+use crate::localisation::wrap;
+use crate::navigation::{SetPoint, Surroundings, within_fence};
+use crate::shell;
+use crate::things::Obstacle;
+
+/// Below this the unit stands, and a set-point asks it to, mm/s: above the noise of odometry.
+const STANDS_MM_S: f64 = 100.0;
+/// Time for which it stands before it backs up.
+const PATIENCE: Span = Span::s(2);
+/// And the time that has to pass after something that moves was near and not ahead: behind the unit it would not be seen.
+const ALONE_FOR: Span = Span::s(10);
+/// Distance at which that counts as near, millimetres, and angle off the heading up to which it is ahead, radians: within the camera's view.
+const NEAR_MM: f64 = 5000.0;
+const AHEAD_RAD: f64 = 0.7;
+/// Way of one move, at most and at least, millimetres.
+const BACK_MM: f64 = 2000.0;
+const LEAST_MM: f64 = 300.0;
+/// Speed of a move, mm/s.
+const BACK_MM_S: f64 = 500.0;
+/// A move takes no longer.
+const LONGEST: Span = Span::s(8);
+
+/// State of turning.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Turn {
+    stands: Option<Instant>,
+    /// Time at which something that moves was near last.
+    others: Option<Instant>,
+    back: Option<Back>,
+}
+
+/// A move backwards.
+#[derive(Clone, Copy, Debug)]
+struct Back {
+    curvature: f64,
+    from: Point,
+    until: Instant,
+}
+
+impl Turn {
+    /// The set-point in place of `asked`, which follows the way.
+    pub fn back_up(&mut self, asked: SetPoint, motion: &Motion, around: &Surroundings<'_>, now: Instant) -> SetPoint {
+        if around.things.iter().any(|thing| thing.moves() && is_beside_or_behind(motion, thing)) {
+            self.others = Some(now);
+        }
+        let alone = self.others.is_none_or(|at| now.since(at) >= ALONE_FOR);
+        if let Some(back) = self.back {
+            let going = back.set_point(motion, around);
+            if alone && now < back.until && between(motion.at, back.from) < BACK_MM && going.speed < -STANDS_MM_S {
+                return going;
+            }
+            *self = Turn { others: self.others, ..Turn::default() };
+            return SetPoint { speed: 0.0, ..asked };
+        }
+        if asked.speed > STANDS_MM_S || motion.speed.abs() > STANDS_MM_S {
+            self.stands = None;
+            return asked;
+        }
+        if now.since(*self.stands.get_or_insert(now)) >= PATIENCE && alone {
+            (self.stands, self.back) = (None, Back::begin(asked.curvature, motion, around, now));
+        }
+        asked
+    }
+}
+
+fn is_beside_or_behind(motion: &Motion, thing: &Obstacle) -> bool {
+    let (east, north) = (thing.extent.at.0 - motion.at.0, thing.extent.at.1 - motion.at.1);
+    thing.extent.near(motion.at, NEAR_MM) && wrap(libm::atan2(north, east) - motion.yaw).abs() > AHEAD_RAD
+}
+
+impl Back {
+    /// The move with the most room of the arc that turns on, straight back, and the arc that was come by; none without room or reverse gear.
+    fn begin(curvature: f64, motion: &Motion, around: &Surroundings<'_>, now: Instant) -> Option<Back> {
+        if around.limits.reverse_mm_s == 0 {
+            return None;
+        }
+        let room = |curvature: &f64| shell::room_back(motion, *curvature, BACK_MM, around.things, around.limits);
+        let arcs = [-curvature, 0.0, curvature].map(|curvature| (curvature, room(&curvature)));
+        // Of equal ones the first.
+        let (curvature, room) = arcs.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (room >= LEAST_MM).then_some(Back { curvature, from: motion.at, until: now + LONGEST })
+    }
+
+    fn set_point(&self, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
+        let fastest = BACK_MM_S.min(around.mode_speed).min(f64::from(around.limits.reverse_mm_s));
+        let facing_back = Motion { yaw: motion.yaw + core::f64::consts::PI, speed: -motion.speed, ..*motion };
+        let fenced = within_fence(&facing_back, fastest, around);
+        let speed = shell::speed_back(motion, (fenced, self.curvature), around.things, around.brakes(), around.limits);
+        SetPoint { speed: -speed, curvature: self.curvature }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::bounds::Bounds;
+    use wire::platform::Limits;
+
+    use super::*;
+    use crate::extent::Extent;
+    use crate::geofence::Geofence;
+
+    /// Set-points of a unit that stands at the origin and is asked to turn left into something, ten a second.
+    fn asked_of(things: &[Obstacle], limits: &Limits, seconds: u64) -> Vec<SetPoint> {
+        let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
+        let bounds = Bounds::GROUND;
+        let (mode_speed, fence, bounds) = (3000.0, &fence, &bounds);
+        let around = Surroundings { mode_speed, seen: &[], things, steered: 0.0, fence, bounds, limits };
+        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+        let (asked, mut turn) = (SetPoint { speed: 0.0, curvature: 0.4e-3 }, Turn::default());
+        let ticks = (0..seconds * 10).map(|tick| Instant(0) + Span::ms(100 * tick));
+        ticks.map(|now| turn.back_up(asked, &motion, &around, now)).collect()
+    }
+
+    fn wall(at: Point) -> Obstacle {
+        Obstacle { extent: Extent::new(at, 0.0, (300.0, 3000.0)), velocity: (0.0, 0.0) }
+    }
+
+    #[test]
+    fn unit_before_a_wall_backs_up_with_its_wheels_the_other_way() {
+        let given = asked_of(&[wall((1500.0, 0.0))], &Limits::GROUND, 5);
+        assert!(given[..19].iter().all(|set_point| set_point.speed == 0.0), "for two seconds it stands");
+        let back = given.last().unwrap();
+        assert_eq!((back.speed, back.curvature), (-BACK_MM_S, -0.4e-3));
+    }
+
+    #[test]
+    fn unit_beside_something_that_moves_does_not_back_up() {
+        let ahead = wall((1500.0, 0.0));
+        let backs = |at| {
+            let walker = Obstacle { extent: Extent::around(at, 300.0), velocity: (0.0, 900.0) };
+            asked_of(&[ahead, walker], &Limits::GROUND, 20).iter().any(|set_point| set_point.speed < 0.0)
+        };
+        assert_eq!((backs((-500.0, 3500.0)), backs((3500.0, 500.0))), (false, true), "beside it and ahead");
+    }
+
+    #[test]
+    fn without_room_or_reverse_gear_it_stands() {
+        let ahead = wall((1500.0, 0.0));
+        let behind = wall((-1500.0, 0.0));
+        let stands = |given: Vec<SetPoint>| given.iter().all(|set_point| set_point.speed == 0.0);
+        assert!(stands(asked_of(&[ahead, behind], &Limits::GROUND, 20)));
+        assert!(stands(asked_of(&[ahead], &Limits { reverse_mm_s: 0, ..Limits::GROUND }, 20)));
+    }
+}
