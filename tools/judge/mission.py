@@ -60,12 +60,12 @@ def executions(log, steps):
 
 
 def stuck(log):
-    """Whether the vehicle did not get on, by truth, though its mode let it drive and way points were left. Logs from before have no route."""
+    """Whether the vehicle was stuck, by truth, though its mode let it drive and way points were left: at the end, or for half of the time. Logs from before have no route."""
     route = log.head.get("route") or {"points_mm": []}
     points, left = route["points_mm"], list(route["points_mm"])
     modes = NOMINAL_MODES + (("DEGRADED",) if route.get("in_degraded") else ())
     origin, anchor, before = None, None, None
-    driving, farthest, longest = 0, 0.0, 0
+    driving, farthest, stood, last = 0, 0.0, 0, 0
     for t, tr in log.truth():
         if not points or t > log.end:
             break
@@ -77,15 +77,15 @@ def stuck(log):
             left = left[1:] or (list(points) if route["looped"] else [])
         if before is not None:
             driving += t - before
-        if anchor:
-            longest = max(longest, t - anchor[0])
+        last = t - anchor[0] if anchor else 0
         drives = bool(left) and log.mode_at(t) in modes
         before = t if drives else None
         if drives:
             origin = origin or here
             farthest = max(farthest, math.dist(here, origin))
         if not drives or anchor and math.dist(here, anchor[1]) > STUCK_WITHIN:
-            anchor = None
+            anchor, stood, last = None, stood + (last if last >= STUCK_AFTER else 0), 0
         if drives and anchor is None:
             anchor = (t, here)
-    return longest >= STUCK_AFTER or driving >= UNMOVED_AFTER and farthest < STUCK_WITHIN
+    at_end = last >= STUCK_AFTER
+    return at_end or 0 < driving <= 2 * (stood + last * at_end) or driving >= UNMOVED_AFTER and farthest < STUCK_WITHIN

@@ -104,8 +104,14 @@ def p4(log):
         if tr["fence_mm"] < 0:
             yield "P4", t, "outside the fence"
             break
+    touched = {}
     for e in log.of("collided"):
-        if e["event"]["unit"] == "unit-a" and abs(e["event"]["speed_mm_s"]) > STANDING:
+        if e["event"]["unit"] != "unit-a":
+            continue
+        speed, thing, before = e["event"]["speed_mm_s"], e["event"]["object"], touched.get(e["event"]["object"])
+        touched[thing] = e["t_us"]
+        # A thing that pushes on a body that it touched before, and that moves off, is no collision of the body's.
+        if abs(speed) > STANDING and not (speed < 0 and before is not None and e["t_us"] - before <= PUSHES):
             yield "P4", e["t_us"], "drives into an object"
             return
 
@@ -185,6 +191,8 @@ def p6(log):
                 yield "P6", log.end, "datagrams between the relay and the guard of " + to
 
 
+# Time after a touch in which one more, with the unit on its way off, is the object's pushing, us.
+PUSHES = 2_000_000
 # An undisturbed fix is never off by more than six deviations, 40 mm each on an axis.
 NEAR = 240
 

@@ -142,9 +142,9 @@ pub struct Mission {
 }
 
 impl Mission {
-    /// True if the vehicle did not get on though its mode let it drive and way points were left.
+    /// True if the vehicle was stuck though its mode let it drive and way points were left.
     pub fn is_stuck(&self) -> bool {
-        self.progress.as_ref().is_some_and(|progress| progress.stuck.is_some())
+        self.progress.as_ref().is_some_and(Progress::is_stuck)
     }
 }
 

@@ -42,9 +42,12 @@ pub struct Progress {
     pub driving_s: f64,
     /// Farthest from where it was first let drive that it came in that time, metres.
     pub farthest_m: f64,
-    /// Seconds of that time in which it was stuck: stretches of 10 s or more within 0.5 m, or all of it if it never left its place.
+    /// Seconds of that time in which it did not get on: stretches of 10 s or more within 0.5 m, or all of it if it never left its place.
     pub stuck_s: f64,
-    /// The longest stretch in which it was stuck; none where it got on.
+    /// True if the last such stretch lasted to the end of the run.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub stuck_at_end: bool,
+    /// The longest such stretch; none where it got on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stuck: Option<Stretch>,
 }
@@ -97,6 +100,11 @@ impl Standstill {
 }
 
 impl Progress {
+    /// True if it is stuck: it did not get on when the run ended, or in half of the time or more. To wait, and then to get on, is not to be stuck.
+    pub fn is_stuck(&self) -> bool {
+        self.stuck.is_some() && (self.stuck_at_end || 2.0 * self.stuck_s >= self.driving_s)
+    }
+
     /// Its stuck part in words; none where it got on.
     pub fn describe(&self) -> Option<String> {
         let Stretch { from_ms, s, why } = self.stuck?;

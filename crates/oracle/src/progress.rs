@@ -37,8 +37,11 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
     let farthest = farthest(samples, &drives);
     let length = |stay: &Stay| samples[stay.last].at - samples[stay.first].at;
     let stays = stays(samples, &drives);
+    let lasts = |stay: &Stay| length(stay) >= STUCK_AFTER;
+    // The last stay is one to the end only if the vehicle could drive until then.
+    let stuck_at_end = drives.last() == Some(&true) && stays.last().is_some_and(lasts);
     let unmoved = driving >= UNMOVED_AFTER && farthest < STUCK_MM;
-    let stuck: Vec<Stay> = stays.into_iter().filter(|stay| unmoved || length(stay) >= STUCK_AFTER).collect();
+    let stuck: Vec<Stay> = stays.into_iter().filter(|stay| unmoved || lasts(stay)).collect();
     // The first of the longest.
     let longest = stuck.iter().rev().max_by_key(|stay| length(stay)).map(|stay| Stretch {
         from_ms: samples[stay.first].at as f64 / 1000.0,
@@ -52,6 +55,7 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
         driving_s: driving as f64 / 1e6,
         farthest_m: farthest / 1000.0,
         stuck_s: stuck.iter().map(length).sum::<Micros>() as f64 / 1e6,
+        stuck_at_end,
         stuck: longest,
     })
 }

@@ -7,6 +7,7 @@ use evidence::{Evidence, Finding, Micros, Plan, Planned, Property};
 use instrument::{Any, FaultKind, Note, Sensor};
 use wire::command::CommandKind;
 use wire::event::Event;
+use wire::id::ObjectId;
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
@@ -170,10 +171,18 @@ fn geofence(line: &Timeline) -> Option<Finding> {
     Some(finding(Property::P4, outside.at, format!("{} mm outside the fence", -outside.fence)))
 }
 
+/// Time after a touch in which one more, with the unit on its way off, is the object's pushing: a body that is pushed hops.
+const PUSHES: Micros = 2_000_000;
+
 /// P4: drives into nothing. The unit's own speed along the contact counts, in either sense: an object that runs into a standing unit or
-/// into its side is no collision of the unit's, one that catches up with a driving unit is.
+/// into its side is no collision of the unit's, one that catches up with a driving unit is. One that pushes on is not: it has touched before.
 fn collision(line: &Timeline) -> Option<Finding> {
-    let (at, object, speed) = line.collisions.iter().find(|(_, _, speed)| speed.abs() > STANDING)?;
+    let pushes = |(at, object, speed): &(Micros, ObjectId, i32)| {
+        let before = line.collisions.iter().filter(|(first, other, _)| other == object && first < at);
+        *speed < 0 && before.map(|(first, ..)| at - first).min().is_some_and(|since| since <= PUSHES)
+    };
+    let counts = |touch: &&(Micros, ObjectId, i32)| touch.2.abs() > STANDING && !pushes(touch);
+    let (at, object, speed) = line.collisions.iter().find(counts)?;
     Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))
 }
 

@@ -58,7 +58,7 @@ impl ProgressSummary {
             completed: mean(&|progress| f64::from(progress.passed) / f64::from(progress.of.max(1))),
             covered: mean(&|progress| progress.covered),
             driving_s: mean(&|progress| progress.driving_s),
-            stuck: each.iter().filter(|progress| progress.stuck.is_some()).count() as u64,
+            stuck: each.iter().filter(|progress| progress.is_stuck()).count() as u64,
             stuck_s: mean(&|progress| progress.stuck_s),
         })
     }
@@ -140,7 +140,16 @@ mod tests {
         let of = |passed: u32, stuck_s: f64| {
             let stretch = Stretch { from_ms: 2000.0, s: stuck_s, why: Standstill::Planner };
             let stuck = (stuck_s > 0.0).then_some(stretch);
-            let progress = Progress { passed, of: 4, covered: 0.5, driving_s: 30.0, farthest_m: 9.0, stuck_s, stuck };
+            let progress = Progress {
+                passed,
+                of: 4,
+                covered: 0.5,
+                driving_s: 30.0,
+                farthest_m: 9.0,
+                stuck_s,
+                stuck_at_end: true,
+                stuck,
+            };
             let mission = Mission { progress: Some(progress), ..Mission::default() };
             Trial { mission: Some(mission), ..Trial::example(1, Outcome::Nominal) }
         };
