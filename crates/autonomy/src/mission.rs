@@ -9,7 +9,7 @@ use crate::geofence::{Point, between, to_segment};
 use crate::grid::{Grid, Keepout};
 
 /// A way point counts as reached within this distance, millimetres.
-const REACHED_MM: f64 = 1000.0;
+pub(crate) const REACHED_MM: f64 = 1000.0;
 /// Least time between two plans of one leg.
 const REPLAN: Span = Span::s(1);
 

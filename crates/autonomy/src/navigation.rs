@@ -10,7 +10,7 @@ use wire::platform::Limits;
 use crate::geofence::{Geofence, Motion, Point, between, nearest_on};
 use crate::grid::Keepout;
 use crate::localisation::wrap;
-use crate::mission::Way;
+use crate::mission::{REACHED_MM, Way};
 use crate::shell::{self, Brakes};
 use crate::things::Obstacle;
 
@@ -62,6 +62,11 @@ pub fn follow(motion: &Motion, way: &Way<'_>, around: &Surroundings<'_>) -> SetP
     let [nearest, furthest] = limits.lookahead_mm.map(f64::from);
     let lookahead = (motion.speed.abs() * (f64::from(limits.lookahead_ms) / 1000.0)).clamp(nearest, furthest);
     let (carrot, left) = carrot(motion.at, way, lookahead);
+    let end = way.points.last().copied().unwrap_or(motion.at);
+    if left <= 2.0 / most && is_within_turn(motion, end, most) {
+        let to_end = wrap(libm::atan2(end.1 - motion.at.1, end.0 - motion.at.0) - motion.yaw);
+        return SetPoint { speed: 0.0, curvature: most.copysign(to_end) };
+    }
     let distance = between(motion.at, carrot).max(1.0);
     let bearing = wrap(libm::atan2(carrot.1 - motion.at.1, carrot.0 - motion.at.0) - motion.yaw);
     let behind = bearing.abs() > core::f64::consts::FRAC_PI_2;
@@ -71,6 +76,15 @@ pub fn follow(motion: &Motion, way: &Way<'_>, around: &Surroundings<'_>) -> SetP
     let end_speed = if way.beyond.is_some() { f64::MAX } else { stop_within(left, limits) };
     let speed = around.mode_speed.min(curve_speed).min(end_speed).min(free_ahead(motion, around));
     within(SetPoint { speed, curvature }, motion, around)
+}
+
+/// True if a point lies so far within the circle of the sharpest turn towards it that no turn reaches it: the unit would drive around it for ever.
+fn is_within_turn(motion: &Motion, point: Point, most: f64) -> bool {
+    let (sin, cos) = libm::sincos(motion.yaw);
+    let (dx, dy) = (point.0 - motion.at.0, point.1 - motion.at.1);
+    let (forward, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
+    let radius = 1.0 / most;
+    libm::hypot(forward, left.abs() - radius) < radius - REACHED_MM
 }
 
 /// A guest's set-point under the limits that [`follow`] keeps to by itself. Backwards is not driven: nothing looks there.
@@ -200,6 +214,17 @@ mod tests {
         assert!(follow(&motion, &way, &around).speed > 2000.0);
         around.mode_speed = 0.0;
         assert_eq!(follow(&motion, &way, &around), SetPoint::default());
+    }
+
+    /// It would drive around it for ever; from a stand it backs up (`turn`).
+    #[test]
+    fn unit_stands_before_a_way_point_within_its_turn() {
+        let (fence, bounds) = (fence(), Bounds::GROUND);
+        let around = around(3000.0, &[], (&fence, &bounds));
+        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 800.0 };
+        let asked = |end| follow(&motion, &Way { points: &[(0.0, 0.0), end], beyond: Some((0.0, 9000.0)) }, &around);
+        assert_eq!(asked((200.0, 2600.0)), SetPoint { speed: 0.0, curvature: 0.4e-3 });
+        assert!(asked((2500.0, 1500.0)).speed > 0.0 && asked((200.0, 6000.0)).speed > 0.0);
     }
 
     #[test]
