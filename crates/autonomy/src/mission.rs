@@ -95,16 +95,17 @@ impl Mission {
     fn plan(&mut self, (at, target): (Point, Point), moving: &[Keepout], now: Instant) -> Option<Vec<Point>> {
         let with_start = |points: Vec<Point>| std::iter::once(at).chain(points).collect::<Vec<_>>();
         let around = self.grid.way(at, target, moving).map(with_start);
-        if moving.is_empty() {
-            return around;
+        let is_long = |of: f64| around.as_ref().is_none_or(|around| length(around) > of + DETOUR_MM);
+        // No way is shorter than the straight line.
+        if !moving.is_empty() && is_long(between(at, target)) {
+            let through = self.grid.way(at, target, &[]).map(with_start)?;
+            if is_long(length(&through)) {
+                let since = *self.blocked.get_or_insert(now);
+                return if now.since(since) < PATIENCE { Some(through) } else { around };
+            }
         }
-        let through = self.grid.way(at, target, &[]).map(with_start)?;
-        if around.as_ref().is_some_and(|around| length(around) <= length(&through) + DETOUR_MM) {
-            self.blocked = None;
-            return around;
-        }
-        let since = *self.blocked.get_or_insert(now);
-        if now.since(since) < PATIENCE { Some(through) } else { around }
+        self.blocked = None;
+        around
     }
 
     /// A way from `at` to a place that is no way point, without its start; `None` where there is none.
