@@ -322,7 +322,10 @@ impl Autonomy {
     fn set_point(&mut self, now: Instant) -> SetPoint {
         let mode_speed = self.mode_speed();
         let motion = self.localisation.motion().filter(|_| mode_speed > 0.0);
-        let Some(motion) = motion else { return SetPoint::default() };
+        let Some(motion) = motion else {
+            self.turn.end();
+            return SetPoint::default();
+        };
         let (seen, things) = (self.seen(now), self.things_at_height(now));
         let aside = self.aside(&motion, &seen, now);
         let way = match &aside {
@@ -330,7 +333,10 @@ impl Autonomy {
             Some(Aside::Way(points)) => Some(Way { points, beyond: points.last().copied() }),
             None => self.mission.way(motion.at, &seen, now),
         };
-        let Some(way) = way else { return SetPoint::default() };
+        let Some(way) = way else {
+            self.turn.end();
+            return SetPoint::default();
+        };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let (fence, steered) = (&self.fence, self.steered);
         let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };

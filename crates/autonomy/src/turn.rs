@@ -48,6 +48,11 @@ struct Back {
 }
 
 impl Turn {
+    /// Ends a move under way: the unit is not to drive, or has no way.
+    pub fn end(&mut self) {
+        (self.stands, self.back) = (None, None);
+    }
+
     /// The set-point in place of `asked`, which follows the way.
     pub fn back_up(&mut self, asked: SetPoint, motion: &Motion, around: &Surroundings<'_>, now: Instant) -> SetPoint {
         if around.things.iter().any(|thing| thing.moves() && is_beside_or_behind(motion, thing)) {
@@ -59,7 +64,7 @@ impl Turn {
             if alone && now < back.until && between(motion.at, back.from) < BACK_MM && going.speed < -STANDS_MM_S {
                 return going;
             }
-            *self = Turn { others: self.others, ..Turn::default() };
+            self.end();
             return SetPoint { speed: 0.0, ..asked };
         }
         if asked.speed > STANDS_MM_S || motion.speed.abs() > STANDS_MM_S {
@@ -126,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn unit_before_a_wall_backs_up_with_its_wheels_the_other_way() {
+    fn unit_before_a_wall_backs_up_turning_on() {
         let given = asked_of(&[wall((1500.0, 0.0))], &Limits::GROUND, 5);
         assert!(given[..19].iter().all(|set_point| set_point.speed == 0.0), "for two seconds it stands");
         let back = given.last().unwrap();
@@ -141,6 +146,21 @@ mod tests {
             asked_of(&[ahead, walker], &Limits::GROUND, 20).iter().any(|set_point| set_point.speed < 0.0)
         };
         assert_eq!((backs((-500.0, 3500.0)), backs((3500.0, 500.0))), (false, true), "beside it and ahead");
+    }
+
+    #[test]
+    fn a_move_that_was_ended_does_not_go_on() {
+        let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
+        let (bounds, things) = (Bounds::GROUND, [wall((1500.0, 0.0))]);
+        let (mode_speed, fence, bounds, limits) = (3000.0, &fence, &bounds, &Limits::GROUND);
+        let around = Surroundings { mode_speed, seen: &[], things: &things, steered: 0.0, fence, bounds, limits };
+        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+        let (asked, mut turn) = (SetPoint { speed: 0.0, curvature: 0.4e-3 }, Turn::default());
+        let at = |turn: &mut Turn, ms| turn.back_up(asked, &motion, &around, Instant(0) + Span::ms(ms)).speed;
+        let _stands = (at(&mut turn, 0), at(&mut turn, 2000));
+        assert!(at(&mut turn, 2100) < 0.0);
+        turn.end();
+        assert_eq!(at(&mut turn, 2200), 0.0);
     }
 
     #[test]
