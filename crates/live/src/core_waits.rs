@@ -45,7 +45,6 @@ impl CoreWaits {
                 longest_us = longest_us.max(self.take(process, thread, total_us));
             }
         }
-        self.longest_us = self.longest_us.max(longest_us);
         (longest_us >= WORTH_TELLING_US).then_some(longest_us)
     }
 
@@ -61,6 +60,7 @@ impl CoreWaits {
         let recent_us = total_us.saturating_sub(known.total_us);
         let wait_us = known.recent_us + recent_us;
         *known = Thread { total_us, recent_us };
+        self.longest_us = self.longest_us.max(wait_us);
         wait_us
     }
 }
@@ -95,7 +95,8 @@ mod tests {
     fn longest_wait_spans_two_looks() {
         let mut waits = CoreWaits::default();
         let taken = [500_000, 560_000, 620_000, 625_000].map(|total_us| waits.take(7, "7".to_owned(), total_us));
-        assert_eq!(taken, [0, 60_000, 120_000, 65_000]);
+        assert_eq!((taken, waits.longest_us()), ([0, 60_000, 120_000, 65_000], 120_000));
         assert_eq!(waits.take(7, "8".to_owned(), 900_000), 0, "waits before the first look do not count");
+        assert_eq!(waits.longest_us(), 120_000);
     }
 }

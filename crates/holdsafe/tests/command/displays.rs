@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use super::evidence::object;
 use super::exports::told;
-use super::live::TRIES;
+use super::live::{LATE, TRIES};
 use super::readers::flip_a_bit;
 use super::{alone, holdsafe, root};
 
@@ -84,7 +84,7 @@ fn watched(scenario: &str, out: &Path) -> Option<(Vec<Value>, Vec<Packet>)> {
     let (packets, live) = (packets.join().unwrap(), live.wait_with_output().unwrap());
     let trial: Value = serde_json::from_slice(&live.stdout).unwrap();
     // Lateness within the recording alone is the host's too, though no longer wait of a service was measured.
-    let late = trial["findings"].to_string().contains("handed this over");
+    let late = trial["findings"].to_string().contains(LATE);
     if trial["host_stall_ms"].is_number() || late {
         return None;
     }

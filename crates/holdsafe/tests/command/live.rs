@@ -23,6 +23,9 @@ use super::{alone, root};
 /// Trials that a busy host may spoil before one is taken as it is.
 pub(super) const TRIES: u64 = 5;
 
+/// The word of the verifier for an entry that was handed over late.
+pub(super) const LATE: &str = "handed this over";
+
 /// True if the host, and not the platform, explains the findings: the launcher overslept, or a service was kept from
 /// running so long that its entries came late to the recording.
 fn spoilt(evidence: &Evidence) -> bool {
@@ -30,7 +33,7 @@ fn spoilt(evidence: &Evidence) -> bool {
         .entries
         .iter()
         .any(|w| matches!(w.entry.event, Any::Instrument(Note::Stalled { by }) if by.0 > evidence.stall_limit));
-    overslept || evidence.log_flaws.iter().any(|flaw| flaw.what.contains("at another time"))
+    overslept || evidence.log_flaws.iter().any(|flaw| flaw.what.contains(LATE))
 }
 
 /// The live run of a seed, and its judgement.
