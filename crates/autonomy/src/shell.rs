@@ -27,7 +27,7 @@ const TICK_S: f64 = 0.1;
 /// Steps in which the speed is lowered until nothing is met.
 const SLOWER: u32 = 8;
 
-/// How the unit slows down: deceleration as driving plans it and as it surely can, mm/s², and time before either begins, seconds.
+/// The two decelerations of a unit, as driving plans it and as it surely can, mm/s², and the time before either begins, seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Brakes {
     comfort: f64,

@@ -66,7 +66,7 @@ impl Obstacle {
         self.velocity != (0.0, 0.0)
     }
 
-    /// Where it can be after so many seconds, going on, standing still or turning back, and somewhat aside.
+    /// The region in which it can be after so many seconds, going on, standing still or turning back, and somewhat aside.
     pub fn after(&self, seconds: f64) -> Extent {
         let speed = libm::hypot(self.velocity.0, self.velocity.1);
         if speed <= 0.0 {

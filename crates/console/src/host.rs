@@ -1,5 +1,4 @@
-//! How long the host kept a service of the run waiting for a core: on a host with other work what is shown comes late, and a run may be
-//! INVALID for it.
+//! Waits of the run's services for a core: on a host with other work what is shown comes late, and a run may be INVALID for it.
 //!
 //! The launcher counts the waits and tells them. The console cannot count them itself: a sleeper like it is woken first.
 
@@ -16,7 +15,7 @@ pub struct HostWait {
 
 impl HostWait {
     /// The launcher told at `now` of a wait.
-    pub fn told(&mut self, now: Instant, wait: Span) {
+    pub fn note(&mut self, now: Instant, wait: Span) {
         if self.at(now).is_none_or(|longest| wait >= longest) {
             self.longest = Some((now, wait));
         }
@@ -37,12 +36,12 @@ mod tests {
         let [first, second] = [Instant(0) + Span::s(1), Instant(0) + Span::s(5)];
         let mut wait = HostWait::default();
         assert_eq!(wait.at(first), None);
-        wait.told(first, Span::ms(120));
-        wait.told(second, Span::ms(60));
+        wait.note(first, Span::ms(120));
+        wait.note(second, Span::ms(60));
         assert_eq!(wait.at(second), Some(Span::ms(120)));
         let past = first + SHOWN_FOR;
         assert_eq!(wait.at(past), None);
-        wait.told(past, Span::ms(60));
+        wait.note(past, Span::ms(60));
         assert_eq!(wait.at(past), Some(Span::ms(60)));
     }
 }

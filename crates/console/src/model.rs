@@ -249,7 +249,7 @@ impl Model {
 
     /// The host kept a service waiting for a core.
     pub fn host_waited(&mut self, now: Instant, wait: Span) {
-        self.host_wait.told(now, wait);
+        self.host_wait.note(now, wait);
     }
 
     /// A session at the gateway opened or ended.

@@ -315,7 +315,7 @@ mod tests {
     use crate::fidelity::Fidelity;
     use crate::plant::{Plant, SetPoint};
 
-    /// How far a walker gets whose way leads through a unit that stands.
+    /// Distance that a walker gets whose way leads through a unit that stands.
     fn walked(yields: bool, seconds: u64) -> f32 {
         let mut scene = Scene::default();
         let mut walker = scene.objects.iter().find(|object| object.moves()).unwrap().clone();
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn walker_who_yields_stops_before_the_unit_and_turns_back() {
+    fn who_yields_stops_before_the_unit_and_turns_back() {
         assert!(walked(false, 20) > 20.0, "who does not yield walks on");
         // It has stood for ten seconds once the unit's springs have come to rest.
         let (stops, back) = (walked(true, 10), walked(true, 13));

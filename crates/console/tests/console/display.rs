@@ -2,7 +2,7 @@
 
 use console::shown::Origin;
 use proptest::prelude::*;
-use wire::core::Core;
+use wire::core::{Core, Input};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
@@ -27,6 +27,20 @@ fn absent_unit_is_not_called_silent() {
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.silent, [UnitId::B]);
     assert_eq!(shown.units.iter().map(|unit| unit.unit).collect::<Vec<_>>(), [UnitId::A]);
+}
+
+#[test]
+fn a_busy_host_is_named_for_ten_seconds() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    bench.pass(Span::s(1));
+    bench.give(&Input::HostWait { wait: Span::ms(163) });
+    bench.pass(Span::s(9));
+    let named = |bench: &Bench| {
+        (bench.texts.last().unwrap().contains("HOST BUSY"), bench.pictures.last().unwrap()["host_wait_ms"].clone())
+    };
+    assert_eq!(named(&bench), (true, 163.into()));
+    bench.pass(Span::s(2));
+    assert_eq!(named(&bench), (false, serde_json::Value::Null));
 }
 
 /// Another's report is never shown as the unit's own, nor its own as another's.
