@@ -114,7 +114,15 @@ mod tests {
             across_px: 0,
         };
         let tracks = [track].into_iter().collect();
-        Tracks { frame, stamp, mode: ProductMode::Live, products: [None; 4], tracks, crops: List::default() }
+        Tracks {
+            frame,
+            stamp,
+            mode: ProductMode::Live,
+            products: [None; 4],
+            tracks,
+            crops: List::default(),
+            nearby: None,
+        }
     }
 
     #[test]

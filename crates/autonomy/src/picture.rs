@@ -9,7 +9,7 @@ use wire::mode::{Because, Guard};
 use wire::policy::Waived;
 use wire::sensor::Modality;
 use wire::time::{Instant, Span};
-use wire::track::{Track, Tracks};
+use wire::track::{Nearby, Track, Tracks};
 
 use crate::health::Findings;
 
@@ -40,6 +40,11 @@ impl Picture {
     /// All tracks, oldest first.
     pub fn tracks(&self) -> &[Track] {
         self.newest.as_ref().map_or(&[], |tracks| &tracks.tracks)
+    }
+
+    /// Things nearby by LiDAR alone; `None` before the first picture, and where LiDAR gave no product for the newest.
+    pub fn nearby(&self) -> Option<&[Nearby]> {
+        self.newest.as_ref()?.nearby.as_deref()
     }
 
     /// One track.

@@ -7,7 +7,7 @@
 //! - [`sight`] asks a detector in this process or another one, and notes the faults of one of others.
 //! - [`content`] tells new sensor content from repeated; a sensor that repeats itself has given no product.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows the objects they agree on, [`pose`] places it
-//!   in the world, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
+//!   in the world, [`nearby`] the things around by LiDAR alone, [`provenance`] records the products of each stage, [`reasons`] the doubts and the followed objects.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. Consequences are autonomy's to decide.
 
@@ -27,6 +27,7 @@ pub mod head;
 pub mod letterbox;
 pub mod lidar;
 pub mod model;
+pub mod nearby;
 pub mod onnx;
 pub mod pose;
 pub mod process;
@@ -69,6 +70,7 @@ use crate::corroborate::{Limits, Sighting};
 use crate::detector::{Detector, DetectorError};
 use crate::fused::Disputed;
 use crate::model::ModelRef;
+use crate::nearby::Followed;
 use crate::pose::Ego;
 use crate::provenance::Provenance;
 use crate::reasons::Reasons;
@@ -135,6 +137,7 @@ pub struct Perception {
     tracks: Sender,
     ego: Ego,
     tracker: Tracker,
+    nearby: Followed,
     contents: Contents,
     /// Most colour detections in a frame so far.
     most: usize,
@@ -191,6 +194,7 @@ impl Perception {
             watch: config.sky.as_ref().map(Watch::new).transpose()?,
             ego: Ego::default(),
             tracker: Tracker::default(),
+            nearby: Followed::default(),
             contents: Contents::default(),
             most: 0,
             provenance: Provenance::default(),
@@ -221,6 +225,7 @@ impl Perception {
             tracks: self.tracks.clone(),
             ego: self.ego,
             tracker: self.tracker.clone(),
+            nearby: self.nearby.clone(),
             contents: self.contents.clone(),
             most: self.most,
             provenance: self.provenance,
@@ -346,6 +351,7 @@ impl Perception {
         }
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
+        self.nearby.update((frame, stamp), ego.as_ref(), candidates.lidar.as_deref());
         let told = self.reasons.note(&self.camera, candidates, &judged, &self.tracker.tracks());
         told.for_each(|event| self.journal.write(now, event, &mut self.out));
         let crops = frames.map_or(List::default(), |frames| self.crops(frames));
@@ -378,9 +384,10 @@ impl Perception {
         mode: ProductMode,
         crops: List<Crop, CAMERAS>,
     ) {
-        let (products, tracks) = (self.provenance.products(), self.tracker.tracks());
+        let (products, tracks, nearby) = (self.provenance.products(), self.tracker.tracks(), self.nearby.things());
         if !self.quiet {
-            let bytes = self.tracks.seal(now, &codec::encode(&Tracks { frame, stamp, mode, products, tracks, crops }));
+            let tracks = Tracks { frame, stamp, mode, products, tracks, crops, nearby };
+            let bytes = self.tracks.seal(now, &codec::encode(&tracks));
             self.out.push_back(Output::Bus { topic: Topic::Tracks, bytes });
         }
     }

@@ -20,6 +20,12 @@ impl Placement {
     #[cfg(test)]
     pub(crate) const ORIGIN: Placement = Placement { east: 0.0, north: 0.0, cos: 1.0, sin: 0.0, sigma: 0.0 };
 
+    /// The same, so many metres to the east.
+    #[cfg(test)]
+    pub(crate) fn moved(self, east: f64) -> Self {
+        Placement { east: self.east + east, ..self }
+    }
+
     /// A point of the body frame (metres forward, metres left) in the world frame (metres east, metres north).
     pub fn to_world(&self, [forward, left]: [f64; 2]) -> [f64; 2] {
         [self.east + self.cos * forward - self.sin * left, self.north + self.sin * forward + self.cos * left]

@@ -146,7 +146,7 @@ mod tests {
     fn tracks(mode: ProductMode) -> Vec<u8> {
         let (frame, stamp) = (crate::id::FrameId(1), NOW);
         let (tracks, crops) = Default::default();
-        codec::encode(&Tracks { frame, stamp, mode, products: [None; 4], tracks, crops })
+        codec::encode(&Tracks { frame, stamp, mode, products: [None; 4], tracks, crops, nearby: None })
     }
 
     #[test]

@@ -63,6 +63,33 @@ pub struct StageProduct {
     pub stamp: Instant,
 }
 
+/// Something that stands above the ground near the unit, by LiDAR alone: of no class, and no ground for an act. A body that must not touch things
+/// keeps clear of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Nearby {
+    /// Number within perception's boot, of its own count: no track.
+    #[n(0)]
+    pub number: u32,
+    /// East of the middle of its returns, millimetres, world frame.
+    #[n(1)]
+    pub x_mm: i32,
+    /// North, millimetres, world frame.
+    #[n(2)]
+    pub y_mm: i32,
+    /// Velocity east, mm/s; zero of a thing that stands.
+    #[n(3)]
+    pub vx_mm_s: i32,
+    /// Velocity north, mm/s; zero of a thing that stands.
+    #[n(4)]
+    pub vy_mm_s: i32,
+    /// Largest horizontal extent of its returns, millimetres.
+    #[n(5)]
+    pub width_mm: u16,
+}
+
+/// Most things nearby that a message tells of.
+pub const NEARBY: usize = 16;
+
 /// One message per processed frame. Liveness downstream rests on these products, never on a bare heartbeat.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Tracks {
@@ -84,4 +111,7 @@ pub struct Tracks {
     /// Crops of one of them, now and then; none without images.
     #[n(5)]
     pub crops: List<Crop, CAMERAS>,
+    /// Things near the unit by LiDAR, oldest first; absent where it gave no product for the frame.
+    #[n(6)]
+    pub nearby: Option<List<Nearby, NEARBY>>,
 }

@@ -107,7 +107,8 @@ fn vehicle(now: Instant, mode: ProductMode, spot: Spot, last: Option<Heard<'_>>)
     let frame = FrameId(before + 1 + since.0 / FRAME.0);
     let product = Some(StageProduct { frame, stamp: now });
     let tracks = [fabricated(now, frame, spot)].into_iter().collect();
-    codec::encode(&Tracks { frame, stamp: now, mode, products: [product; 4], tracks, crops: codec::List::default() })
+    let crops = codec::List::default();
+    codec::encode(&Tracks { frame, stamp: now, mode, products: [product; 4], tracks, crops, nearby: None })
 }
 
 /// An act under the first authority of a run, for which no act was heard that could be said again.

@@ -198,7 +198,7 @@ mod tests {
         let mut sender = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), KEY);
         let (frame, mode) = (FrameId(7), ProductMode::Live);
         let (tracks, crops) = Default::default();
-        let tracks = Tracks { frame, stamp: at(ms), mode, products: [None; 4], tracks, crops };
+        let tracks = Tracks { frame, stamp: at(ms), mode, products: [None; 4], tracks, crops, nearby: None };
         Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at(ms), &codec::encode(&tracks)) }
     }
 

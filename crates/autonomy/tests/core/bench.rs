@@ -379,7 +379,8 @@ impl Bench {
         };
         let tracks = [track].into_iter().collect();
         let crops = core::mem::take(&mut self.cropped);
-        let tracks = Tracks { frame, stamp, mode: ProductMode::Live, products: self.products, tracks, crops };
+        let tracks =
+            Tracks { frame, stamp, mode: ProductMode::Live, products: self.products, tracks, crops, nearby: None };
         let bytes = self.perception.seal(self.now, &codec::encode(&tracks));
         self.feed(&Input::Bus { topic: Topic::Tracks, bytes });
     }

@@ -32,7 +32,7 @@ use wire::session::{SESSION_VERSION, SessionBody, SessionMessage, Teammate};
 use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
-use wire::track::{StageProduct, Track, Tracks};
+use wire::track::{Nearby, StageProduct, Track, Tracks};
 use wire::trust::Revocation;
 
 /// A decoder of one message: bytes and the longest length allowed in, whether it is the named value out.
@@ -444,6 +444,7 @@ fn tracks() -> Vec<Named> {
         frame: FrameId(12),
         across_px: 17,
     };
+    let nearby = Nearby { number: 4, x_mm: -2000, y_mm: 3500, vx_mm_s: 1400, vy_mm_s: 0, width_mm: 450 };
     let full = Tracks {
         frame: FrameId(12),
         stamp: Instant(1_200_000),
@@ -451,11 +452,13 @@ fn tracks() -> Vec<Named> {
         products: [product; 4],
         tracks: [track].into_iter().collect(),
         crops: crops().into_iter().collect(),
+        nearby: Some([nearby].into_iter().collect()),
     };
     let bare = Tracks {
         products: [product, None, None, None],
         tracks: List::default(),
         crops: List::default(),
+        nearby: None,
         ..full.clone()
     };
     vec![named!("one-track", Tracks, full), named!("before-any-but-rgb", Tracks, bare)]

@@ -77,7 +77,7 @@ pub fn bus(bytes: &[u8]) -> bool {
     let policy = Policy::default();
     let (frame, mode) = (FrameId(1), ProductMode::Live);
     let (tracks, crops) = Default::default();
-    let tracks = codec::encode(&Tracks { frame, stamp: NOW, mode, products: [None; 4], tracks, crops });
+    let tracks = codec::encode(&Tracks { frame, stamp: NOW, mode, products: [None; 4], tracks, crops, nearby: None });
     let genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key()).seal(NOW, &tracks);
     let of_tracks = |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Tracks>(&policy, NOW, bytes).map(|_| ());
     let tracks = judged(gate(Topic::Tracks, NodeId::PERCEPTION), bytes, &genuine, of_tracks);

@@ -1,0 +1,200 @@
+//! Things near the unit by LiDAR alone: where something stands above the ground, how wide it is, and whether it moves.
+//!
+//! The camera looks ahead and sees no feet; LiDAR looks all around. A thing by LiDAR alone is of no class and no
+//! ground for an act, but a body keeps clear of it. The places are followed as sightings are ([`crate::tracker`]); consequences are
+//! autonomy's to decide.
+
+use wire::codec::List;
+use wire::id::{FrameId, TrackId};
+use wire::sensor::{Class, Cluster, Modalities, Modality};
+use wire::time::{Instant, Span};
+use wire::track::{NEARBY, Nearby, Track};
+
+use crate::corroborate::Sighting;
+use crate::pose::Placement;
+use crate::tracker::Tracker;
+
+/// Clusters further away are left out, metres: ten times the way in which a unit of 3 m/s stops.
+const NEAR_M: f64 = 12.0;
+/// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit passes.
+const SIGMA_M: f64 = 0.15;
+/// Score of a cluster as a sighting, permille. Only whether it stands counts here.
+const SCORE: u16 = 1000;
+/// A track takes its width from a cluster within this distance, millimetres.
+const SAME_MM: f64 = 1000.0;
+/// Way by which the middle has to move until the thing moves, millimetres, beyond that by which the side that is seen moves: the way of the unit,
+/// at most half of the width.
+const MOVES_MM: f64 = 300.0;
+/// Time after which the place of a thing that stands is taken anew.
+const STOOD_FOR: Span = Span::s(1);
+/// Below this speed it stands, mm/s.
+const STANDS_MM_S: f64 = 300.0;
+
+/// All of them.
+#[derive(Clone, Debug, Default)]
+pub struct Followed {
+    tracker: Tracker,
+    shapes: Vec<Shape>,
+    looked: bool,
+    /// Place of the unit at the newest frame that had one.
+    own: (f64, f64),
+}
+
+/// The width of a thing and where it stood, which its track does not tell.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    track: TrackId,
+    width_mm: u16,
+    /// Where it stood last, when, and where the unit was then.
+    stood: (f64, f64),
+    since: Instant,
+    from: (f64, f64),
+}
+
+impl Followed {
+    /// Takes the clusters of one frame, absent where LiDAR gave no product. Without `ego` no cluster can be placed.
+    pub fn update(
+        &mut self,
+        (frame, stamp): (FrameId, Instant),
+        ego: Option<&Placement>,
+        clusters: Option<&[Cluster]>,
+    ) {
+        self.looked = clusters.is_some() && ego.is_some();
+        self.own = ego.map_or(self.own, |ego| world([0.0, 0.0], ego));
+        let near: Vec<&Cluster> = clusters.unwrap_or_default().iter().filter(|cluster| is_near(cluster)).collect();
+        let sightings: Vec<Sighting> = near.iter().map(|cluster| sighting(cluster)).collect();
+        self.tracker.update(frame, stamp, ego, &sightings);
+        let tracks = self.tracker.tracks();
+        self.shapes.retain(|shape| tracks.iter().any(|track| track.id == shape.track));
+        let placed: Vec<((f64, f64), u16)> =
+            ego.map_or(Vec::new(), |ego| near.iter().map(|cluster| (placed(cluster, ego), cluster.width_mm)).collect());
+        for track in tracks.iter() {
+            self.note(stamp, track, &placed);
+        }
+    }
+
+    /// Those that are followed, oldest first; `None` where the newest frame had no product of LiDAR.
+    pub fn things(&self) -> Option<List<Nearby, NEARBY>> {
+        let tracks = self.tracker.tracks();
+        let shape = |track: &Track| self.shapes.iter().find(|shape| shape.track == track.id);
+        self.looked
+            .then(|| tracks.iter().filter_map(|track| shape(track).map(|shape| shape.thing(track, self.own))).collect())
+    }
+
+    fn note(&mut self, now: Instant, track: &Track, placed: &[((f64, f64), u16)]) {
+        let (at, own) = (place(track), self.own);
+        let nearest = placed.iter().min_by(|a, b| apart(a.0, at).total_cmp(&apart(b.0, at)));
+        let width = nearest.filter(|(place, _)| apart(*place, at) < SAME_MM).map(|(_, width_mm)| *width_mm);
+        let index = self.shapes.iter().position(|shape| shape.track == track.id).unwrap_or_else(|| {
+            self.shapes.push(Shape { track: track.id, width_mm: 0, stood: at, since: now, from: own });
+            self.shapes.len() - 1
+        });
+        let shape = &mut self.shapes[index];
+        shape.width_mm = width.unwrap_or(shape.width_mm);
+        let displaced = shape.is_displaced(at, own);
+        if displaced && speed(track) < STANDS_MM_S || !displaced && now.since(shape.since) >= STOOD_FOR {
+            (shape.stood, shape.since, shape.from) = (at, now, own);
+        }
+    }
+}
+
+impl Shape {
+    fn is_displaced(&self, at: (f64, f64), own: (f64, f64)) -> bool {
+        apart(self.stood, at) > apart(self.from, own).min(f64::from(self.width_mm) / 2.0) + MOVES_MM
+    }
+
+    fn thing(&self, track: &Track, own: (f64, f64)) -> Nearby {
+        let moves = self.is_displaced(place(track), own);
+        let [vx_mm_s, vy_mm_s] = if moves { [track.vx_mm_s, track.vy_mm_s] } else { [0, 0] };
+        Nearby { number: track.id.0, x_mm: track.x_mm, y_mm: track.y_mm, vx_mm_s, vy_mm_s, width_mm: self.width_mm }
+    }
+}
+
+fn is_near(cluster: &Cluster) -> bool {
+    libm::hypot(f64::from(cluster.x_mm), f64::from(cluster.y_mm)) < NEAR_M * 1000.0
+}
+
+fn sighting(cluster: &Cluster) -> Sighting {
+    Sighting {
+        class: Class::Obstacle,
+        score: SCORE,
+        place: [f64::from(cluster.x_mm) / 1000.0, f64::from(cluster.y_mm) / 1000.0],
+        sigma: SIGMA_M,
+        supported: Modalities::default().with(Modality::Lidar),
+        vetoed: Modalities::default(),
+        absent: Modalities::default(),
+        complete: true,
+        bounds: None,
+    }
+}
+
+fn placed(cluster: &Cluster, ego: &Placement) -> (f64, f64) {
+    world([f64::from(cluster.x_mm) / 1000.0, f64::from(cluster.y_mm) / 1000.0], ego)
+}
+
+/// A place in the body frame, metres, in the world frame, millimetres.
+fn world(place: [f64; 2], ego: &Placement) -> (f64, f64) {
+    let [east, north] = ego.to_world(place);
+    (east * 1000.0, north * 1000.0)
+}
+
+fn place(track: &Track) -> (f64, f64) {
+    (f64::from(track.x_mm), f64::from(track.y_mm))
+}
+
+fn speed(track: &Track) -> f64 {
+    libm::hypot(f64::from(track.vx_mm_s), f64::from(track.vy_mm_s))
+}
+
+fn apart(a: (f64, f64), b: (f64, f64)) -> f64 {
+    libm::hypot(a.0 - b.0, a.1 - b.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::time::Span;
+
+    use super::*;
+
+    /// The things that are followed after `frames` of a cluster at `at(seconds)`, metres in the world frame, from a unit at `own(seconds)` on the x axis.
+    fn followed(frames: u64, at: impl Fn(f64) -> [f64; 2], own: impl Fn(f64) -> f64, width_mm: u16) -> Vec<Nearby> {
+        let mut followed = Followed::default();
+        for n in 1..=frames {
+            let seconds = n as f64 * 0.1;
+            let ego = Placement::ORIGIN.moved(own(seconds));
+            let [x, y] = at(seconds);
+            let [x_mm, y_mm] = [x - own(seconds), y].map(|metres| (metres * 1000.0) as i32);
+            let cluster = Cluster { x_mm, y_mm, width_mm, height_mm: 1500 };
+            followed.update((FrameId(n), Instant(0) + Span::ms(100 * n)), Some(&ego), Some(&[cluster]));
+        }
+        followed.things().unwrap().to_vec()
+    }
+
+    #[test]
+    fn walker_behind_the_unit_is_followed() {
+        let seen = followed(12, |s| [-4.0, -3.0 + 1.4 * s], |_| 0.0, 450);
+        let [walker] = seen[..] else { panic!("{seen:?}") };
+        assert!((walker.vy_mm_s - 1400).abs() < 200 && walker.vx_mm_s.abs() < 100, "{walker:?}");
+        assert!((walker.y_mm + 1320).abs() < 150, "{walker:?}");
+        assert_eq!(followed(12, |s| [-14.0, -3.0 + 1.4 * s], |_| 0.0, 450), [], "far away");
+    }
+
+    /// The middle of its returns moves as the unit passes.
+    #[test]
+    fn car_that_is_passed_stands() {
+        let slides = |s: f64| [4.0 + 1.1 * s, 2.5];
+        let seen = followed(20, slides, |s| 2.0 * s, 4500);
+        assert_eq!(seen[0].vx_mm_s, 0, "{seen:?}");
+        let sets_out = followed(8, slides, |_| 0.0, 4500);
+        assert!(sets_out[0].vx_mm_s > 700, "of a unit that stands: {sets_out:?}");
+    }
+
+    #[test]
+    fn frame_without_lidar_has_no_word_on_what_is_near() {
+        let mut nothing = Followed::default();
+        nothing.update((FrameId(1), Instant(1)), Some(&Placement::ORIGIN), None);
+        assert_eq!(nothing.things(), None);
+        nothing.update((FrameId(2), Instant(2)), Some(&Placement::ORIGIN), Some(&[]));
+        assert_eq!(nothing.things().unwrap().len(), 0);
+    }
+}
