@@ -276,7 +276,7 @@ impl Autonomy {
             return;
         }
         if let Some(motion) = self.localisation.motion() {
-            self.things.update(self.picture.tracks(), &motion, now);
+            self.things.update(&self.picture, &motion, now);
         }
         if self.pilot.is_some() {
             return self.pilot(now);
@@ -339,7 +339,9 @@ impl Autonomy {
         };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let (fence, steered) = (&self.fence, self.steered);
-        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
+        let looks_behind = self.picture.nearby().is_some();
+        let around =
+            Surroundings { mode_speed, seen: &seen, things: &things, steered, looks_behind, fence, bounds, limits };
         let asked = navigation::follow(&motion, &way, &around);
         self.turn.back_up(asked, &motion, &around, now)
     }

@@ -12,9 +12,11 @@ use crate::extent::Extent;
 use crate::geofence::{Geofence, Point, between, nearer, to_segment};
 
 /// Smallest cell, millimetres.
-const CELL_MM: f64 = 1000.0;
+const CELL_MM: f64 = 500.0;
 /// Most cells along a side.
 const MAX_SIDE: u16 = 512;
+/// Distance from which a start in a closed place is left.
+const OUT_MM: f64 = 6000.0;
 /// Cost of a step to a neighbour, straight and diagonal.
 const STRAIGHT: u32 = 10;
 const DIAGONAL: u32 = 14;
@@ -48,6 +50,9 @@ pub struct Grid {
     width: u16,
     height: u16,
     room: Arc<[Room]>,
+    /// Things on the map, and the least distance to them with which the body fits through.
+    map: Arc<[Extent]>,
+    narrow: f64,
 }
 
 /// Room around the middle of a cell.
@@ -82,11 +87,12 @@ impl Grid {
         let cell = CELL_MM.max(side / f64::from(MAX_SIDE - 1));
         let cells = |length: f64| (libm::ceil(length / cell) as u16).clamp(1, MAX_SIDE);
         let (width, height) = (cells(high.0 - low.0), cells(high.1 - low.1));
-        let mut grid = Grid { origin: low, cell, width, height, room: Arc::from([]) };
+        let (map, narrow) = (Arc::from(map), clearance.narrow);
+        let mut grid = Grid { origin: low, cell, width, height, room: Arc::from([]), map, narrow };
         let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         let within = |at: Point| if fence.keeps(at, clearance.fence) { Room::Wide } else { Room::Closed };
         let mut room: Vec<Room> = all.map(|cell| within(grid.centre(cell))).collect();
-        for thing in map {
+        for thing in Arc::clone(&grid.map).iter() {
             for cell in grid.cells_within(thing.at, thing.radius() + clearance.wide) {
                 let distance = thing.distance(grid.centre(cell));
                 let left = if distance < clearance.narrow {
@@ -118,21 +124,37 @@ impl Grid {
         let taken = |cell| moving.iter().any(|k| nearer(k.at, self.centre(cell), k.distance(least)));
         let free = |cell: &Cell| self.has(*cell, least) && !taken(*cell);
         let next = |cell: &Cell| self.neighbours(*cell).filter(|(cell, _)| free(cell)).collect::<Vec<_>>();
-        let (cells, _) = astar(&self.cell_of(from), next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
-        let mut points: Vec<Point> = cells.into_iter().map(|cell| self.centre(cell)).collect();
-        points[0] = from;
-        points.push(to);
+        let out = self.nearest_free(from, free)?;
+        let (cells, _) = astar(&out, next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
+        let begins_here = out == self.cell_of(from);
+        let cells = cells.into_iter().skip(usize::from(begins_here)).map(|cell| self.centre(cell));
+        let points: Vec<Point> = std::iter::once(from).chain(cells).chain([to]).collect();
         Some(self.straighten(&points, moving, least))
     }
 
-    /// True if one may drive straight from `a` to `b`.
+    /// Cell of a point, or the nearest free one where that is taken and there is one within [`OUT_MM`]; none otherwise.
+    fn nearest_free(&self, at: Point, free: impl Fn(&Cell) -> bool) -> Option<Cell> {
+        let own = self.cell_of(at);
+        let away = |cell: &Cell| between(self.centre(*cell), at);
+        let nearest = || self.cells_within(at, OUT_MM).filter(&free).min_by(|a, b| away(a).total_cmp(&away(b)));
+        if free(&own) { Some(own) } else { nearest() }
+    }
+
+    /// True if one may drive straight from `a` to `b`. Where there is just room, a cell's middle does not speak for the whole of it.
     fn clear(&self, a: Point, b: Point, moving: &[Keepout], least: Room) -> bool {
         let steps = libm::ceil(between(a, b) / (self.cell / 2.0)) as u32;
         let open = (1..=steps).all(|i| {
             let share = f64::from(i) / f64::from(steps);
-            self.has(self.cell_of((a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))), least)
+            let at = (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1));
+            let cell = self.cell_of(at);
+            self.has(cell, least) && (self.has(cell, Room::Wide) || self.fits(at))
         });
         open && !moving.iter().any(|k| k.cuts(a, b, least))
+    }
+
+    /// True if the body fits through with its middle there.
+    fn fits(&self, at: Point) -> bool {
+        self.map.iter().all(|thing| thing.distance(at) >= self.narrow)
     }
 
     /// Leaves out every point that the one before can see past.

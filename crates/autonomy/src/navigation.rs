@@ -37,6 +37,8 @@ pub struct Surroundings<'a> {
     pub things: &'a [Obstacle],
     /// Curvature that the plant was asked for last, 1/mm.
     pub steered: f64,
+    /// True while LiDAR looks around, behind the unit too.
+    pub looks_behind: bool,
     /// The fence.
     pub fence: &'a Geofence,
     /// The platform's bounds.
@@ -87,7 +89,7 @@ fn is_within_turn(motion: &Motion, point: Point, most: f64) -> bool {
     libm::hypot(forward, left.abs() - radius) < radius - REACHED_MM
 }
 
-/// A guest's set-point under the limits that [`follow`] keeps to by itself. Backwards is not driven: nothing looks there.
+/// A guest's set-point under the limits that [`follow`] keeps to by itself. Backwards is not driven.
 pub fn limited(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
     let most = around.limits.curvature_per_mm();
     let curvature = asked.curvature.clamp(-most, most);
@@ -173,7 +175,16 @@ mod tests {
         seen: &'a [Keepout],
         (fence, bounds): (&'a Geofence, &'a Bounds),
     ) -> Surroundings<'a> {
-        Surroundings { mode_speed, seen, things: &[], steered: 0.0, fence, bounds, limits: &Limits::GROUND }
+        Surroundings {
+            mode_speed,
+            seen,
+            things: &[],
+            steered: 0.0,
+            looks_behind: true,
+            fence,
+            bounds,
+            limits: &Limits::GROUND,
+        }
     }
 
     /// Drives a point along `way` for `seconds` and gives where it ends up and its greatest distance from the way.

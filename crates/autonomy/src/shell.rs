@@ -3,8 +3,8 @@
 //!
 //! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
 //! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
-//! along it and away, not nearer. Of what moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
-//! back: at no moment of that may the two meet. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
+//! along it and away, not nearer. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
+//! back: at no moment of that may the two meet. Past a person who stands it goes so slowly that it stands before they meet if that one walks off, or creeps. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
 //! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
 
 use wire::bounds::Bounds;
@@ -24,6 +24,8 @@ const LEAST_MM: f64 = 60.0;
 const STEP_MM: f64 = 150.0;
 /// Between two moments of braking, seconds: in 0.1 s the two come nearer by less than the margin.
 const TICK_S: f64 = 0.1;
+/// Speed with which a person who stands is passed however near, mm/s: the body stands within 0.03 m.
+const CREEPS_MM_S: f64 = 300.0;
 /// Steps in which the speed is lowered until nothing is met.
 const SLOWER: u32 = 8;
 
@@ -90,15 +92,18 @@ fn within_room<const ARCS: usize>(
     let near = |thing: &&Obstacle| thing.after(stops_in).near(motion.at, reach + body);
     let (move_by, stand): (Vec<&Obstacle>, Vec<&Obstacle>) =
         things.iter().filter(near).partition(|thing| thing.moves());
+    let walk_off: Vec<&Obstacle> = stand.iter().copied().filter(|thing| thing.may_walk).collect();
     let stand: Vec<&Extent> = stand.into_iter().map(|thing| &thing.extent).collect();
     let free = arcs.into_iter().map(|arc| free_along(motion, (arc, step), reach, limits, &stand)).fold(reach, f64::min);
     let free = if free >= reach { speed } else { stops_within(free, brakes.comfort, brakes.reaction).min(speed) };
-    let meets = |speed: f64| {
+    let meets = |speed: f64, things: &[&Obstacle]| {
         arcs.iter()
-            .any(|arc| move_by.iter().any(|thing| meets(motion, (speed * step.signum(), *arc), thing, brakes, limits)))
+            .any(|arc| things.iter().any(|thing| meets(motion, (speed * step.signum(), *arc), thing, brakes, limits)))
     };
-    let slower = (0..=SLOWER).map(|i| free * f64::from(SLOWER - i) / f64::from(SLOWER));
-    slower.into_iter().find(|speed| *speed <= 0.0 || !meets(*speed)).unwrap_or(0.0)
+    let may = |speed: f64| !meets(speed, &move_by) && (speed <= CREEPS_MM_S || !meets(speed, &walk_off));
+    let slower = (0..SLOWER).map(|i| free * f64::from(SLOWER - i) / f64::from(SLOWER));
+    let creeping = free.min(CREEPS_MM_S);
+    slower.filter(|speed| *speed > creeping).chain([creeping]).find(|speed| may(*speed)).unwrap_or(0.0)
 }
 
 /// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at one time.
@@ -138,7 +143,7 @@ fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits
     let steps = libm::ceil(reach / STEP_MM) as u32;
     for taken in 1..=steps {
         body = moved(&body, step, curvature, limits);
-        if things.iter().zip(&kept).any(|(thing, kept)| kept.is_broken(thing, &body)) {
+        if kept.iter().any(|kept| kept.is_broken(&body)) {
             return f64::from(taken - 1) * STEP_MM;
         }
     }
@@ -148,33 +153,52 @@ fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits
 /// The room that is kept to a thing.
 enum Kept {
     /// So much around the body: the margin, or about as much as there is where that is less.
-    Room(f64),
+    Room(Extent, f64),
     /// By the fix the body is in it: its middle comes no nearer than this.
-    Middle(f64),
+    Middle(Extent, f64),
 }
 
 impl Kept {
     fn to(thing: &Extent, body: &Extent) -> Kept {
         if !body.grown(SPARE_MM).overlaps(thing) {
-            return Kept::Room(SPARE_MM);
+            return Kept::Room(*thing, SPARE_MM);
         }
         if body.overlaps(thing) {
-            return Kept::Middle(thing.distance(body.at));
+            let distance = thing.distance(body.at);
+            return if distance > 0.0 { Kept::Middle(*thing, distance) } else { Kept::of_smaller(thing, body) };
         }
-        let (mut free, mut taken) = (0.0, SPARE_MM);
-        while taken - free > 1.0 {
-            let room = (free + taken) / 2.0;
-            *if body.grown(room).overlaps(thing) { &mut taken } else { &mut free } = room;
-        }
-        Kept::Room((free - SWING_MM).max(LEAST_MM.min(free)))
+        let free = most(SPARE_MM, |room| !body.grown(room).overlaps(thing));
+        Kept::Room(*thing, (free - SWING_MM).max(LEAST_MM.min(free)))
     }
 
-    fn is_broken(&self, thing: &Extent, body: &Extent) -> bool {
+    /// An extent is an upper bound: a body whose middle is in it shows that the thing is smaller.
+    fn of_smaller(thing: &Extent, body: &Extent) -> Kept {
+        let shrunk = |by: f64| Extent { half: ((thing.half.0 - by).max(0.0), (thing.half.1 - by).max(0.0)), ..*thing };
+        let whole = thing.half.0.max(thing.half.1);
+        if body.overlaps(&shrunk(whole)) {
+            let middle = shrunk(whole);
+            return Kept::Middle(middle, middle.distance(body.at));
+        }
+        let left = most(whole, |left| !body.overlaps(&shrunk(whole - left)));
+        Kept::Room(shrunk(whole - left + SWING_MM), 0.0)
+    }
+
+    fn is_broken(&self, body: &Extent) -> bool {
         match self {
-            Kept::Room(room) => body.grown(*room).overlaps(thing),
-            Kept::Middle(distance) => thing.distance(body.at) < *distance,
+            Kept::Room(thing, room) => body.grown(*room).overlaps(thing),
+            Kept::Middle(thing, distance) => thing.distance(body.at) < *distance,
         }
     }
+}
+
+/// The most up to `limit`, to a millimetre, that holds; nought holds.
+fn most(limit: f64, holds: impl Fn(f64) -> bool) -> f64 {
+    let (mut least, mut beyond) = (0.0, limit);
+    while beyond - least > 1.0 {
+        let middle = (least + beyond) / 2.0;
+        *if holds(middle) { &mut least } else { &mut beyond } = middle;
+    }
+    least
 }
 
 /// The speed from which the reaction and the brakes take `distance`: v t + v² / 2 b = d.
@@ -196,7 +220,7 @@ mod tests {
     }
 
     fn standing(extent: Extent) -> Obstacle {
-        Obstacle { extent, velocity: (0.0, 0.0) }
+        Obstacle { extent, velocity: (0.0, 0.0), may_walk: false }
     }
 
     #[test]
@@ -229,15 +253,45 @@ mod tests {
 
     #[test]
     fn walker_who_crosses_is_not_met() {
-        let walker = |at, velocity| [Obstacle { extent: Extent::around(at, 300.0), velocity }];
+        let walker = |at, velocity| [Obstacle { extent: Extent::around(at, 300.0), velocity, may_walk: true }];
         let along =
             |things: &[Obstacle]| speed_along(&from(0.0, 0.0), (3000.0, 0.0, 0.0), things, brakes(), &Limits::GROUND);
         let crosses = along(&walker((2500.0, -2000.0), (0.0, 1400.0)));
         assert!(crosses < 2500.0, "{crosses}");
         assert_eq!(along(&walker((2500.0, -2000.0), (0.0, -1400.0))), crosses, "he may turn back");
-        assert_eq!(along(&walker((2500.0, -2000.0), (1400.0, 0.0))), 3000.0, "he walks beside it");
+        let beside = along(&walker((2500.0, -2000.0), (1400.0, 0.0)));
+        assert!((crosses..3000.0).contains(&beside), "he walks beside it and may turn towards it: {beside}");
+        assert_eq!(along(&walker((2500.0, -3000.0), (1400.0, 0.0))), 3000.0, "farther away");
         assert_eq!(along(&walker((2500.0, -4000.0), (0.0, 1400.0))), 3000.0, "it stands before he is there");
         assert_eq!(along(&walker((900.0, 0.0), (-1400.0, 0.0))), 0.0, "he walks into it");
+    }
+
+    /// However near he stands, for he may stand there for ever.
+    #[test]
+    fn person_who_stands_is_passed_slowly() {
+        let past = |at, may_walk| {
+            let stands = [Obstacle { extent: Extent::around(at, 300.0), velocity: (0.0, 0.0), may_walk }];
+            speed_along(&from(0.0, 0.0), (3000.0, 0.0, 0.0), &stands, brakes(), &Limits::GROUND)
+        };
+        assert_eq!(past((1500.0, -1050.0), true), CREEPS_MM_S);
+        assert_eq!(
+            (past((1500.0, -1050.0), false), past((1500.0, -2500.0), true)),
+            (3000.0, 3000.0),
+            "a post; farther away"
+        );
+        let between = past((1500.0, -1500.0), true);
+        assert!((CREEPS_MM_S + 1.0..2500.0).contains(&between), "{between}");
+    }
+
+    /// A car that is seen from its side, turned anyhow.
+    #[test]
+    fn unit_within_the_greatest_extent_of_a_thing_may_only_leave_it() {
+        let car = [standing(Extent::around((1800.0, 1200.0), 2000.0))];
+        let along =
+            |curvature| speed_along(&from(0.0, 0.0), (1000.0, curvature, curvature), &car, brakes(), &Limits::GROUND);
+        assert!(along(0.4e-3) < 100.0, "{}", along(0.4e-3));
+        let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &car, brakes(), &Limits::GROUND);
+        assert_eq!(back, 500.0);
     }
 
     #[test]

@@ -2,41 +2,37 @@
 //! way, as a driver turns in a narrow street, and goes on from there.
 //!
 //! The recovery by backing up is that of Nav2 (Macenski, Martín, White and Ginés Clavero, *The Marathon 2: A Navigation System*, IROS 2020),
-//! on an arc. Nothing looks behind: a move is slow and short, and only over ground where no thing is known. The way is left to `mission`,
-//! following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
+//! on an arc. A move is slow and short, and only while LiDAR looks behind. Where it does not help, the next ones go straight back and farther: who comes to a gate
+//! at an angle needs the way to straighten. The way is left to `mission`, following it to `navigation`. World frame, millimetres; curvature in 1/mm, positive to the left.
 
 use wire::time::{Instant, Span};
 
 use crate::geofence::{Motion, Point, between};
-use crate::localisation::wrap;
 use crate::navigation::{SetPoint, Surroundings, within_fence};
 use crate::shell;
-use crate::things::Obstacle;
 
 /// Below this the unit stands, and a set-point asks it to, mm/s: above the noise of odometry.
 const STANDS_MM_S: f64 = 100.0;
 /// Time for which it stands before it backs up.
 const PATIENCE: Span = Span::s(2);
-/// And the time that has to pass after something that moves was near and not ahead: behind the unit it would not be seen.
-const ALONE_FOR: Span = Span::s(10);
-/// Distance at which that counts as near, millimetres, and angle off the heading up to which it is ahead, radians: within the camera's view.
-const NEAR_MM: f64 = 5000.0;
-const AHEAD_RAD: f64 = 0.7;
-/// Way of one move, at most and at least, millimetres.
+/// Way of one move, at most and at least, millimetres; so many times as far when it is tried again.
 const BACK_MM: f64 = 2000.0;
+const FARTHER: u32 = 3;
+/// A move within this distance of the first one is a try of the same.
+const AGAIN_MM: f64 = 8000.0;
 const LEAST_MM: f64 = 300.0;
 /// Speed of a move, mm/s.
 const BACK_MM_S: f64 = 500.0;
-/// A move takes no longer.
-const LONGEST: Span = Span::s(8);
+/// A move takes no longer than this, and than its way at half of the speed.
+const LONGEST_MS: f64 = 2000.0;
 
 /// State of turning.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Turn {
     stands: Option<Instant>,
-    /// Time at which something that moves was near last.
-    others: Option<Instant>,
     back: Option<Back>,
+    /// Place of the first of the moves that are tries of one, and how many there were.
+    tries: Option<(Point, u32)>,
 }
 
 /// A move backwards.
@@ -44,6 +40,7 @@ pub struct Turn {
 struct Back {
     curvature: f64,
     from: Point,
+    length: f64,
     until: Instant,
 }
 
@@ -55,13 +52,10 @@ impl Turn {
 
     /// The set-point in place of `asked`, which follows the way.
     pub fn back_up(&mut self, asked: SetPoint, motion: &Motion, around: &Surroundings<'_>, now: Instant) -> SetPoint {
-        if around.things.iter().any(|thing| thing.moves() && is_beside_or_behind(motion, thing)) {
-            self.others = Some(now);
-        }
-        let alone = self.others.is_none_or(|at| now.since(at) >= ALONE_FOR);
         if let Some(back) = self.back {
             let going = back.set_point(motion, around);
-            if alone && now < back.until && between(motion.at, back.from) < BACK_MM && going.speed < -STANDS_MM_S {
+            let goes_on = around.looks_behind && now < back.until && between(motion.at, back.from) < back.length;
+            if goes_on && going.speed < -STANDS_MM_S {
                 return going;
             }
             self.end();
@@ -71,31 +65,35 @@ impl Turn {
             self.stands = None;
             return asked;
         }
-        if now.since(*self.stands.get_or_insert(now)) >= PATIENCE && alone {
-            (self.stands, self.back) = (None, Back::begin(asked.curvature, motion, around, now));
+        if now.since(*self.stands.get_or_insert(now)) >= PATIENCE && around.looks_behind {
+            self.stands = None;
+            self.begin(asked.curvature, motion, around, now);
         }
         asked
     }
-}
 
-fn is_beside_or_behind(motion: &Motion, thing: &Obstacle) -> bool {
-    let (east, north) = (thing.extent.at.0 - motion.at.0, thing.extent.at.1 - motion.at.1);
-    thing.extent.near(motion.at, NEAR_MM) && wrap(libm::atan2(north, east) - motion.yaw).abs() > AHEAD_RAD
+    /// Begins a move: first on the arc with the most room, of that which turns on, straight back, and that which was come by; then straight back, where there
+    /// is room. None without room or reverse gear.
+    fn begin(&mut self, curvature: f64, motion: &Motion, around: &Surroundings<'_>, now: Instant) {
+        if around.limits.reverse_mm_s == 0 {
+            return;
+        }
+        let (first, tries) = self.tries.filter(|(at, _)| between(*at, motion.at) < AGAIN_MM).unwrap_or((motion.at, 0));
+        let length = BACK_MM * f64::from(1 + tries % FARTHER);
+        let room = |curvature: f64| shell::room_back(motion, curvature, length, around.things, around.limits);
+        let arcs = [-curvature, 0.0, curvature].map(|curvature| (curvature, room(curvature)));
+        let straight = arcs.into_iter().find(|(arc, room)| *arc == 0.0 && *room >= LEAST_MM && length > BACK_MM);
+        // Of equal ones the first.
+        let widest = arcs.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((curvature, length)) = straight.or(widest).filter(|(_, room)| *room >= LEAST_MM) {
+            let longest = Span::ms((LONGEST_MS + 2.0 * length / BACK_MM_S * 1000.0) as u64);
+            self.back = Some(Back { curvature, from: motion.at, length, until: now + longest });
+            self.tries = Some((first, tries + 1));
+        }
+    }
 }
 
 impl Back {
-    /// The move with the most room of the arc that turns on, straight back, and the arc that was come by; none without room or reverse gear.
-    fn begin(curvature: f64, motion: &Motion, around: &Surroundings<'_>, now: Instant) -> Option<Back> {
-        if around.limits.reverse_mm_s == 0 {
-            return None;
-        }
-        let room = |curvature: &f64| shell::room_back(motion, *curvature, BACK_MM, around.things, around.limits);
-        let arcs = [-curvature, 0.0, curvature].map(|curvature| (curvature, room(&curvature)));
-        // Of equal ones the first.
-        let (curvature, room) = arcs.into_iter().rev().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (room >= LEAST_MM).then_some(Back { curvature, from: motion.at, until: now + LONGEST })
-    }
-
     fn set_point(&self, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
         let fastest = BACK_MM_S.min(around.mode_speed).min(f64::from(around.limits.reverse_mm_s));
         let facing_back = Motion { yaw: motion.yaw + core::f64::consts::PI, speed: -motion.speed, ..*motion };
@@ -113,13 +111,15 @@ mod tests {
     use super::*;
     use crate::extent::Extent;
     use crate::geofence::Geofence;
+    use crate::things::Obstacle;
 
     /// Set-points of a unit that stands at the origin and is asked to turn left into something, ten a second.
     fn asked_of(things: &[Obstacle], limits: &Limits, seconds: u64) -> Vec<SetPoint> {
         let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
         let bounds = Bounds::GROUND;
         let (mode_speed, fence, bounds) = (3000.0, &fence, &bounds);
-        let around = Surroundings { mode_speed, seen: &[], things, steered: 0.0, fence, bounds, limits };
+        let around =
+            Surroundings { mode_speed, seen: &[], things, steered: 0.0, looks_behind: true, fence, bounds, limits };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
         let (asked, mut turn) = (SetPoint { speed: 0.0, curvature: 0.4e-3 }, Turn::default());
         let ticks = (0..seconds * 10).map(|tick| Instant(0) + Span::ms(100 * tick));
@@ -127,7 +127,7 @@ mod tests {
     }
 
     fn wall(at: Point) -> Obstacle {
-        Obstacle { extent: Extent::new(at, 0.0, (300.0, 3000.0)), velocity: (0.0, 0.0) }
+        Obstacle { extent: Extent::new(at, 0.0, (300.0, 3000.0)), velocity: (0.0, 0.0), may_walk: false }
     }
 
     #[test]
@@ -139,13 +139,38 @@ mod tests {
     }
 
     #[test]
-    fn unit_beside_something_that_moves_does_not_back_up() {
+    fn unit_does_not_back_into_who_walks_behind() {
         let ahead = wall((1500.0, 0.0));
         let backs = |at| {
-            let walker = Obstacle { extent: Extent::around(at, 300.0), velocity: (0.0, 900.0) };
+            let walker = Obstacle { extent: Extent::around(at, 300.0), velocity: (0.0, 900.0), may_walk: true };
             asked_of(&[ahead, walker], &Limits::GROUND, 20).iter().any(|set_point| set_point.speed < 0.0)
         };
-        assert_eq!((backs((-500.0, 3500.0)), backs((3500.0, 500.0))), (false, true), "beside it and ahead");
+        assert_eq!((backs((-1500.0, -500.0)), backs((-5000.0, 3500.0))), (false, true), "behind it and farther away");
+    }
+
+    #[test]
+    fn what_does_not_help_is_followed_by_a_longer_straight_move() {
+        let mut turn = Turn::default();
+        let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
+        let (bounds, things) = (Bounds::GROUND, [wall((1500.0, 0.0))]);
+        let (mode_speed, fence, bounds, limits) = (3000.0, &fence, &bounds, &Limits::GROUND);
+        let around = Surroundings {
+            mode_speed,
+            seen: &[],
+            things: &things,
+            steered: 0.0,
+            looks_behind: true,
+            fence,
+            bounds,
+            limits,
+        };
+        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+        let mut next = || {
+            turn.begin(0.4e-3, &motion, &around, Instant(0));
+            turn.back.take().map(|back| (back.curvature, back.length))
+        };
+        let moves = [next(), next(), next(), next()];
+        assert_eq!(moves, [(-0.4e-3, 2000.0), (0.0, 4000.0), (0.0, 6000.0), (-0.4e-3, 2000.0)].map(Some));
     }
 
     #[test]
@@ -153,7 +178,16 @@ mod tests {
         let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
         let (bounds, things) = (Bounds::GROUND, [wall((1500.0, 0.0))]);
         let (mode_speed, fence, bounds, limits) = (3000.0, &fence, &bounds, &Limits::GROUND);
-        let around = Surroundings { mode_speed, seen: &[], things: &things, steered: 0.0, fence, bounds, limits };
+        let around = Surroundings {
+            mode_speed,
+            seen: &[],
+            things: &things,
+            steered: 0.0,
+            looks_behind: true,
+            fence,
+            bounds,
+            limits,
+        };
         let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
         let (asked, mut turn) = (SetPoint { speed: 0.0, curvature: 0.4e-3 }, Turn::default());
         let at = |turn: &mut Turn, ms| turn.back_up(asked, &motion, &around, Instant(0) + Span::ms(ms)).speed;
