@@ -308,6 +308,9 @@ impl Stages {
         let scan = Scan { beams: &beams, state, world, view };
         let mut found = List::default();
         for (index, object) in world.scene().objects.iter().enumerate() {
+            if scan.nearest(index) > self.model.lidar_range {
+                continue;
+            }
             let Some(Met { cluster, centroid, range }) = meet(&scan, index, object) else { continue };
             let missed = self.model.misses(&mut self.lidar, range / self.model.lidar_range, effect);
             let jitter = self.model.cluster_m * effect.noise;

@@ -16,6 +16,7 @@ mod channel;
 pub mod fault;
 pub mod fidelity;
 pub mod limits;
+mod mover;
 mod noise;
 mod occlusion;
 mod past;

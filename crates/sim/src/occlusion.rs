@@ -11,7 +11,6 @@ use wire::sensor::{Camera, Lidar, PixelBox};
 use crate::plant::State;
 use crate::scene::Object;
 use crate::sensor::camera::{REACH, clip, eye, project, ray};
-use crate::sensor::lidar;
 use crate::world::{Hit, Placement, Surface, View, World};
 
 /// Most rays across, and down, a part of the image.
@@ -56,14 +55,17 @@ pub(crate) fn overlap(a: &PixelBox, b: &PixelBox) -> bool {
     a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1
 }
 
-/// True if an unobstructed ray would meet an object's box.
-fn crosses(object: &Object, place: &Placement, from: Vector, towards: Vector) -> bool {
+/// Room for rounding around a box, metres.
+const ROUNDING_M: f32 = 0.05;
+
+/// True if an unobstructed ray would meet an object's box, its sides further out by `spare`.
+fn crosses((object, spare): (&Object, f32), place: &Placement, from: Vector, towards: Vector) -> bool {
     let [cos, sin] = place.facing;
     let local = |v: Vector| [v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z];
     let (from, towards) = (local(from - place.centre), local(towards));
     let (mut enters, mut leaves) = (0.0f32, f32::MAX);
     for axis in 0..3 {
-        let half = object.size[axis] / 2.0;
+        let half = object.size[axis] / 2.0 + spare;
         if towards[axis] == 0.0 {
             leaves = if from[axis].abs() > half { -1.0 } else { leaves };
             continue;
@@ -98,7 +100,7 @@ impl Eye<'_> {
         let from = eye(self.camera, self.state);
         let covers = |(hit, towards): &(&Option<Hit>, &Vector)| {
             hit.is_some_and(|h| h.surface != id && h.surface != Surface::Ground)
-                && crosses(object, place, from, **towards)
+                && crosses((object, 0.0), place, from, **towards)
         };
         let covered = hits.iter().zip(&rays).filter(covers).count();
         if covered == 0 {
@@ -249,7 +251,11 @@ impl Scan<'_> {
         for (k, azimuth) in self.azimuths(middle, &own).enumerate() {
             for ring in 0..self.beams.rings {
                 let direction = self.state.rotation * self.direction(azimuth, ring);
-                let Some(hit) = self.view.cast(origin, direction, lidar::REACH) else { continue };
+                // A beam past it says nothing of it, and neither does what is behind it.
+                if !crosses((object, ROUNDING_M), place, origin, direction) {
+                    continue;
+                }
+                let Some(hit) = self.view.cast(origin, direction, own.farthest + 1.0) else { continue };
                 if hit.surface == id {
                     if last.is_none_or(|before| k - before > 1 + GAP) {
                         groups.push(Vec::new());
@@ -257,7 +263,7 @@ impl Scan<'_> {
                     last = Some(k);
                     let point = self.state.to_body(origin + direction * hit.distance);
                     groups.last_mut().into_iter().for_each(|group| group.push(point));
-                } else if hit.surface != Surface::Ground && crosses(object, place, origin, direction) {
+                } else if hit.surface != Surface::Ground && crosses((object, 0.0), place, origin, direction) {
                     covered = true;
                 }
             }
@@ -272,23 +278,29 @@ impl Scan<'_> {
 
     fn may_be_covered(&self, index: usize, middle: f32, own: &Extent) -> bool {
         let others = (0..self.world.placements().len()).filter(|other| *other != index);
-        others.map(|other| self.extent(other, middle)).any(|other| {
+        let nearer = others.filter(|other| self.nearest(*other) < own.farthest);
+        nearer.map(|other| self.extent(other, middle)).any(|other| {
             let turns = other.right - other.left > core::f32::consts::PI;
-            other.nearest < own.farthest && (turns || (other.left < own.right && own.left < other.right))
+            turns || (other.left < own.right && own.left < other.right)
         })
+    }
+
+    /// Least distance at which an object may be, metres.
+    pub(crate) fn nearest(&self, index: usize) -> f32 {
+        let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
+        let half = Vector::new(object.size[0], object.size[1], object.size[2]).length() / 2.0;
+        (self.state.to_body(place.centre).length() - half).max(0.0)
     }
 
     /// Extent of an object as seen from the LiDAR, azimuths from `middle`.
     fn extent(&self, index: usize, middle: f32) -> Extent {
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        let mut extent = Extent { left: f32::MAX, right: f32::MIN, nearest: f32::MAX, farthest: 0.0 };
+        let mut extent = Extent { left: f32::MAX, right: f32::MIN, farthest: 0.0 };
         for corner in corners(object, place).map(|corner| self.state.to_body(corner)) {
             let turn = wrapped(azimuth(corner) - middle);
             (extent.left, extent.right) = (extent.left.min(turn), extent.right.max(turn));
             extent.farthest = extent.farthest.max(corner.length());
         }
-        let half = Vector::new(object.size[0], object.size[1], object.size[2]).length() / 2.0;
-        extent.nearest = (self.state.to_body(place.centre).length() - half).max(0.0);
         extent
     }
 
@@ -311,7 +323,6 @@ impl Scan<'_> {
 struct Extent {
     left: f32,
     right: f32,
-    nearest: f32,
     farthest: f32,
 }
 

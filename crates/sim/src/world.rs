@@ -14,6 +14,7 @@ use wire::id::ObjectId;
 use wire::sensor::Class;
 use wire::time::Span;
 
+use crate::mover::{Mover, UnitBody};
 use crate::scene::{Object, Scene};
 use crate::terrain::{self, Terrain};
 
@@ -55,12 +56,6 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// True if the unit is ahead of it and near enough to stop.
-    fn is_close_before(&self, unit: Vector) -> bool {
-        let (east, north) = (unit.x - self.centre.x, unit.y - self.centre.y);
-        east * self.facing[0] + north * self.facing[1] > 0.0 && libm::hypotf(east, north) < STOPS_BEFORE
-    }
-
     fn turned(self) -> Self {
         Placement { facing: self.facing.map(|part| -part), ..self }
     }
@@ -74,37 +69,6 @@ pub struct World {
     placed: Vec<Placement>,
     movers: Vec<Mover>,
     steps: u64,
-}
-
-/// An object that moves.
-#[derive(Clone)]
-struct Mover {
-    object: usize,
-    body: RigidBodyHandle,
-    /// Steps along its path.
-    gone: i64,
-    /// True if it goes back.
-    back: bool,
-    /// Steps for which it has stood before the unit.
-    stood: u64,
-}
-
-/// Distance from its middle to the unit's within which an object that yields stops, metres: half of a long unit, and a step.
-const STOPS_BEFORE: f32 = 3.0;
-/// Steps after which it turns back.
-const WAITS: u64 = 10_000_000 / STEP.0;
-
-impl Mover {
-    /// One step on its way, or of standing; who has stood for long turns back.
-    fn step(&mut self, stands: bool) {
-        self.stood = if stands { self.stood + 1 } else { 0 };
-        if self.stood >= WAITS {
-            (self.stood, self.back) = (0, !self.back);
-        } else if !stands {
-            self.gone = (self.gone + if self.back { -1 } else { 1 }).max(0);
-        }
-        self.back &= self.gone > 0;
-    }
 }
 
 impl World {
@@ -128,7 +92,7 @@ impl World {
             if object.moves() {
                 let body = RigidBodyBuilder::kinematic_position_based().pose(pose_of(&placement));
                 let (handle, _) = self.physics.insert(body, collider);
-                self.movers.push(Mover { object: index, body: handle, gone: 0, back: false, stood: 0 });
+                self.movers.push(Mover::new(index, handle));
             } else {
                 self.physics.insert_collider(collider.position(pose_of(&placement)), None);
             }
@@ -140,14 +104,13 @@ impl World {
     pub fn step(&mut self) {
         self.steps += 1;
         let scene = Arc::clone(&self.scene);
-        let unit = self.physics.bodies.iter().map(|(_, body)| body).find(|body| body.is_dynamic());
-        let unit = unit.map(|body| body.translation());
+        let unit = UnitBody::of(&self.physics);
         for k in 0..self.movers.len() {
             let Mover { object: index, body, .. } = self.movers[k];
             let object = &scene.objects[index];
-            let stands = object.yields && unit.is_some_and(|unit| self.placed[index].is_close_before(unit));
-            self.movers[k].step(stands);
-            let placement = self.placement(object, seconds(self.movers[k].gone.unsigned_abs()));
+            let Placement { centre, facing } = self.placed[index];
+            self.movers[k].step(object, (centre, facing), unit.as_ref(), STEP);
+            let placement = self.placement(object, seconds(self.movers[k].gone()));
             let placement = if self.movers[k].back { placement.turned() } else { placement };
             self.placed[index] = placement;
             self.physics.bodies[body].set_next_kinematic_position(pose_of(&placement));
@@ -315,28 +278,37 @@ mod tests {
     use crate::fidelity::Fidelity;
     use crate::plant::{Plant, SetPoint};
 
-    /// Distance that a walker gets whose way leads through a unit that stands.
-    fn walked(yields: bool, seconds: u64) -> f32 {
+    /// Distance that a walker gets on a way through a unit that stands or drives off at this speed, metres, and the touches.
+    fn walked(yields: bool, seconds: u64, speed: f32) -> (f32, usize) {
         let mut scene = Scene::default();
         let mut walker = scene.objects.iter().find(|object| object.moves()).unwrap().clone();
-        let [east, north] = [scene.start.east + 1.0, scene.start.north - 4.0];
+        let [east, north] = [scene.start.east + 1.0, scene.start.north - 5.0];
         (walker.path, walker.closed, walker.yields) = (vec![[east, north], [east, north + 25.0]], false, yields);
         scene.objects = vec![walker];
         let mut world = World::new(Arc::new(scene.clone()));
         let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
+        let mut touches = 0;
         for step in 1..=seconds * 1_000_000 / STEP.0 {
             let now = wire::time::Instant(step * STEP.0);
-            plant.accept(now, SetPoint::course((0.0, 0.0), now + wire::time::Span::ms(500)));
+            plant.accept(now, SetPoint::course((speed, 0.0), now + wire::time::Span::ms(500)));
             plant.step(now, &mut world);
+            touches += plant.touches(&world).len();
         }
-        world.placements()[0].centre.y - north
+        (world.placements()[0].centre.y - north, touches)
     }
 
     #[test]
     fn who_yields_stops_before_the_unit_and_turns_back() {
-        assert!(walked(false, 20) > 20.0, "who does not yield walks on");
         // It has stood for ten seconds once the unit's springs have come to rest.
-        let (stops, back) = (walked(true, 10), walked(true, 13));
-        assert!((0.5..2.0).contains(&stops) && back < stops - 0.5, "{stops} {back}");
+        let (stops, back) = (walked(true, 10, 0.0).0, walked(true, 13, 0.0).0);
+        assert!((1.5..2.5).contains(&stops) && back < stops - 0.5, "{stops} {back}");
+    }
+
+    #[test]
+    fn nobody_walks_through_the_unit() {
+        let (stops, touches) = walked(false, 10, 0.0);
+        assert!((3.5..4.5).contains(&stops) && touches == 0, "{stops} {touches}");
+        let (goes_on, touches) = walked(false, 20, 0.4);
+        assert!(goes_on > 15.0 && touches == 0, "behind the unit, which has gone: {goes_on} {touches}");
     }
 }

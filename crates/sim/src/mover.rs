@@ -1,0 +1,93 @@
+//! Objects that move: each along its path at its speed, until the unit is in its way.
+//!
+//! An object stops where its next step would touch the unit, whether that drives or stands. One that yields stops earlier. Who has stood for long turns
+//! back. A touch is then the unit's doing alone.
+
+use rapier3d::prelude::*;
+
+use crate::scene::Object;
+use wire::time::Span;
+
+/// Distance from its front to the unit's middle within which an object that yields stops, metres.
+const STOPS_BEFORE: f32 = 3.0;
+/// Room that is left to the unit's body, metres.
+const ROOM: f32 = 0.15;
+/// Time after which it turns back.
+const WAITS: Span = Span::s(10);
+
+/// An object that moves.
+#[derive(Clone)]
+pub(super) struct Mover {
+    pub(super) object: usize,
+    pub(super) body: RigidBodyHandle,
+    /// Steps along its path.
+    gone: i64,
+    /// True if it goes back.
+    pub(super) back: bool,
+    /// Time for which it has stood before the unit.
+    stood: Span,
+}
+
+impl Mover {
+    pub(super) fn new(object: usize, body: RigidBodyHandle) -> Self {
+        Mover { object, body, gone: 0, back: false, stood: Span(0) }
+    }
+
+    /// Steps along its path so far.
+    pub(super) fn gone(&self) -> u64 {
+        self.gone.unsigned_abs()
+    }
+
+    /// One step of length `passed` on its way from `centre`, or of standing there before the unit.
+    pub(super) fn step(
+        &mut self,
+        object: &Object,
+        (centre, facing): (Vector, [f32; 2]),
+        unit: Option<&UnitBody>,
+        passed: Span,
+    ) {
+        let stands = unit.is_some_and(|unit| unit.stops(object, centre, facing));
+        self.stood = if stands { self.stood + passed } else { Span(0) };
+        if self.stood >= WAITS {
+            (self.stood, self.back) = (Span(0), !self.back);
+        } else if !stands {
+            self.gone = (self.gone + if self.back { -1 } else { 1 }).max(0);
+        }
+        self.back &= self.gone > 0;
+    }
+}
+
+/// The unit's body, in whose way an object may come.
+pub(super) struct UnitBody {
+    at: Vector,
+    rotation: Rotation,
+    /// Half of its sides.
+    half: Vector,
+}
+
+impl UnitBody {
+    /// Of the dynamic body; none of one without a box.
+    pub(super) fn of(physics: &PhysicsWorld) -> Option<Self> {
+        let body = physics.bodies.iter().map(|(_, body)| body).find(|body| body.is_dynamic())?;
+        let shape = body.colliders().iter().find_map(|shape| physics.colliders.get(*shape)?.shape().as_cuboid())?;
+        Some(UnitBody { at: body.translation(), rotation: *body.rotation(), half: shape.half_extents })
+    }
+
+    /// True if an object there stops for it.
+    fn stops(&self, object: &Object, centre: Vector, facing: [f32; 2]) -> bool {
+        let facing = Vector::new(facing[0], facing[1], 0.0);
+        let ahead = (self.at - centre).dot(facing) > 0.0;
+        let front = centre + facing * (object.size[0] / 2.0);
+        let away = self.at - front;
+        let yields = object.yields && libm::hypotf(away.x, away.y) < STOPS_BEFORE;
+        ahead && (yields || self.is_touched_from(front, object.size))
+    }
+
+    /// True if the front of a thing of this size is at the body.
+    fn is_touched_from(&self, front: Vector, [_, width, height]: [f32; 3]) -> bool {
+        let local = self.rotation.inverse() * (front - self.at);
+        let reach = width / 2.0 + ROOM;
+        let beside = local.x.abs() < self.half.x + reach && local.y.abs() < self.half.y + reach;
+        beside && local.z.abs() < self.half.z + height / 2.0
+    }
+}
