@@ -13,6 +13,7 @@ CLOCKS = 500_000  # what the console's clock may be off
 STAGES = ("none", "enabled", "armed", "acted")
 PASSED = 2000  # mm from a way point within which it counts as passed
 STUCK_WITHIN, STUCK_AFTER = 500, 10_000_000  # mm and us: one that stays so near for so long does not get on, as Nav2's progress checker has it
+LEG_WAIT, LEG_PACE = 120_000_000, 0.0005  # us and mm/us: a leg may take a wait, and its straight length at that pace
 UNMOVED_AFTER = 5_000_000  # us in driving modes after which one that never came farther than that is stuck, too
 LEADS = {"enable": "enabled", "arm": "armed", "confirm": "acted"}
 
@@ -60,23 +61,26 @@ def executions(log, steps):
 
 
 def stuck(log):
-    """Whether the vehicle was stuck, by truth, though its mode let it drive and way points were left: at the end, or for half of the time. Logs from before have no route."""
+    """Whether the vehicle was stuck, by truth, though its mode let it drive and way points were left: at the end, or for half of the time, or on one leg for too long. Logs from before have no route."""
     route = log.head.get("route") or {"points_mm": []}
     points, left = route["points_mm"], list(route["points_mm"])
     modes = NOMINAL_MODES + (("DEGRADED",) if route.get("in_degraded") else ())
-    origin, anchor, before = None, None, None
+    origin, anchor, before, here = None, None, None, None
+    behind, on_leg = None, 0
     driving, farthest, stood, last = 0, 0.0, 0, 0
     for t, tr in log.truth():
         if not points or t > log.end:
             break
         here = (tr["x_mm"], tr["y_mm"])
+        behind = behind or here
+        spent = t - before if before is not None else 0
+        driving, on_leg = driving + spent, on_leg + spent
         # At most a lap from one place.
         for _ in points:
             if not left or math.dist(here, left[0]) > PASSED:
                 break
+            behind, on_leg = left[0], 0
             left = left[1:] or (list(points) if route["looped"] else [])
-        if before is not None:
-            driving += t - before
         last = t - anchor[0] if anchor else 0
         drives = bool(left) and log.mode_at(t) in modes
         before = t if drives else None
@@ -88,4 +92,5 @@ def stuck(log):
         if drives and anchor is None:
             anchor = (t, here)
     at_end = last >= STUCK_AFTER
-    return at_end or 0 < driving <= 2 * (stood + last * at_end) or driving >= UNMOVED_AFTER and farthest < STUCK_WITHIN
+    astray = bool(left) and behind is not None and on_leg > LEG_WAIT + math.dist(behind, left[0]) / LEG_PACE
+    return at_end or astray or 0 < driving <= 2 * (stood + last * at_end) or driving >= UNMOVED_AFTER and farthest < STUCK_WITHIN

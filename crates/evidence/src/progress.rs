@@ -18,6 +18,12 @@ pub const STUCK_AFTER: Micros = 10_000_000;
 /// Time in driving modes after which one that never left its place is stuck, microseconds: in a shorter run nothing else tells it.
 pub const UNMOVED_AFTER: Micros = 5_000_000;
 
+/// Time in driving modes that a leg of the route may take: a wait, microseconds, and its straight length at a slow pace, mm/s. One that goes to
+/// and fro, or about, for longer does not get on either.
+pub const LEG_WAIT: Micros = 120_000_000;
+/// The pace.
+pub const LEG_MM_S: f64 = 500.0;
+
 /// Route that the unit under test is to go.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Route {
@@ -47,6 +53,9 @@ pub struct Progress {
     /// True if the last such stretch lasted to the end of the run.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub stuck_at_end: bool,
+    /// Seconds in driving modes since the last way point that it passed, to the end of the run, where they are more than the leg may take.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub astray_s: Option<f64>,
     /// The longest such stretch; none where it got on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stuck: Option<Stretch>,
@@ -100,15 +109,19 @@ impl Standstill {
 }
 
 impl Progress {
-    /// True if it is stuck: it did not get on when the run ended, or in half of the time or more. To wait, and then to get on, is not to be stuck.
+    /// True if it is stuck: it did not get on when the run ended, or in half of the time or more, or it drove about without coming to a way point.
+    /// To wait, and then to get on, is not to be stuck.
     pub fn is_stuck(&self) -> bool {
-        self.stuck.is_some() && (self.stuck_at_end || 2.0 * self.stuck_s >= self.driving_s)
+        let stands = self.stuck.is_some() && (self.stuck_at_end || 2.0 * self.stuck_s >= self.driving_s);
+        stands || self.astray_s.is_some()
     }
 
     /// Its stuck part in words; none where it got on.
     pub fn describe(&self) -> Option<String> {
-        let Stretch { from_ms, s, why } = self.stuck?;
         let Self { passed, of, .. } = self;
+        let astray =
+            || self.astray_s.map(|s| format!("astray: no way point in {s:.1} s of driving, {passed} of {of} passed"));
+        let Some(Stretch { from_ms, s, why }) = self.stuck else { return astray() };
         Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {of} way points passed: {}", why.describe()))
     }
 }

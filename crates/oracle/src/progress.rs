@@ -5,7 +5,9 @@
 //! on, whatever small motions it makes. Its reason is told from the set-points of the plant. The second judge has the same rule in
 //! `tools/judge/mission.py`.
 
-use evidence::progress::{PASSED_MM, Progress, Route, STUCK_AFTER, STUCK_MM, Standstill, Stretch, UNMOVED_AFTER};
+use evidence::progress::{
+    LEG_MM_S, LEG_WAIT, PASSED_MM, Progress, Route, STUCK_AFTER, STUCK_MM, Standstill, Stretch, UNMOVED_AFTER,
+};
 use evidence::{Evidence, Micros};
 use wire::mode::Mode;
 
@@ -28,12 +30,17 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
     let samples = &line.truth[..within];
     let first = samples.first().filter(|_| !route.points_mm.is_empty())?;
     let mut way = Way::new(route, place(first));
-    let drives: Vec<bool> = samples
-        .iter()
-        .map(|sample| way.go_on(place(sample)) && is_driving(line.mode_at(sample.at), route.in_degraded))
-        .collect();
-    let spans = samples.windows(2).zip(&drives).filter(|(_, drives)| **drives);
-    let driving: Micros = spans.map(|(pair, _)| pair[1].at - pair[0].at).sum();
+    let mut drives = Vec::with_capacity(samples.len());
+    let (mut driving, mut on_the_leg) = (0, 0);
+    for (at, sample) in samples.iter().enumerate() {
+        let spent = if drives.last() == Some(&true) { sample.at - samples[at - 1].at } else { 0 };
+        let before = way.passed;
+        let drive = way.go_on(place(sample)) && is_driving(line.mode_at(sample.at), route.in_degraded);
+        driving += spent;
+        on_the_leg = if way.passed == before { on_the_leg + spent } else { 0 };
+        drives.push(drive);
+    }
+    let may_take = LEG_WAIT as f64 + 1e6 * way.leg_now() / LEG_MM_S;
     let farthest = farthest(samples, &drives);
     let length = |stay: &Stay| samples[stay.last].at - samples[stay.first].at;
     let stays = stays(samples, &drives);
@@ -56,6 +63,7 @@ pub(super) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
         farthest_m: farthest / 1000.0,
         stuck_s: stuck.iter().map(length).sum::<Micros>() as f64 / 1e6,
         stuck_at_end,
+        astray_s: (way.target().is_some() && on_the_leg as f64 > may_take).then_some(on_the_leg as f64 / 1e6),
         stuck: longest,
     })
 }
@@ -133,6 +141,13 @@ impl<'a> Way<'a> {
     fn target(&self) -> Option<Place> {
         let all = self.route.points_mm.len();
         self.point(if self.route.looped { self.passed % all } else { self.passed })
+    }
+
+    /// Length of the leg that it is on, mm.
+    fn leg_now(&self) -> f64 {
+        let from = self.passed.checked_sub(1).map(|before| before % self.route.points_mm.len());
+        let from = from.map_or(Some(self.start), |before| self.point(before));
+        from.zip(self.target()).map_or(0.0, |(a, b)| length(minus(a, b)))
     }
 
     /// Length of the leg to way point `n` of the first lap, mm.

@@ -119,6 +119,31 @@ fn standing_vehicle_is_stuck_to_both_judges() {
     assert_eq!(object(&second_judge(&log).unwrap())["outcome"], "NOMINAL");
 }
 
+/// It moves all the time, and comes to no way point.
+#[test]
+fn vehicle_that_circles_is_stuck_to_both_judges() {
+    let dir = tempfile::tempdir().unwrap();
+    let guest = guest(dir.path(), &STRAIGHT.replace("curvature_per_m\":0", "curvature_per_m\":0.4"), "");
+    let nominal = scenario::find(&root(), "nominal").map(|file| fs::read_to_string(file).unwrap()).unwrap();
+    let (file, out) = (dir.path().join("nominal.toml"), dir.path().join("out"));
+    fs::create_dir(dir.path().join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
+    let outcome_after = |seconds: &str| {
+        fs::write(&file, nominal.replace("duration_s = 9.0", &format!("duration_s = {seconds}"))).unwrap();
+        let out = out.join(seconds);
+        let run = ["run", file.to_str().unwrap(), "--trials", "1", "--autonomy", &guest, "--json", "--out"];
+        let trial = object(&holdsafe(&[&run[..], &[out.to_str().unwrap()]].concat()))["trials"][0].clone();
+        if let Some(output) = second_judge(&out.join("twin/nominal/1/events.jsonl")) {
+            assert_eq!(object(&output)["outcome"], trial["outcome"], "{trial}");
+        }
+        trial
+    };
+    assert_eq!(outcome_after("130.0")["outcome"], "NOMINAL", "it may wait for 120 s on a leg, and drive its length");
+    let circles = outcome_after("160.0");
+    assert_eq!(circles["outcome"], "STUCK", "{circles}");
+    assert!(circles["findings"][0].as_str().unwrap().starts_with("astray: no way point in 1"), "{circles}");
+}
+
 /// The second judge's verdicts on a run's log with `change` made to the lines that it is given, and on the log as it
 /// was.
 fn of_changed(log: &Path, change: impl Fn(&mut Line)) -> Option<(serde_json::Value, serde_json::Value)> {

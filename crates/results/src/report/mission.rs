@@ -148,6 +148,7 @@ mod tests {
                 farthest_m: 9.0,
                 stuck_s,
                 stuck_at_end: true,
+                astray_s: None,
                 stuck,
             };
             let mission = Mission { progress: Some(progress), ..Mission::default() };
