@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use results::campaign::Content;
 use results::mode::Mode;
+use scenario::world::{self, Body, Family};
 use scenario::{Hosts, Scenario, Setup, Variation, load_platform};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
@@ -66,6 +67,15 @@ pub struct Chosen {
     pub file: PathBuf,
 }
 
+/// Drawn worlds in place of the scenario's own: those of a family with these seeds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Worlds {
+    /// Their family.
+    pub family: Family,
+    /// Their seeds.
+    pub seeds: std::ops::Range<u64>,
+}
+
 /// Options for every scenario of a plan.
 #[derive(Clone, Debug, Default)]
 pub struct Wanted {
@@ -75,6 +85,8 @@ pub struct Wanted {
     pub platform: Option<Chosen>,
     /// Only this cell.
     pub cell: Option<String>,
+    /// Each variation in each of these.
+    pub worlds: Option<Worlds>,
     /// Rendered sensors and the detector.
     pub rendered: bool,
     /// Rendered only where the shipped networks were trained for the platform's views: the way of a live run without `--rendered`.
@@ -184,7 +196,28 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
         };
         return Err(Failure::new(Exit::Usage, message));
     }
-    variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect()
+    let planned: Result<Vec<Planned>, Failure> =
+        variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect();
+    let Some(worlds) = &wanted.worlds else { return planned };
+    Ok(planned?.iter().map(|planned| in_worlds(planned, worlds)).collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+/// A variation once in each drawn world, each a cell of its own.
+fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Failure> {
+    let (Variation { cell, scenario }, family) = (&planned.variation, worlds.family);
+    let body = Body::of(&planned.setup.platform);
+    let drawn = |seed| {
+        let scene = world::draw(family, seed, &body).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
+        let scenario = scenario.in_world(scene, seed).map_err(|e| {
+            let name = scenario.name.as_str();
+            Failure::new(Exit::Usage, format!("`{name}` is in no drawn world: {e}; leave out --world"))
+        })?;
+        let world = format!("{}:{seed}", family.name());
+        let options = format!("{} --world {world}", planned.options);
+        let cell = cell.iter().cloned().chain([world]).collect::<Vec<_>>().join("/");
+        Ok(Planned { variation: Variation { cell: Some(cell), scenario }, options, ..planned.clone() })
+    };
+    worlds.seeds.clone().map(drawn).collect()
 }
 
 /// The scenario on a platform; says so where neither states the classes of it.

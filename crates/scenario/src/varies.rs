@@ -76,7 +76,7 @@ impl Default for Models {
 #[serde(deny_unknown_fields, default)]
 pub struct Varies {
     /// One uniform draw a trial, added to the time of every attack, fault, insider and kill: `[from, to]`.
-    pub injection_phase_s: Located<List<Real<0, 10_000>, 2>>,
+    pub injection_phase_s: Located<List<Real<0, 600_000>, 2>>,
     /// Zero and drift of each host's clock, and the phase of its periods.
     pub clocks: bool,
     /// Delays of links and processing stages.

@@ -1,6 +1,7 @@
 //! `holdsafe run SCENARIO…`: trials of scenarios, in the twin or live, judged against their expected classes.
 
 mod live;
+mod world;
 
 use std::path::PathBuf;
 
@@ -23,6 +24,9 @@ use wire::person::Role;
 const TWIN_TRIALS: u64 = 59;
 /// Largest number of recordings whose digests are printed on one screen; `result.json` has all.
 const MAX_TOLD: usize = 8;
+/// Drawn worlds of each cell when the user names no number, and most of them.
+const WORLDS: u64 = 10;
+const MAX_WORLDS: u64 = 1000;
 /// Live trials of each cell when the user names no number.
 const LIVE_TRIALS: u64 = 1;
 
@@ -49,6 +53,13 @@ pub(super) struct Args {
     /// Only this cell, such as verbatim/present/session-only.
     #[arg(long)]
     cell: Option<String>,
+    /// Run in drawn worlds of this family in place of the scenario's own, the attack at a time that the world's seed draws: NUMBER of them from
+    /// --seed on, or the one of a seed, as in street:7.
+    #[arg(long, value_name = "FAMILY[:SEED]", value_parser = world::named)]
+    world: Option<world::Named>,
+    /// Drawn worlds.
+    #[arg(long, value_name = "NUMBER", requires = "world", default_value_t = WORLDS, value_parser = clap::value_parser!(u64).range(1..=MAX_WORLDS))]
+    worlds: u64,
     /// Render the sensors and run the detector, in the twin; live runs always do.
     #[arg(long)]
     rendered: bool,
@@ -97,6 +108,11 @@ impl Args {
         }
     }
 
+    /// The drawn worlds that are named.
+    fn worlds(&self, context: &Context) -> Option<plan::Worlds> {
+        self.world.map(|named| named.worlds(context.seed, self.worlds))
+    }
+
     /// The platform that is named.
     fn platform(&self, context: &Context) -> Result<Option<Chosen>, Failure> {
         self.platform.as_ref().map(|name| plan::platform_of(context, name)).transpose()
@@ -112,7 +128,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (platform, guest) = (args.platform(context)?, args.engage.load()?);
     let (where_trained, sabotage) = (args.live && !args.rendered, args.sabotage);
-    let wanted = Wanted { policy, platform, cell, rendered, where_trained, detector, sabotage, guest };
+    let worlds = args.worlds(context);
+    let wanted = Wanted { policy, platform, cell, worlds, rendered, where_trained, detector, sabotage, guest };
     if args.retries.retries > 0 && !args.live {
         return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
     }

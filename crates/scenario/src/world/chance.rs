@@ -4,11 +4,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
 /// The stream of one attempt.
-pub(super) struct Chance(ChaCha8Rng);
+pub(crate) struct Chance(ChaCha8Rng);
 
 impl Chance {
     /// The stream of attempt `attempt` at world `seed` of the family with this number: its own key, so that neighbours share no draws.
-    pub(super) fn new(family: u64, seed: u64, attempt: u64) -> Self {
+    pub(crate) fn new(family: u64, seed: u64, attempt: u64) -> Self {
         let mut key = [0; 32];
         for (bytes, part) in key.chunks_exact_mut(8).zip([family, seed, attempt]) {
             bytes.copy_from_slice(&part.to_le_bytes());
@@ -17,7 +17,7 @@ impl Chance {
     }
 
     /// Uniform from `low` to `high`.
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * ((self.0.next_u64() >> 11) as f64 / 9_007_199_254_740_992.0)
     }
 

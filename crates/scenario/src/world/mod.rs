@@ -21,7 +21,7 @@ mod yard;
 use core::fmt;
 
 use super::{Platform, Scene};
-use chance::Chance;
+pub(crate) use chance::Chance;
 
 /// Most still things of a drawn world; a scene has room for 64 objects, and the moving ones need the rest.
 const MOST_STILL: usize = 54;

@@ -48,7 +48,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let (platform, guest) = (args.platform(context)?, args.engage.load()?);
     let where_trained = !args.rendered;
-    let wanted = Wanted { policy, platform, cell, rendered: true, where_trained, detector, sabotage: false, guest };
+    let worlds = args.worlds(context);
+    let wanted =
+        Wanted { policy, platform, cell, worlds, rendered: true, where_trained, detector, sabotage: false, guest };
     let (_, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {

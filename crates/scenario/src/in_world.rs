@@ -1,0 +1,116 @@
+//! A scenario's attack in a drawn world: it falls at a time that the world's seed draws, wherever the unit is by then.
+//!
+//! The world gives start, route, fence and objects (`world`); the scenario keeps its attacks, faults, policy, platform and classes. Its operator
+//! enables and gives no other order: in a drawn world no vehicle stands where the script would arm on it.
+
+use core::fmt;
+
+use evidence::mission::{Stage, Verb};
+
+use super::value::{List, Located, Real};
+use super::world::Chance;
+use super::{Scenario, Scene};
+
+/// Range of the time by which everything that the scenario does comes later, seconds: a mission takes minutes.
+const LATER_S: (f64, f64) = (0.0, 240.0);
+/// Number of the draws of that time; families have those below.
+const ONSETS: u64 = 1000;
+
+/// Reason that a scenario has no meaning in a drawn world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Homebound {
+    /// It has no world: it runs on the real stacks.
+    OfStacks,
+    /// Its teammates have their places in its own scene.
+    Teammates,
+    /// An object or the light of its own scene is the attack.
+    OwnScene,
+}
+
+impl fmt::Display for Homebound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Homebound::OfStacks => "it runs on the real stacks, which have no world",
+            Homebound::Teammates => "its teammates have their places in its own scene",
+            Homebound::OwnScene => "an object or the light of its own scene is its attack",
+        })
+    }
+}
+
+impl std::error::Error for Homebound {}
+
+impl Scenario {
+    /// The same scenario in the world `scene`, at a time that `seed` draws.
+    ///
+    /// # Errors
+    /// It has no meaning there.
+    pub fn in_world(&self, scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
+        self.may_leave()?;
+        let later_s = Chance::new(ONSETS, seed, 0).between(LATER_S.0, LATER_S.1);
+        let (from, to) = self.varies.phase_s();
+        let mut scenario = self.clone();
+        (scenario.scene, scenario.scene_file) = (Some(scene), None);
+        scenario.duration_s = Located::nowhere(Real::nearest(self.duration_s.get() + LATER_S.1));
+        scenario.varies.injection_phase_s =
+            Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
+        let enables = self.operator.step.iter().filter(|step| *step.verb == Verb::Enable);
+        scenario.operator.step = List::of(enables.cloned());
+        scenario.mission = self.mission.as_ref().map(|_| Located::nowhere(Stage::Enabled));
+        Ok(scenario)
+    }
+
+    fn may_leave(&self) -> Result<(), Homebound> {
+        if self.is_of_stacks() {
+            return Err(Homebound::OfStacks);
+        }
+        if !self.unit.is_empty() {
+            return Err(Homebound::Teammates);
+        }
+        let scene = self.scene();
+        let deceives = scene.object.iter().any(|object| {
+            object.heated_s.is_some()
+                || object.painted_as.is_some()
+                || object.warm_as.is_some()
+                || object.print.is_some()
+        });
+        let staged = deceives || scene.perturbation.is_some() || scene.weather != super::Weather::default();
+        if staged { Err(Homebound::OwnScene) } else { Ok(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::world::{Body, Family, draw};
+    use crate::{find, find_root, load};
+
+    const BODY: Body = Body { width_m: 0.9, fence_m: 1.5 };
+
+    fn shipped(name: &str) -> Scenario {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        load(&find(&root, name).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn attack_falls_at_a_time_of_the_worlds_seed() {
+        let freeze = shipped("localisation_freeze");
+        let in_world = |seed| freeze.in_world(draw(Family::Street, seed, &BODY).unwrap(), seed).unwrap();
+        let [one, same, other] = [3, 3, 4].map(in_world);
+        assert_eq!(one, same);
+        let (from, to) = one.varies.phase_s();
+        assert!((to - from - 1.0).abs() < 1e-9, "the scenario's own phase is kept");
+        assert_ne!(from, other.varies.phase_s().0);
+        assert_eq!(crate::check::scenario(&one, "localisation_freeze").len(), 0, "it could be written as a file");
+        assert!(one.operator.step.iter().all(|step| *step.verb == Verb::Enable));
+    }
+
+    #[test]
+    fn scenario_with_its_attack_in_its_scene_stays_there() {
+        let scene = draw(Family::Yard, 1, &BODY).unwrap();
+        let refused = |name| shipped(name).in_world(scene.clone(), 1).unwrap_err();
+        assert_eq!(refused("decoy_warm"), Homebound::OwnScene);
+        assert_eq!(refused("teammate"), Homebound::Teammates);
+    }
+}
