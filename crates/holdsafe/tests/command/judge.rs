@@ -125,6 +125,9 @@ fn vehicle_that_circles_is_stuck_to_both_judges() {
     let dir = tempfile::tempdir().unwrap();
     let guest = guest(dir.path(), &STRAIGHT.replace("curvature_per_m\":0", "curvature_per_m\":0.4"), "");
     let nominal = scenario::find(&root(), "nominal").map(|file| fs::read_to_string(file).unwrap()).unwrap();
+    // Its operator enables, and arms on nothing: it turns away from the vehicle.
+    let [nominal, enables] = [0, 1].map(|n| nominal.split("[[operator.step]]").nth(n).unwrap());
+    let nominal = format!("{nominal}[[operator.step]]{enables}");
     let (file, out) = (dir.path().join("nominal.toml"), dir.path().join("out"));
     fs::create_dir(dir.path().join("scenes")).unwrap();
     fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
