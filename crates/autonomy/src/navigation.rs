@@ -153,13 +153,18 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
     stop_within(in_corridor.fold(f64::MAX, f64::min) - f64::from(limits.standoff_mm), limits)
 }
 
-/// The highest speed up to `speed` that leaves the fence guard room.
-pub(crate) fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
+/// The highest speed up to `speed` that leaves the fence guard room, or a creeping one, with which the unit turns away from the fence.
+fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
+    let creeping = speed.min(f64::from(around.limits.turning_mm_s) / 2.0);
+    inside_fence(motion, speed, around).max(creeping)
+}
+
+/// The highest speed up to `speed` that leaves the fence guard room; nought where none does.
+pub(crate) fn inside_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
     let spare = |speed: f64| around.fence.spare(&Motion { speed, ..*motion }, around.bounds, around.limits);
     let allowed = |speed: f64| spare(speed) >= f64::from(around.limits.fence_spare_mm);
-    let steps = (0..=FENCE_STEPS).map(|i| speed * f64::from(FENCE_STEPS - i) / f64::from(FENCE_STEPS));
-    let creeping = speed.min(f64::from(around.limits.turning_mm_s) / 2.0);
-    steps.filter(|speed| *speed > creeping).find(|speed| allowed(*speed)).unwrap_or(creeping)
+    let steps = (0..FENCE_STEPS).map(|i| speed * f64::from(FENCE_STEPS - i) / f64::from(FENCE_STEPS));
+    steps.into_iter().find(|speed| allowed(*speed)).unwrap_or(0.0)
 }
 
 #[cfg(test)]

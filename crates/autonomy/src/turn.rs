@@ -8,7 +8,7 @@
 use wire::time::{Instant, Span};
 
 use crate::geofence::{Motion, Point, between};
-use crate::navigation::{SetPoint, Surroundings, within_fence};
+use crate::navigation::{SetPoint, Surroundings, inside_fence};
 use crate::shell;
 
 /// Below this the unit stands, and a set-point asks it to, mm/s: above the noise of odometry.
@@ -97,7 +97,7 @@ impl Back {
     fn set_point(&self, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
         let fastest = BACK_MM_S.min(around.mode_speed).min(f64::from(around.limits.reverse_mm_s));
         let facing_back = Motion { yaw: motion.yaw + core::f64::consts::PI, speed: -motion.speed, ..*motion };
-        let fenced = within_fence(&facing_back, fastest, around);
+        let fenced = inside_fence(&facing_back, fastest, around);
         let speed = shell::speed_back(motion, (fenced, self.curvature), around.things, around.brakes(), around.limits);
         SetPoint { speed: -speed, curvature: self.curvature }
     }
@@ -146,6 +146,26 @@ mod tests {
             asked_of(&[ahead, walker], &Limits::GROUND, 20).iter().any(|set_point| set_point.speed < 0.0)
         };
         assert_eq!((backs((-1500.0, -500.0)), backs((-5000.0, 3500.0))), (false, true), "behind it and farther away");
+    }
+
+    /// Nor at a creeping speed, with which it goes on towards a way point.
+    #[test]
+    fn unit_does_not_back_over_the_margin_of_the_fence() {
+        let fence = Geofence::new(&[(-2400, -50_000), (50_000, -50_000), (50_000, 50_000), (-2400, 50_000)]);
+        let (bounds, limits) = (Bounds::GROUND, Limits::GROUND);
+        let around = Surroundings {
+            mode_speed: 3000.0,
+            seen: &[],
+            things: &[],
+            steered: 0.0,
+            looks_behind: true,
+            fence: &fence,
+            bounds: &bounds,
+            limits: &limits,
+        };
+        let back = Back { curvature: 0.0, from: (0.0, 0.0), length: 4000.0, until: Instant(0) };
+        let speed = |x| back.set_point(&Motion { at: (x, 0.0), yaw: 0.0, speed: 0.0 }, &around).speed;
+        assert_eq!((speed(3000.0), speed(-950.0)), (-BACK_MM_S, 0.0));
     }
 
     #[test]
