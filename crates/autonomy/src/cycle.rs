@@ -339,10 +339,13 @@ impl Autonomy {
         };
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
         let (fence, steered) = (&self.fence, self.steered);
-        let looks_behind = self.picture.nearby().is_some();
-        let around =
-            Surroundings { mode_speed, seen: &seen, things: &things, steered, looks_behind, fence, bounds, limits };
+        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
         let asked = navigation::follow(&motion, &way, &around);
+        // LiDAR alone looks behind.
+        if self.picture.nearby().is_none() {
+            self.turn.end();
+            return asked;
+        }
         self.turn.back_up(asked, &motion, &around, now)
     }
 

@@ -37,8 +37,6 @@ pub struct Surroundings<'a> {
     pub things: &'a [Obstacle],
     /// Curvature that the plant was asked for last, 1/mm.
     pub steered: f64,
-    /// True while LiDAR looks around, behind the unit too.
-    pub looks_behind: bool,
     /// The fence.
     pub fence: &'a Geofence,
     /// The platform's bounds.
@@ -180,16 +178,7 @@ mod tests {
         seen: &'a [Keepout],
         (fence, bounds): (&'a Geofence, &'a Bounds),
     ) -> Surroundings<'a> {
-        Surroundings {
-            mode_speed,
-            seen,
-            things: &[],
-            steered: 0.0,
-            looks_behind: true,
-            fence,
-            bounds,
-            limits: &Limits::GROUND,
-        }
+        Surroundings { mode_speed, seen, things: &[], steered: 0.0, fence, bounds, limits: &Limits::GROUND }
     }
 
     /// Drives a point along `way` for `seconds` and gives where it ends up and its greatest distance from the way.

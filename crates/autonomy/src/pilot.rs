@@ -266,16 +266,7 @@ impl Autonomy {
         let things = self.things_at_height(now);
         let (fence, steered) = (&self.fence, self.steered);
         let (bounds, limits) = (&self.bounds, &self.identity.limits);
-        let around = Surroundings {
-            mode_speed,
-            seen: &seen,
-            things: &things,
-            steered,
-            looks_behind: true,
-            fence,
-            bounds,
-            limits,
-        };
+        let around = Surroundings { mode_speed, seen: &seen, things: &things, steered, fence, bounds, limits };
         navigation::limited(asked, &motion, &around)
     }
 

@@ -285,7 +285,7 @@ mod tests {
 
     /// A car that is seen from its side, turned anyhow.
     #[test]
-    fn unit_within_the_greatest_extent_of_a_thing_may_only_leave_it() {
+    fn unit_within_a_greatest_extent_may_only_leave_it() {
         let car = [standing(Extent::around((1800.0, 1200.0), 2000.0))];
         let along =
             |curvature| speed_along(&from(0.0, 0.0), (1000.0, curvature, curvature), &car, brakes(), &Limits::GROUND);

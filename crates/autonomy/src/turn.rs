@@ -15,12 +15,13 @@ use crate::shell;
 const STANDS_MM_S: f64 = 100.0;
 /// Time for which it stands before it backs up.
 const PATIENCE: Span = Span::s(2);
-/// Way of one move, at most and at least, millimetres; so many times as far when it is tried again.
+/// Way of one move, at most and at least, millimetres.
 const BACK_MM: f64 = 2000.0;
-const FARTHER: u32 = 3;
-/// A move within this distance of the first one is a try of the same.
-const AGAIN_MM: f64 = 8000.0;
 const LEAST_MM: f64 = 300.0;
+/// Factor up to which the way grows from try to try.
+const FARTHER: u32 = 3;
+/// Distance from the first move within which the next one is a try of the same, millimetres.
+const AGAIN_MM: f64 = 8000.0;
 /// Speed of a move, mm/s.
 const BACK_MM_S: f64 = 500.0;
 /// A move takes no longer than this, and than its way at half of the speed.
@@ -50,11 +51,11 @@ impl Turn {
         (self.stands, self.back) = (None, None);
     }
 
-    /// The set-point in place of `asked`, which follows the way.
+    /// The set-point in place of `asked`, which follows the way. LiDAR has to look behind the unit.
     pub fn back_up(&mut self, asked: SetPoint, motion: &Motion, around: &Surroundings<'_>, now: Instant) -> SetPoint {
         if let Some(back) = self.back {
             let going = back.set_point(motion, around);
-            let goes_on = around.looks_behind && now < back.until && between(motion.at, back.from) < back.length;
+            let goes_on = now < back.until && between(motion.at, back.from) < back.length;
             if goes_on && going.speed < -STANDS_MM_S {
                 return going;
             }
@@ -65,7 +66,7 @@ impl Turn {
             self.stands = None;
             return asked;
         }
-        if now.since(*self.stands.get_or_insert(now)) >= PATIENCE && around.looks_behind {
+        if now.since(*self.stands.get_or_insert(now)) >= PATIENCE {
             self.stands = None;
             self.begin(asked.curvature, motion, around, now);
         }
@@ -113,17 +114,24 @@ mod tests {
     use crate::geofence::Geofence;
     use crate::things::Obstacle;
 
+    const AT_THE_ORIGIN: Motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+
+    /// Between fences far away to the north, east and south, and one at `west`.
+    fn fence(west: i32) -> Geofence {
+        Geofence::new(&[(west, -50_000), (50_000, -50_000), (50_000, 50_000), (west, 50_000)])
+    }
+
+    fn among<'a>(things: &'a [Obstacle], fence: &'a Geofence, limits: &'a Limits) -> Surroundings<'a> {
+        Surroundings { mode_speed: 3000.0, seen: &[], things, steered: 0.0, fence, bounds: &Bounds::GROUND, limits }
+    }
+
     /// Set-points of a unit that stands at the origin and is asked to turn left into something, ten a second.
     fn asked_of(things: &[Obstacle], limits: &Limits, seconds: u64) -> Vec<SetPoint> {
-        let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
-        let bounds = Bounds::GROUND;
-        let (mode_speed, fence, bounds) = (3000.0, &fence, &bounds);
-        let around =
-            Surroundings { mode_speed, seen: &[], things, steered: 0.0, looks_behind: true, fence, bounds, limits };
-        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+        let fence = fence(-50_000);
+        let around = among(things, &fence, limits);
         let (asked, mut turn) = (SetPoint { speed: 0.0, curvature: 0.4e-3 }, Turn::default());
         let ticks = (0..seconds * 10).map(|tick| Instant(0) + Span::ms(100 * tick));
-        ticks.map(|now| turn.back_up(asked, &motion, &around, now)).collect()
+        ticks.map(|now| turn.back_up(asked, &AT_THE_ORIGIN, &around, now)).collect()
     }
 
     fn wall(at: Point) -> Obstacle {
@@ -150,43 +158,20 @@ mod tests {
 
     /// Nor at a creeping speed, with which it goes on towards a way point.
     #[test]
-    fn unit_does_not_back_over_the_margin_of_the_fence() {
-        let fence = Geofence::new(&[(-2400, -50_000), (50_000, -50_000), (50_000, 50_000), (-2400, 50_000)]);
-        let (bounds, limits) = (Bounds::GROUND, Limits::GROUND);
-        let around = Surroundings {
-            mode_speed: 3000.0,
-            seen: &[],
-            things: &[],
-            steered: 0.0,
-            looks_behind: true,
-            fence: &fence,
-            bounds: &bounds,
-            limits: &limits,
-        };
+    fn unit_does_not_back_over_the_fences_margin() {
+        let fence = fence(-2400);
+        let around = among(&[], &fence, &Limits::GROUND);
         let back = Back { curvature: 0.0, from: (0.0, 0.0), length: 4000.0, until: Instant(0) };
-        let speed = |x| back.set_point(&Motion { at: (x, 0.0), yaw: 0.0, speed: 0.0 }, &around).speed;
+        let speed = |x| back.set_point(&Motion { at: (x, 0.0), ..AT_THE_ORIGIN }, &around).speed;
         assert_eq!((speed(3000.0), speed(-950.0)), (-BACK_MM_S, 0.0));
     }
 
     #[test]
-    fn what_does_not_help_is_followed_by_a_longer_straight_move() {
-        let mut turn = Turn::default();
-        let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
-        let (bounds, things) = (Bounds::GROUND, [wall((1500.0, 0.0))]);
-        let (mode_speed, fence, bounds, limits) = (3000.0, &fence, &bounds, &Limits::GROUND);
-        let around = Surroundings {
-            mode_speed,
-            seen: &[],
-            things: &things,
-            steered: 0.0,
-            looks_behind: true,
-            fence,
-            bounds,
-            limits,
-        };
-        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+    fn next_tries_are_longer_and_straight() {
+        let (mut turn, fence, things) = (Turn::default(), fence(-50_000), [wall((1500.0, 0.0))]);
+        let around = among(&things, &fence, &Limits::GROUND);
         let mut next = || {
-            turn.begin(0.4e-3, &motion, &around, Instant(0));
+            turn.begin(0.4e-3, &AT_THE_ORIGIN, &around, Instant(0));
             turn.back.take().map(|back| (back.curvature, back.length))
         };
         let moves = [next(), next(), next(), next()];
@@ -195,22 +180,10 @@ mod tests {
 
     #[test]
     fn a_move_that_was_ended_does_not_go_on() {
-        let fence = Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)]);
-        let (bounds, things) = (Bounds::GROUND, [wall((1500.0, 0.0))]);
-        let (mode_speed, fence, bounds, limits) = (3000.0, &fence, &bounds, &Limits::GROUND);
-        let around = Surroundings {
-            mode_speed,
-            seen: &[],
-            things: &things,
-            steered: 0.0,
-            looks_behind: true,
-            fence,
-            bounds,
-            limits,
-        };
-        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+        let (fence, things) = (fence(-50_000), [wall((1500.0, 0.0))]);
+        let around = among(&things, &fence, &Limits::GROUND);
         let (asked, mut turn) = (SetPoint { speed: 0.0, curvature: 0.4e-3 }, Turn::default());
-        let at = |turn: &mut Turn, ms| turn.back_up(asked, &motion, &around, Instant(0) + Span::ms(ms)).speed;
+        let at = |turn: &mut Turn, ms| turn.back_up(asked, &AT_THE_ORIGIN, &around, Instant(0) + Span::ms(ms)).speed;
         let _stands = (at(&mut turn, 0), at(&mut turn, 2000));
         assert!(at(&mut turn, 2100) < 0.0);
         turn.end();

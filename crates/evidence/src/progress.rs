@@ -112,16 +112,45 @@ impl Progress {
     /// True if it is stuck: it did not get on when the run ended, or in half of the time or more, or it drove about without coming to a way point.
     /// To wait, and then to get on, is not to be stuck.
     pub fn is_stuck(&self) -> bool {
-        let stands = self.stuck.is_some() && (self.stuck_at_end || 2.0 * self.stuck_s >= self.driving_s);
-        stands || self.astray_s.is_some()
+        self.stands() || self.astray_s.is_some()
     }
 
-    /// Its stuck part in words; none where it got on.
+    fn stands(&self) -> bool {
+        self.stuck.is_some() && (self.stuck_at_end || 2.0 * self.stuck_s >= self.driving_s)
+    }
+
+    /// Its stuck part in words, that for which it is stuck before another; none where it got on.
     pub fn describe(&self) -> Option<String> {
         let Self { passed, of, .. } = self;
-        let astray =
-            || self.astray_s.map(|s| format!("astray: no way point in {s:.1} s of driving, {passed} of {of} passed"));
-        let Some(Stretch { from_ms, s, why }) = self.stuck else { return astray() };
+        if let Some(s) = self.astray_s.filter(|_| !self.stands()) {
+            return Some(format!("astray: no way point in {s:.1} s of driving, {passed} of {of} passed"));
+        }
+        let Stretch { from_ms, s, why } = self.stuck?;
         Some(format!("stuck for {s:.1} s from {from_ms:.0} ms, {passed} of {of} way points passed: {}", why.describe()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// It stood for a while on the way, which alone makes no one stuck.
+    #[test]
+    fn finding_names_the_reason_for_being_stuck() {
+        let stretch = Stretch { from_ms: 1000.0, s: 12.0, why: Standstill::Planner };
+        let went_about = Progress {
+            passed: 1,
+            of: 8,
+            covered: 0.2,
+            driving_s: 400.0,
+            farthest_m: 30.0,
+            stuck_s: 12.0,
+            stuck_at_end: false,
+            astray_s: Some(300.0),
+            stuck: Some(stretch),
+        };
+        assert!(went_about.is_stuck() && went_about.describe().unwrap().starts_with("astray: no way point in 300.0 s"));
+        let stands = Progress { stuck_at_end: true, ..went_about };
+        assert!(stands.describe().unwrap().starts_with("stuck for 12.0 s"));
     }
 }

@@ -45,7 +45,7 @@ pub struct Followed {
 struct Shape {
     track: TrackId,
     width_mm: u16,
-    /// Where it stood last, when, and where the unit was then.
+    /// Its place when it stood last, that time, and the unit's place then.
     stood: (f64, f64),
     since: Instant,
     from: (f64, f64),
@@ -83,8 +83,8 @@ impl Followed {
 
     fn note(&mut self, now: Instant, track: &Track, placed: &[((f64, f64), u16)]) {
         let (at, own) = (place(track), self.own);
-        let nearest = placed.iter().min_by(|a, b| apart(a.0, at).total_cmp(&apart(b.0, at)));
-        let width = nearest.filter(|(place, _)| apart(*place, at) < SAME_MM).map(|(_, width_mm)| *width_mm);
+        let nearest = placed.iter().min_by(|a, b| distance(a.0, at).total_cmp(&distance(b.0, at)));
+        let width = nearest.filter(|(place, _)| distance(*place, at) < SAME_MM).map(|(_, width_mm)| *width_mm);
         let index = self.shapes.iter().position(|shape| shape.track == track.id).unwrap_or_else(|| {
             self.shapes.push(Shape { track: track.id, width_mm: 0, stood: at, since: now, from: own });
             self.shapes.len() - 1
@@ -100,7 +100,7 @@ impl Followed {
 
 impl Shape {
     fn is_displaced(&self, at: (f64, f64), own: (f64, f64)) -> bool {
-        apart(self.stood, at) > apart(self.from, own).min(f64::from(self.width_mm) / 2.0) + MOVES_MM
+        distance(self.stood, at) > distance(self.from, own).min(f64::from(self.width_mm) / 2.0) + MOVES_MM
     }
 
     fn thing(&self, track: &Track, own: (f64, f64)) -> Nearby {
@@ -146,7 +146,7 @@ fn speed(track: &Track) -> f64 {
     libm::hypot(f64::from(track.vx_mm_s), f64::from(track.vy_mm_s))
 }
 
-fn apart(a: (f64, f64), b: (f64, f64)) -> f64 {
+fn distance(a: (f64, f64), b: (f64, f64)) -> f64 {
     libm::hypot(a.0 - b.0, a.1 - b.1)
 }
 
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn frame_without_lidar_has_no_word_on_what_is_near() {
+    fn frame_without_lidar_tells_no_things_nearby() {
         let mut nothing = Followed::default();
         nothing.update((FrameId(1), Instant(1)), Some(&Placement::ORIGIN), None);
         assert_eq!(nothing.things(), None);

@@ -34,7 +34,7 @@ impl Mover {
     }
 
     /// Steps along its path so far.
-    pub(super) fn gone(&self) -> u64 {
+    pub(super) fn steps_along(&self) -> u64 {
         self.gone.unsigned_abs()
     }
 

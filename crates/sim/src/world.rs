@@ -110,7 +110,7 @@ impl World {
             let object = &scene.objects[index];
             let Placement { centre, facing } = self.placed[index];
             self.movers[k].step(object, (centre, facing), unit.as_ref(), STEP);
-            let placement = self.placement(object, seconds(self.movers[k].gone()));
+            let placement = self.placement(object, seconds(self.movers[k].steps_along()));
             let placement = if self.movers[k].back { placement.turned() } else { placement };
             self.placed[index] = placement;
             self.physics.bodies[body].set_next_kinematic_position(pose_of(&placement));
