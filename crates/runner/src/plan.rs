@@ -205,7 +205,12 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
 /// A variation once in each drawn world, each a cell of its own.
 fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Failure> {
     let (Variation { cell, scenario }, family) = (&planned.variation, worlds.family);
-    let body = Body::of(&planned.setup.platform);
+    let platform = &planned.setup.platform;
+    if platform.satellite.is_some() {
+        let message = format!("`{}` drives in no drawn world; leave out --world", platform.name.as_str());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let body = Body::of(platform);
     let drawn = |seed| {
         let scene = world::draw(family, seed, &body).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
         let scenario = scenario.in_world(scene, seed).map_err(|e| {

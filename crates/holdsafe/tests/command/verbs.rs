@@ -196,6 +196,30 @@ fn measurements_are_left_to_lab() {
 }
 
 #[test]
+fn attack_runs_in_drawn_worlds_or_is_refused() {
+    let run = |more: &[&str]| holdsafe(&[&["run", "--trials", "1", "--seed", "4", "--json"], more].concat());
+    let both = run(&["loss", "--world", "yard", "--worlds", "2"]);
+    let both: Value = serde_json::from_slice(&both.stdout).unwrap();
+    assert_eq!((&both["trials"][0]["cell"], &both["trials"][1]["cell"]), (&"yard:4".into(), &"yard:5".into()));
+    let again = run(&["loss", "--world", "yard:5"]);
+    let again: Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(again["trials"][0]["log_hash"], both["trials"][1]["log_hash"], "{again}");
+    assert!(again["trials"][0]["log_hash"].is_string(), "{again}");
+    for refused in [
+        &["decoy_warm", "--world", "yard"][..],
+        &["teammate", "--world", "yard"],
+        &["nominal", "--world", "yard", "--platform", "space"],
+        &["loss", "--world", "no-such"],
+        &["loss", "--world", "yard:x"],
+        &["loss", "--worlds", "3"],
+    ] {
+        let output = run(refused);
+        assert_eq!(output.status.code(), Some(2), "{refused:?}: {output:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("world"), "{refused:?}: {output:?}");
+    }
+}
+
+#[test]
 fn drawn_world_is_a_scene_to_drive_in() {
     let dir = tempfile::tempdir().unwrap();
     let draw = ["scenario", "world", "yard", "--seed", "3"];
