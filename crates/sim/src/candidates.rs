@@ -147,7 +147,7 @@ impl Stages {
         let [rgb, depth, thermal, lidar] = imaging(faults, run);
         let (state, view) = (plant.state(world), world.view(plant.body()));
         let camera = self.camera;
-        let eye = Eye { camera: &camera, state: &state, world, view: &view };
+        let eye = Eye::new(&camera, &state, world, &view);
         let seen = self.seen(&eye);
         for noise in [&mut self.rgb, &mut self.depth, &mut self.thermal, &mut self.lidar] {
             noise.seek(frame.0);
@@ -305,7 +305,7 @@ impl Stages {
 
     fn clusters(&mut self, world: &World, state: &State, view: &View<'_>, effect: &Effect) -> List<Cluster, 64> {
         let beams = self.lidar_geometry;
-        let scan = Scan { beams: &beams, state, world, view };
+        let scan = Scan::new(&beams, state, world, view);
         let mut found = List::default();
         for (index, object) in world.scene().objects.iter().enumerate() {
             if scan.nearest(index) > self.model.lidar_range {

@@ -5,13 +5,12 @@
 //! cover, and no random number is drawn here. A stage's response to a part is left to `candidates`.
 
 use rapier3d::prelude::Vector;
-use wire::id::ObjectId;
-use wire::sensor::{Camera, Lidar, PixelBox};
+use wire::sensor::{Camera, Class, Lidar, PixelBox};
 
 use crate::plant::State;
 use crate::scene::Object;
 use crate::sensor::camera::{REACH, clip, eye, project, ray};
-use crate::world::{Hit, Placement, Surface, View, World};
+use crate::world::{Placement, Surface, View, World};
 
 /// Most rays across, and down, a part of the image.
 const RAYS: u16 = 24;
@@ -58,8 +57,8 @@ pub(crate) fn overlap(a: &PixelBox, b: &PixelBox) -> bool {
 /// Room for rounding around a box, metres.
 const ROUNDING_M: f32 = 0.05;
 
-/// True if an unobstructed ray would meet an object's box, its sides further out by `spare`.
-fn crosses((object, spare): (&Object, f32), place: &Placement, from: Vector, towards: Vector) -> bool {
+/// Ray parameter at which an unobstructed ray enters an object's box, its sides further out by `spare`; 0 from inside.
+fn entry((object, spare): (&Object, f32), place: &Placement, from: Vector, towards: Vector) -> Option<f32> {
     let [cos, sin] = place.facing;
     let local = |v: Vector| [v.x * cos + v.y * sin, v.y * cos - v.x * sin, v.z];
     let (from, towards) = (local(from - place.centre), local(towards));
@@ -73,7 +72,51 @@ fn crosses((object, spare): (&Object, f32), place: &Placement, from: Vector, tow
         let ends = [-half, half].map(|side| (side - from[axis]) / towards[axis]);
         (enters, leaves) = (enters.max(ends[0].min(ends[1])), leaves.min(ends[0].max(ends[1])));
     }
-    enters <= leaves
+    (enters <= leaves).then_some(enters)
+}
+
+/// A ray and how far it is of interest, in lengths of `towards`.
+#[derive(Clone, Copy)]
+struct Ray {
+    from: Vector,
+    towards: Vector,
+    reach: f32,
+}
+
+/// Answers rays that only a few objects can meet by their boxes, and asks the physical world where a box is not the whole truth.
+struct Boxes<'a> {
+    world: &'a World,
+    view: &'a View<'a>,
+}
+
+impl Boxes<'_> {
+    fn enters(&self, index: usize, ray: Ray) -> Option<f32> {
+        let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
+        entry((object, 0.0), place, ray.from, ray.towards).filter(|at| *at <= ray.reach)
+    }
+
+    /// The first of `among` that a ray meets, with the distance along it; `None` where it is the ground or nothing.
+    fn first(&self, among: impl Iterator<Item = usize>, ray: Ray) -> Option<(usize, f32)> {
+        let mut nearest: Option<(usize, f32)> = None;
+        let mut is_round = false;
+        for index in among {
+            let Some(at) = self.enters(index, ray) else { continue };
+            is_round |= self.world.scene().objects[index].class == Class::Person;
+            if nearest.is_none_or(|(_, before)| at < before) {
+                nearest = Some((index, at));
+            }
+        }
+        let (_, distance) = nearest?;
+        let is_above_ground = (ray.from + ray.towards * distance).z > self.world.terrain().highest();
+        if !is_round && is_above_ground {
+            return nearest;
+        }
+        let hit = self.view.cast(ray.from, ray.towards, ray.reach)?;
+        match hit.surface {
+            Surface::Object(id) => Some((usize::from(id.0), hit.distance)),
+            Surface::Ground => None,
+        }
+    }
 }
 
 /// The camera at one instant.
@@ -82,34 +125,77 @@ pub(crate) struct Eye<'a> {
     pub(crate) state: &'a State,
     pub(crate) world: &'a World,
     pub(crate) view: &'a View<'a>,
+    silhouettes: Vec<Silhouette>,
 }
 
-impl Eye<'_> {
+/// Place of an object's box in the image.
+#[derive(Clone, Copy)]
+struct Silhouette {
+    /// `None` outside the image. One that reaches behind the camera may be anywhere in it.
+    bounds: Option<PixelBox>,
+    /// Depths of its nearest and farthest corners before the camera, metres.
+    depths: [f32; 2],
+}
+
+impl Silhouette {
+    fn of(camera: &Camera, state: &State, (object, place): (&Object, &Placement)) -> Self {
+        let projected = corners(object, place).map(|corner| project(camera, state, corner));
+        let ahead: Vec<([f32; 2], f32)> = projected.into_iter().flatten().collect();
+        let depths = [(f32::MAX, f32::min as fn(f32, f32) -> f32), (0.0, f32::max)];
+        let depths = depths.map(|(start, of)| ahead.iter().map(|(_, depth)| *depth).fold(start, of));
+        let bounds = match ahead.len() {
+            0 => None,
+            8 => around(camera, &ahead),
+            _ => Some(PixelBox { x0: 0, y0: 0, x1: camera.width, y1: camera.height }),
+        };
+        Silhouette { bounds, depths }
+    }
+
+    fn overlaps(&self, bounds: &PixelBox) -> bool {
+        self.bounds.is_some_and(|own| overlap(&own, bounds))
+    }
+
+    fn contains(&self, [column, row]: [f32; 2]) -> bool {
+        let within = |low: u16, at: f32, high: u16| f32::from(low) <= at && at <= f32::from(high);
+        self.bounds.is_some_and(|own| within(own.x0, column, own.x1) && within(own.y0, row, own.y1))
+    }
+}
+
+impl<'a> Eye<'a> {
+    pub(crate) fn new(camera: &'a Camera, state: &'a State, world: &'a World, view: &'a View<'a>) -> Self {
+        let objects = world.scene().objects.iter().zip(world.placements());
+        let silhouettes = objects.map(|object| Silhouette::of(camera, state, object)).collect();
+        Eye { camera, state, world, view, silhouettes }
+    }
+
     /// The camera's view of object `index` with the full box `bounds`.
     pub(crate) fn part(&self, index: usize, bounds: &PixelBox) -> Sight<Part> {
-        let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        let depths = corners(object, place).map(|corner| self.depth(corner));
-        let behind = depths.into_iter().flatten().fold(0.0, f32::max);
-        if !self.may_be_covered(index, bounds, behind) {
+        let mut among = self.nearer_than(self.silhouettes[index].depths[1], bounds);
+        if among.iter().all(|other| *other == index) {
             return Sight::Whole;
         }
-        let id = Surface::Object(ObjectId(index as u16));
+        if !among.contains(&index) {
+            among.push(index);
+        }
+        let boxes = Boxes { world: self.world, view: self.view };
         let grid = Grid::over(bounds);
-        let rays: Vec<Vector> = grid.points().map(|at| self.state.rotation * ray(self.camera, at)).collect();
-        let hits: Vec<Option<Hit>> = rays.iter().map(|towards| self.cast(*towards)).collect();
-        let from = eye(self.camera, self.state);
-        let covers = |(hit, towards): &(&Option<Hit>, &Vector)| {
-            hit.is_some_and(|h| h.surface != id && h.surface != Surface::Ground)
-                && crosses((object, 0.0), place, from, **towards)
+        let rays: Vec<Ray> = grid.points().map(|at| self.ray(at)).collect();
+        let first = |(at, ray): ([f32; 2], &Ray)| {
+            let here = |other: &usize| *other == index || self.silhouettes[*other].contains(at);
+            boxes.first(among.iter().copied().filter(here), *ray)
+        };
+        let hits: Vec<Option<(usize, f32)>> = grid.points().zip(&rays).map(first).collect();
+        let covers = |(hit, ray): &(&Option<(usize, f32)>, &Ray)| {
+            hit.is_some_and(|(met, _)| met != index) && boxes.enters(index, **ray).is_some()
         };
         let covered = hits.iter().zip(&rays).filter(covers).count();
         if covered == 0 {
             return Sight::Whole;
         }
-        let own = |cell: &usize| hits[*cell].is_some_and(|h| h.surface == id);
+        let own = |cell: &usize| hits[*cell].is_some_and(|(met, _)| met == index);
         let all = (0..hits.len()).filter(own).count();
         let largest = grid.largest(|cell| own(&cell));
-        let depth = median(largest.iter().filter_map(|cell| Some(hits[*cell]?.distance)).collect());
+        let depth = median(largest.iter().filter_map(|cell| Some(hits[*cell]?.1)).collect());
         let Some((bounds, depth)) = grid.around(&largest).zip(depth) else { return Sight::Nothing };
         Sight::Part(Part { bounds, share: largest.len() as f32 / (all + covered) as f32, depth })
     }
@@ -118,29 +204,24 @@ impl Eye<'_> {
     pub(crate) fn median_depth(&self, bounds: &PixelBox) -> Option<f32> {
         let half = |low: u16, high: u16| (low + (high - low) / 4, high - (high - low) / 4);
         let ((x0, x1), (y0, y1)) = (half(bounds.x0, bounds.x1), half(bounds.y0, bounds.y1));
-        let grid = Grid::over(&PixelBox { x0, y0, x1, y1 });
-        let rays = grid.points().map(|at| self.state.rotation * ray(self.camera, at));
-        median(rays.filter_map(|towards| Some(self.cast(towards)?.distance)).collect())
+        let middle = PixelBox { x0, y0, x1, y1 };
+        let (among, boxes) = (self.nearer_than(f32::MAX, &middle), Boxes { world: self.world, view: self.view });
+        let grid = Grid::over(&middle);
+        let depths = grid.points().map(|at| self.ray(at)).filter_map(|ray| {
+            let met = boxes.first(among.iter().copied(), ray).map(|(_, distance)| distance);
+            met.or_else(|| Some(self.view.cast(ray.from, ray.towards, REACH)?.distance))
+        });
+        median(depths.collect())
     }
 
-    /// True if the box of another object that is nearer than `behind` may overlap `bounds`. One that reaches behind the camera
-    /// has no box and may.
-    fn may_be_covered(&self, index: usize, bounds: &PixelBox, behind: f32) -> bool {
-        let objects = self.world.scene().objects.iter().zip(self.world.placements()).enumerate();
-        objects.filter(|(other, _)| *other != index).any(|(_, (object, place))| {
-            let projected = corners(object, place).map(|corner| project(self.camera, self.state, corner));
-            let ahead: Vec<([f32; 2], f32)> = projected.into_iter().flatten().collect();
-            let is_nearer = ahead.iter().any(|(_, depth)| *depth < behind);
-            is_nearer && (ahead.len() < 8 || around(self.camera, &ahead).is_some_and(|b| overlap(&b, bounds)))
-        })
+    /// The objects of which a part may be nearer than `depth` within `bounds`.
+    fn nearer_than(&self, depth: f32, bounds: &PixelBox) -> Vec<usize> {
+        let silhouettes = self.silhouettes.iter().enumerate();
+        silhouettes.filter(|(_, own)| own.depths[0] < depth && own.overlaps(bounds)).map(|(index, _)| index).collect()
     }
 
-    fn depth(&self, at: Vector) -> Option<f32> {
-        Some(project(self.camera, self.state, at)?.1)
-    }
-
-    fn cast(&self, towards: Vector) -> Option<Hit> {
-        self.view.cast(eye(self.camera, self.state), towards, REACH)
+    fn ray(&self, at: [f32; 2]) -> Ray {
+        Ray { from: eye(self.camera, self.state), towards: self.state.rotation * ray(self.camera, at), reach: REACH }
     }
 }
 
@@ -234,37 +315,52 @@ pub(crate) struct Scan<'a> {
     pub(crate) state: &'a State,
     pub(crate) world: &'a World,
     pub(crate) view: &'a View<'a>,
+    extents: Vec<Extent>,
 }
 
-impl Scan<'_> {
+impl<'a> Scan<'a> {
+    pub(crate) fn new(beams: &'a Lidar, state: &'a State, world: &'a World, view: &'a View<'a>) -> Self {
+        let objects = world.scene().objects.iter().zip(world.placements());
+        let extents = objects.map(|(object, place)| Extent::of(object, place, state, beams.up_m)).collect();
+        Scan { beams, state, world, view, extents }
+    }
+
     /// Points of the beams that return from object `index`, body frame; of returns that cover separates, the larger group.
     pub(crate) fn returns(&self, index: usize) -> Sight<Vec<Vector>> {
-        let middle = azimuth(self.state.to_body(self.world.placements()[index].centre));
-        let own = self.extent(index, middle);
-        if own.right - own.left > core::f32::consts::PI || !self.may_be_covered(index, middle, &own) {
+        let own = &self.extents[index];
+        let before = |other: &usize| *other != index && self.extents[*other].may_cover(own);
+        let mut among: Vec<usize> = (0..self.extents.len()).filter(before).collect();
+        if own.is_around() || among.is_empty() {
             return Sight::Whole;
         }
-        let id = Surface::Object(ObjectId(index as u16));
+        among.push(index);
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        let origin = self.state.to_world(Vector::new(0.0, 0.0, self.beams.up_m));
+        let boxes = Boxes { world: self.world, view: self.view };
+        let from = self.state.to_world(Vector::new(0.0, 0.0, self.beams.up_m));
+        let rings = (0..self.beams.rings).map(|ring| libm::sincosf(self.elevation(ring)));
+        let elevations: Vec<(f32, f32)> = rings.filter(|(sin, cos)| own.is_at_slope(sin / cos)).collect();
         let (mut groups, mut last, mut covered): (Vec<Vec<Vector>>, Option<usize>, bool) = (Vec::new(), None, false);
-        for (k, azimuth) in self.azimuths(middle, &own).enumerate() {
-            for ring in 0..self.beams.rings {
-                let direction = self.state.rotation * self.direction(azimuth, ring);
+        for (k, azimuth) in self.azimuths(own).enumerate() {
+            let (sin_a, cos_a) = libm::sincosf(azimuth);
+            let here = |other: &usize| *other == index || self.extents[*other].spans(azimuth);
+            let here: Vec<usize> = among.iter().copied().filter(here).collect();
+            for (sin_e, cos_e) in &elevations {
+                let towards = self.state.rotation * Vector::new(cos_e * cos_a, cos_e * sin_a, *sin_e);
                 // A beam past it says nothing of it, and neither does what is behind it.
-                if !crosses((object, ROUNDING_M), place, origin, direction) {
+                if entry((object, ROUNDING_M), place, from, towards).is_none() {
                     continue;
                 }
-                let Some(hit) = self.view.cast(origin, direction, own.farthest + 1.0) else { continue };
-                if hit.surface == id {
+                let ray = Ray { from, towards, reach: own.farthest + 1.0 };
+                let Some((met, distance)) = boxes.first(here.iter().copied(), ray) else { continue };
+                if met == index {
                     if last.is_none_or(|before| k - before > 1 + GAP) {
                         groups.push(Vec::new());
                     }
                     last = Some(k);
-                    let point = self.state.to_body(origin + direction * hit.distance);
+                    let point = self.state.to_body(from + towards * distance);
                     groups.last_mut().into_iter().for_each(|group| group.push(point));
-                } else if hit.surface != Surface::Ground && crosses((object, 0.0), place, origin, direction) {
-                    covered = true;
+                } else {
+                    covered |= boxes.enters(index, ray).is_some();
                 }
             }
         }
@@ -276,60 +372,86 @@ impl Scan<'_> {
         }
     }
 
-    fn may_be_covered(&self, index: usize, middle: f32, own: &Extent) -> bool {
-        let others = (0..self.world.placements().len()).filter(|other| *other != index);
-        let nearer = others.filter(|other| self.nearest(*other) < own.farthest);
-        nearer.map(|other| self.extent(other, middle)).any(|other| {
-            let turns = other.right - other.left > core::f32::consts::PI;
-            turns || (other.left < own.right && own.left < other.right)
-        })
-    }
-
     /// Least distance at which an object may be, metres.
     pub(crate) fn nearest(&self, index: usize) -> f32 {
-        let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        let half = Vector::new(object.size[0], object.size[1], object.size[2]).length() / 2.0;
-        (self.state.to_body(place.centre).length() - half).max(0.0)
-    }
-
-    /// Extent of an object as seen from the LiDAR, azimuths from `middle`.
-    fn extent(&self, index: usize, middle: f32) -> Extent {
-        let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        let mut extent = Extent { left: f32::MAX, right: f32::MIN, farthest: 0.0 };
-        for corner in corners(object, place).map(|corner| self.state.to_body(corner)) {
-            let turn = wrapped(azimuth(corner) - middle);
-            (extent.left, extent.right) = (extent.left.min(turn), extent.right.max(turn));
-            extent.farthest = extent.farthest.max(corner.length());
-        }
-        extent
+        self.extents[index].nearest
     }
 
     /// The beams' azimuths within an extent, from its right to its left.
-    fn azimuths(&self, middle: f32, own: &Extent) -> impl Iterator<Item = f32> {
+    fn azimuths(&self, own: &Extent) -> impl Iterator<Item = f32> {
         let step = core::f32::consts::TAU / f32::from(self.beams.azimuths);
-        let (first, last) = (libm::ceilf((middle + own.left) / step), libm::floorf((middle + own.right) / step));
+        let (first, last) =
+            (libm::ceilf((own.middle + own.right) / step), libm::floorf((own.middle + own.left) / step));
         let count = (last - first + 1.0).clamp(0.0, f32::from(self.beams.azimuths)) as u16;
         (0..count).map(move |k| (first + f32::from(k)) * step)
     }
 
-    fn direction(&self, azimuth: f32, ring: u16) -> Vector {
-        let elevation = (self.beams.lowest_deg + self.beams.ring_step_deg * f32::from(ring)).to_radians();
-        let ((sin_e, cos_e), (sin_a, cos_a)) = (libm::sincosf(elevation), libm::sincosf(azimuth));
-        Vector::new(cos_e * cos_a, cos_e * sin_a, sin_e)
+    fn elevation(&self, ring: u16) -> f32 {
+        (self.beams.lowest_deg + self.beams.ring_step_deg * f32::from(ring)).to_radians()
     }
 }
 
-/// Azimuths in radians and distances in metres between which an object lies.
+/// Part of the LiDAR's turn in which an object lies.
 struct Extent {
-    left: f32,
+    /// Azimuth of its middle, and the turns from there to its ends, radians.
+    middle: f32,
     right: f32,
+    left: f32,
+    /// Bounds of its distance, metres.
+    nearest: f32,
     farthest: f32,
+    /// Bounds of its height over the LiDAR by its horizontal distance.
+    slopes: [f32; 2],
+}
+
+impl Extent {
+    fn of(object: &Object, place: &Placement, state: &State, up_m: f32) -> Self {
+        let centre = state.to_body(place.centre);
+        let middle = azimuth(centre);
+        let half = Vector::new(object.size[0], object.size[1], object.size[2]).length() / 2.0;
+        let nearest = (centre.length() - half).max(0.0);
+        let slopes = [f32::MAX, f32::MIN];
+        let mut extent = Extent { middle, right: f32::MAX, left: f32::MIN, nearest, farthest: 0.0, slopes };
+        let across = (centre.x * centre.x + centre.y * centre.y).sqrt();
+        let distances = [(across - half - ROUNDING_M).max(ROUNDING_M), across + half + ROUNDING_M];
+        for corner in corners(object, place).map(|corner| state.to_body(corner)) {
+            let turn = wrapped(azimuth(corner) - middle);
+            (extent.right, extent.left) = (extent.right.min(turn), extent.left.max(turn));
+            extent.farthest = extent.farthest.max(corner.length());
+            // Of points between corners a nearer one is steeper and a farther one flatter.
+            let slopes =
+                distances.map(|distance| [-ROUNDING_M, ROUNDING_M].map(|spare| (corner.z - up_m + spare) / distance));
+            extent.slopes[0] = slopes.as_flattened().iter().copied().fold(extent.slopes[0], f32::min);
+            extent.slopes[1] = slopes.as_flattened().iter().copied().fold(extent.slopes[1], f32::max);
+        }
+        extent
+    }
+
+    fn may_cover(&self, other: &Extent) -> bool {
+        let turn = wrapped(self.middle - other.middle);
+        let overlaps = turn + self.right < other.left && other.right < turn + self.left;
+        self.nearest < other.farthest && (self.is_around() || overlaps)
+    }
+
+    fn spans(&self, azimuth: f32) -> bool {
+        self.is_around() || (self.right..=self.left).contains(&wrapped(azimuth - self.middle))
+    }
+
+    fn is_at_slope(&self, slope: f32) -> bool {
+        (self.slopes[0]..=self.slopes[1]).contains(&slope)
+    }
+
+    /// True if the LiDAR may stand within the object's outline, where corners tell of no extent.
+    fn is_around(&self) -> bool {
+        self.left - self.right > core::f32::consts::PI
+    }
 }
 
 fn azimuth(body: Vector) -> f32 {
     libm::atan2f(body.y, body.x)
 }
 
+/// The same turn within half a turn of none.
 fn wrapped(turn: f32) -> f32 {
     use core::f32::consts::{PI, TAU};
     match turn {
@@ -341,7 +463,7 @@ fn wrapped(turn: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use wire::sensor::Class;
+    use wire::id::ObjectId;
 
     use super::*;
     use crate::candidates::bounds;
@@ -388,7 +510,7 @@ mod tests {
             let (world, plant) = settled(&scene, pose).unwrap();
             let (state, view, camera) = (plant.state(&world), world.view(plant.body()), Camera::GROUND);
             let whole = bounds(&camera, &state, &scene.objects[0], &world.placements()[0]).unwrap();
-            let eye = Eye { camera: &camera, state: &state, world: &world, view: &view };
+            let eye = Eye::new(&camera, &state, &world, &view);
             let alone = labelled(&self::scene(&[]), pose).unwrap();
             let shown = labelled(&scene, pose);
             match (eye.part(0, &whole), shown) {
@@ -416,7 +538,7 @@ mod tests {
             let scene = scene(walls);
             let (world, plant) = settled(&scene, Start { east: -2.0, north: -5.0, heading: 0.0 }).unwrap();
             let (state, view) = (plant.state(&world), world.view(plant.body()));
-            match (Scan { beams: &Lidar::GROUND, state: &state, world: &world, view: &view }).returns(0) {
+            match Scan::new(&Lidar::GROUND, &state, &world, &view).returns(0) {
                 Sight::Whole => "whole".to_owned(),
                 Sight::Nothing => "nothing".to_owned(),
                 // The edge of the wall lies 0.16 to 0.17 radians to the left.

@@ -16,6 +16,7 @@ const CELL: f32 = SIDE / CELLS as f32;
 #[derive(Clone, Debug)]
 pub struct Terrain {
     heights: Vec<f32>,
+    highest: f32,
 }
 
 impl Terrain {
@@ -23,13 +24,19 @@ impl Terrain {
     pub fn new(ground: &Ground) -> Self {
         let n = CELLS + 1;
         let at = |i: usize| i as f32 * CELL - SIDE / 2.0;
-        let heights = (0..n * n).map(|k| relief(ground, at(k % n), at(k / n))).collect();
-        Terrain { heights }
+        let heights: Vec<f32> = (0..n * n).map(|k| relief(ground, at(k % n), at(k / n))).collect();
+        let highest = heights.iter().copied().fold(f32::MIN, f32::max);
+        Terrain { heights, highest }
     }
 
     /// Height in metres of the grid point `row` from the south and `column` from the west.
     pub fn at(&self, row: usize, column: usize) -> f32 {
         self.heights[row * (CELLS + 1) + column]
+    }
+
+    /// Height in metres of the highest place.
+    pub(crate) fn highest(&self) -> f32 {
+        self.highest
     }
 
     /// Height in metres at a place; beyond the grid, that of its edge.
