@@ -61,6 +61,12 @@ impl Geofence {
         self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
     }
 
+    /// True if a unit with this motion comes to rest farther from the fence than it is.
+    pub(crate) fn leads_away(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> bool {
+        let rest = ahead(motion, stopping_distance(motion.speed, bounds, limits));
+        self.clearance(rest) > self.clearance(motion.at)
+    }
+
     /// Reason that the fence guard fails, if it does.
     pub fn breached(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> Option<Because> {
         (self.spare(motion, bounds, limits) < 0.0).then_some(Because::Itself)

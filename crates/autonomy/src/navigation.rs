@@ -16,6 +16,8 @@ use crate::things::Obstacle;
 
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
+/// Part of the room before the fence guard that a creeping unit leaves.
+const CREEPING_SHARE: f64 = 4.0;
 
 /// Request to the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -151,16 +153,20 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
     stop_within(in_corridor.fold(f64::MAX, f64::min) - f64::from(limits.standoff_mm), limits)
 }
 
-/// The highest speed up to `speed` that leaves the fence guard room, or a creeping one, with which the unit turns away from the fence.
+/// The highest speed up to `speed` that leaves the fence guard room. One that creeps while it turns away from the fence may leave less.
 fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
     let creeping = speed.min(f64::from(around.limits.turning_mm_s) / 2.0);
-    inside_fence(motion, speed, around).max(creeping)
+    let spare = around.fence.spare(&Motion { speed: creeping, ..*motion }, around.bounds, around.limits);
+    let has_room = spare >= f64::from(around.limits.fence_spare_mm) / CREEPING_SHARE;
+    inside_fence(motion, speed, around).max(if has_room { creeping } else { 0.0 })
 }
 
-/// The highest speed up to `speed` that leaves the fence guard room; nought where none does.
+/// The highest speed up to `speed` that leaves the fence guard room or leads away from the fence; nought where none does.
 pub(crate) fn inside_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
-    let spare = |speed: f64| around.fence.spare(&Motion { speed, ..*motion }, around.bounds, around.limits);
-    let allowed = |speed: f64| spare(speed) >= f64::from(around.limits.fence_spare_mm);
+    let at = |speed: f64| Motion { speed, ..*motion };
+    let spare = |speed: f64| around.fence.spare(&at(speed), around.bounds, around.limits);
+    let leads_away = |speed: f64| around.fence.leads_away(&at(speed), around.bounds, around.limits);
+    let allowed = |speed: f64| spare(speed) >= f64::from(around.limits.fence_spare_mm) || leads_away(speed);
     let steps = (0..FENCE_STEPS).map(|i| speed * f64::from(FENCE_STEPS - i) / f64::from(FENCE_STEPS));
     steps.into_iter().find(|speed| allowed(*speed)).unwrap_or(0.0)
 }
@@ -230,6 +236,18 @@ mod tests {
         let asked = |end| follow(&motion, &Way { points: &[(0.0, 0.0), end], beyond: Some((0.0, 9000.0)) }, &around);
         assert_eq!(asked((200.0, 2600.0)), SetPoint { speed: 0.0, curvature: 0.4e-3 });
         assert!(asked((2500.0, 1500.0)).speed > 0.0 && asked((200.0, 6000.0)).speed > 0.0);
+    }
+
+    /// At the margin itself it stands, and goes on only away from the fence.
+    #[test]
+    fn navigation_creeps_no_farther_than_the_margin() {
+        let (fence, bounds) = (fence(), Bounds::GROUND);
+        let around = around(3000.0, &[], (&fence, &bounds));
+        let speed = |x, yaw| within_fence(&Motion { at: (x, 0.0), yaw, speed: 0.0 }, 3000.0, &around);
+        assert!(speed(40_000.0, 0.0) > 2000.0);
+        assert_eq!(speed(48_500.0, 0.0), f64::from(Limits::GROUND.turning_mm_s) / 2.0);
+        assert_eq!(speed(48_900.0, 0.0), 0.0);
+        assert!(speed(48_900.0, core::f64::consts::PI) > 2000.0);
     }
 
     #[test]

@@ -156,11 +156,14 @@ mod tests {
         assert_eq!((backs((-1500.0, -500.0)), backs((-5000.0, 3500.0))), (false, true), "behind it and farther away");
     }
 
-    /// Nor at a creeping speed, with which it goes on towards a way point.
+    /// Nor at a creeping speed, with which it goes on towards a way point. From the margin it backs away.
     #[test]
     fn unit_does_not_back_over_the_fences_margin() {
         let fence = fence(-2400);
         let around = among(&[], &fence, &Limits::GROUND);
+        let away = Back { curvature: 0.0, from: (0.0, 0.0), length: 4000.0, until: Instant(0) };
+        let facing_it = Motion { at: (-1350.0, 0.0), yaw: core::f64::consts::PI, speed: 0.0 };
+        assert_eq!(away.set_point(&facing_it, &around).speed, -BACK_MM_S);
         let back = Back { curvature: 0.0, from: (0.0, 0.0), length: 4000.0, until: Instant(0) };
         let speed = |x| back.set_point(&Motion { at: (x, 0.0), ..AT_THE_ORIGIN }, &around).speed;
         assert_eq!((speed(3000.0), speed(-950.0)), (-BACK_MM_S, 0.0));

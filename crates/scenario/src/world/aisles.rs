@@ -87,8 +87,10 @@ fn pallets_and_people(chance: &mut Chance, plan: &mut Plan, store: &Store) {
             plan.block([1.2, 0.8, 1.1], at, chance.between(-0.2, 0.2));
         } else if people > 0 && chance.happens(0.7) {
             people -= 1;
-            let east = middle + chance.side() * (store.aisle / 2.0 - 0.5);
-            plan.person(chance, &[[east, -end], [east, end]]);
+            plan.person(chance, |chance| {
+                let east = middle + chance.side() * (store.aisle / 2.0 - 0.5);
+                [[east, -end], [east, end]]
+            });
         }
     }
 }

@@ -52,10 +52,12 @@ fn furniture(chance: &mut Chance, plan: &mut Plan, street: f64, block: f64) {
 fn people(chance: &mut Chance, plan: &mut Plan, street: f64, block: f64) {
     let edge = street / 2.0 - 0.4;
     for _ in 0..chance.integer(3, 9) {
-        let from = chance.side() * chance.between(street / 2.0, street / 2.0 + block - 2.0);
-        let to = from + chance.between(-8.0, 8.0);
-        let path = [[-edge, from], [edge, from], [edge, to], [-edge, to]];
-        let turned = chance.happens(0.3);
-        plan.person(chance, &path.map(|[a, b]| if turned { [b, a] } else { [a, b] }));
+        plan.person(chance, |chance| {
+            let from = chance.side() * chance.between(street / 2.0, street / 2.0 + block - 2.0);
+            let to = from + chance.between(-8.0, 8.0);
+            let path = [[-edge, from], [edge, from], [edge, to], [-edge, to]];
+            let turned = chance.happens(0.3);
+            path.map(|[a, b]| if turned { [b, a] } else { [a, b] })
+        });
     }
 }

@@ -81,8 +81,10 @@ impl Corridor {
             plan.wall([to - from, FENCE[0], FENCE[1]], at, heading + core::f64::consts::FRAC_PI_2);
         }
         if chance.happens(0.4) {
-            let before = along + chance.side() * 2.5;
-            plan.person(chance, &[2.0, self.width - 1.0].map(|deep| self.place(side, before, deep).0));
+            plan.person(chance, |chance| {
+                let before = along + chance.side() * 2.5;
+                [2.0, self.width - 1.0].map(|deep| self.place(side, before, deep).0)
+            });
         }
     }
 }

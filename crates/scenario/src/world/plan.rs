@@ -26,6 +26,11 @@ const ROOM: f64 = 2.0;
 /// Least gap between still things that are placed by chance.
 const GAP: f64 = 0.15;
 
+/// Most paths that are drawn for one person.
+const PATHS: usize = 8;
+/// Between two places of a path that are looked at, metres.
+const PATH_STEP: f64 = 0.1;
+
 impl Plan {
     /// A plan with its start, and a fence around the middle that is so far away to the east and to the north.
     pub(super) fn new(start: At, heading: f64, fence: At) -> Self {
@@ -78,18 +83,45 @@ impl Plan {
         true
     }
 
-    /// A person who walks these points for ever, from a time on.
-    pub(super) fn person(&mut self, chance: &mut Chance, path: &[At]) {
+    /// A person who walks the points of `path` for ever, from a time on. Of the paths that are drawn the first that leads through no still thing;
+    /// nobody where all do.
+    pub(super) fn person<const POINTS: usize>(
+        &mut self,
+        chance: &mut Chance,
+        mut path: impl FnMut(&mut Chance) -> [At; POINTS],
+    ) {
         let kind = (Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40]);
         // Normal walking is 1.34 ± 0.26 m/s (Helbing and Molnár 1995).
         let speed = chance.between(0.8, 1.8);
-        self.goes(chance, kind, path, speed);
+        let path = (0..PATHS).map(|_| path(chance)).find(|path| self.is_free(path, kind.1[1] / 2.0));
+        if let Some(path) = path {
+            self.goes(chance, kind, &path, speed);
+        }
     }
 
-    /// A thing on wheels of this size that goes these points for ever.
+    /// A thing on wheels of this size that goes these points for ever, unless a still thing is in its way.
     pub(super) fn cart(&mut self, chance: &mut Chance, size: [f64; 3], path: &[At], speed: f64) {
         let class = if size[0] > 2.5 { Class::Vehicle } else { Class::Obstacle };
-        self.goes(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
+        if self.is_free(path, size[1] / 2.0) {
+            self.goes(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
+        }
+    }
+
+    /// True if something so wide on each side can go around these points for ever.
+    fn is_free(&self, path: &[At], half: f64) -> bool {
+        let legs = path.iter().zip(path.iter().cycle().skip(1));
+        let places = legs.flat_map(|(from, to)| {
+            let steps = libm::ceil(apart(*from, *to) / PATH_STEP).max(1.0);
+            (0..steps as u32).map(move |step| {
+                let share = f64::from(step) / steps;
+                [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]))
+            })
+        });
+        let places: Vec<At> = places.collect();
+        self.still.iter().all(|(thing, _)| {
+            let distance = thing.distances();
+            places.iter().all(|place| distance(*place) > half)
+        })
     }
 
     fn goes(&mut self, chance: &mut Chance, kind: Kind, path: &[At], speed: f64) {

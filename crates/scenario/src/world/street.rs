@@ -111,14 +111,16 @@ fn people(chance: &mut Chance, plan: &mut Plan, street: &Street) {
     for number in 0..chance.integer(0, most.min(MOST_PEOPLE)) {
         if number % 2 == 0 {
             let gap = |chance: &mut Chance| x - PITCH * chance.integer(1, (2.0 * x / PITCH) as usize - 1) as f64;
-            let (from, to) = (gap(chance), gap(chance));
-            plan.person(chance, &[[from, behind], [from, y - edge + 0.5], [from, behind], [to, behind]]);
+            plan.person(chance, |chance| {
+                let (from, to) = (gap(chance), gap(chance));
+                [[from, behind], [from, y - edge + 0.5], [from, behind], [to, behind]]
+            });
         } else {
-            let side = chance.side();
-            let from = chance.between(8.0 - x, x - 30.0);
-            let walked = side * (y - edge + 0.5);
-            let to = from + chance.between(10.0, 20.0);
-            plan.person(chance, &[[from, walked], [to, walked]]);
+            plan.person(chance, |chance| {
+                let walked = chance.side() * (y - edge + 0.5);
+                let from = chance.between(8.0 - x, x - 30.0);
+                [[from, walked], [from + chance.between(10.0, 20.0), walked]]
+            });
         }
     }
 }

@@ -63,6 +63,33 @@ fn still_things_leave_start_and_way_points_free() {
     }
 }
 
+/// Places along the closed path of something that moves, and half of its width.
+fn walked(object: &crate::scene::Object) -> (Vec<At>, f64) {
+    let points: Vec<At> = object.path_m.iter().map(metres).collect();
+    let legs = points.iter().zip(points.iter().cycle().skip(1));
+    let along = |(from, to): (&At, &At)| {
+        let (from, to) = (*from, *to);
+        (0..400).map(move |step| [0, 1].map(|axis| from[axis] + f64::from(step) / 400.0 * (to[axis] - from[axis])))
+    };
+    (legs.flat_map(along).collect(), object.size_m[1].get() / 2.0)
+}
+
+/// A centimetre is lost where files round.
+#[test]
+fn nobody_walks_through_a_still_thing() {
+    let mut actors = 0;
+    for (family, seed) in DEVELOPED.into_iter().flat_map(|family| (1..=20).map(move |seed| (family, seed))) {
+        let scene = drawn(family, seed);
+        for actor in scene.object.iter().filter(|object| object.speed_m_s.get() > 0.0) {
+            let (places, half) = walked(actor);
+            let through = still(&scene).find(|thing| places.iter().any(|at| thing.distance(*at) < half - 0.02));
+            assert!(through.is_none(), "{} of seed {seed}: {actor:?} through {through:?}", family.name());
+            actors += 1;
+        }
+    }
+    assert!(actors > 200, "{actors}");
+}
+
 #[test]
 fn fewer_than_a_fifth_of_draws_are_unfair() {
     const WORLDS: u64 = 200;

@@ -30,8 +30,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
         trunks.extend(hit);
     }
     for _ in 0..chance.integer(0, 2) {
-        let path = [inside(chance), inside(chance)];
-        plan.person(chance, &path);
+        plan.person(chance, |chance| [inside(chance), inside(chance)]);
     }
     plan
 }

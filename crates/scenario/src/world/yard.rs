@@ -24,8 +24,7 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
         thing(chance, &mut plan, at);
     }
     for _ in 0..chance.integer(1, 4) {
-        let path = [inside(chance), inside(chance), inside(chance)];
-        plan.person(chance, &path);
+        plan.person(chance, |chance| [inside(chance), inside(chance), inside(chance)]);
     }
     plan
 }
