@@ -75,7 +75,7 @@ use crate::pose::Ego;
 use crate::provenance::Provenance;
 use crate::reasons::Reasons;
 use crate::stages::{Claims, Stages};
-use crate::tracker::Tracker;
+use crate::tracker::{MAX_TRACKS, Tracker};
 
 /// From so many colour detections in a frame on it is told how many there are, so at most 21 times in a boot. No scene has
 /// so many objects in view.
@@ -136,7 +136,7 @@ pub struct Perception {
     navigation: BusGate,
     tracks: Sender,
     ego: Ego,
-    tracker: Tracker,
+    tracker: Tracker<MAX_TRACKS>,
     nearby: Followed,
     contents: Contents,
     /// Most colour detections in a frame so far.

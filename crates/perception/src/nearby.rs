@@ -16,6 +16,8 @@ use crate::tracker::Tracker;
 
 /// Clusters further away are left out, metres: ten times the way in which a unit of 3 m/s stops.
 const NEAR_M: f64 = 12.0;
+/// Clusters that are followed, the nearest: fewer than the things that are told of, so that a new one has a place while old ones are given up.
+const NEAREST: usize = NEARBY - 8;
 /// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit passes.
 const SIGMA_M: f64 = 0.15;
 /// Score of a cluster as a sighting, permille. Only whether it stands counts here.
@@ -33,7 +35,7 @@ const STANDS_MM_S: f64 = 300.0;
 /// All of them.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
-    tracker: Tracker,
+    tracker: Tracker<NEARBY>,
     shapes: Vec<Shape>,
     looked: bool,
     /// Place of the unit at the newest frame that had one.
@@ -61,7 +63,9 @@ impl Followed {
     ) {
         self.looked = clusters.is_some() && ego.is_some();
         self.own = ego.map_or(self.own, |ego| world([0.0, 0.0], ego));
-        let near: Vec<&Cluster> = clusters.unwrap_or_default().iter().filter(|cluster| is_near(cluster)).collect();
+        let mut near: Vec<&Cluster> = clusters.unwrap_or_default().iter().filter(|cluster| is_near(cluster)).collect();
+        near.sort_by(|a, b| range(a).total_cmp(&range(b)));
+        near.truncate(NEAREST);
         let sightings: Vec<Sighting> = near.iter().map(|cluster| sighting(cluster)).collect();
         self.tracker.update(frame, stamp, ego, &sightings);
         let tracks = self.tracker.tracks();
@@ -111,7 +115,12 @@ impl Shape {
 }
 
 fn is_near(cluster: &Cluster) -> bool {
-    libm::hypot(f64::from(cluster.x_mm), f64::from(cluster.y_mm)) < NEAR_M * 1000.0
+    range(cluster) < NEAR_M * 1000.0
+}
+
+/// Its distance, millimetres.
+fn range(cluster: &Cluster) -> f64 {
+    libm::hypot(f64::from(cluster.x_mm), f64::from(cluster.y_mm))
 }
 
 fn sighting(cluster: &Cluster) -> Sighting {
@@ -187,6 +196,25 @@ mod tests {
         assert_eq!(seen[0].vx_mm_s, 0, "{seen:?}");
         let sets_out = followed(8, slides, |_| 0.0, 4500);
         assert!(sets_out[0].vx_mm_s > 700, "of a unit that stands: {sets_out:?}");
+    }
+
+    /// It stood behind twenty trees that were followed before it.
+    #[test]
+    fn nearest_thing_is_followed_among_many() {
+        let cluster = |x_mm, y_mm| Cluster { x_mm, y_mm, width_mm: 400, height_mm: 1500 };
+        let mut trees: Vec<Cluster> = (0..40).map(|n| cluster(8000 - 3000 * (n % 2), 2000 * n - 40_000)).collect();
+        trees.extend((0..24).map(|n| cluster(-4000 - 300 * n, 2000 * (n % 3) - 2000)));
+        let mut followed = Followed::default();
+        let mut show = |from: u64, clusters: &[Cluster]| {
+            for n in from..from + 10 {
+                followed.update((FrameId(n), Instant(0) + Span::ms(100 * n)), Some(&Placement::ORIGIN), Some(clusters));
+            }
+            followed.things().unwrap()
+        };
+        assert!(show(1, &trees).len() >= 16);
+        trees.push(cluster(-1500, 0));
+        let near = |thing: &Nearby| (thing.x_mm, thing.y_mm) == (-1500, 0);
+        assert!(show(11, &trees).iter().any(near));
     }
 
     #[test]

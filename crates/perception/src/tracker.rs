@@ -88,15 +88,15 @@ impl Opinion {
     }
 }
 
-/// The tracker.
+/// The tracker, of at most so many tracks.
 #[derive(Clone, Debug, Default)]
-pub struct Tracker {
+pub struct Tracker<const MOST: usize> {
     tracks: Vec<Hypothesis>,
     last: u32,
     at: Option<Instant>,
 }
 
-impl Tracker {
+impl<const MOST: usize> Tracker<MOST> {
     /// Takes the sightings of one frame, placed by `ego`. Without `ego` no sighting can be placed and tracks only age.
     pub fn update(&mut self, frame: FrameId, stamp: Instant, ego: Option<&Placement>, sightings: &[Sighting]) {
         self.predict(stamp);
@@ -111,7 +111,7 @@ impl Tracker {
         self.tracks.retain(|t| stamp.since(t.updated) < LIFE);
         for (index, placed) in placed.iter().enumerate().filter(|(_, p)| p.sighting.stands()) {
             let known = assigned.contains(&Some(index)) || self.tracks.iter().any(|t| t.distance(placed) <= GATE);
-            if !known && self.tracks.len() < MAX_TRACKS {
+            if !known && self.tracks.len() < MOST {
                 self.last += 1;
                 self.tracks.push(Hypothesis::new(TrackId(self.last), placed, frame, stamp));
             }
@@ -119,7 +119,7 @@ impl Tracker {
     }
 
     /// The tracks that are believed, oldest first.
-    pub fn tracks(&self) -> List<Track, MAX_TRACKS> {
+    pub fn tracks(&self) -> List<Track, MOST> {
         self.tracks.iter().filter(|t| t.confirmed).map(Hypothesis::track).collect()
     }
 

@@ -24,6 +24,7 @@ mod reference;
 mod run;
 mod search;
 mod table;
+mod worlds;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use accepted::AcceptedRate;
@@ -46,3 +47,4 @@ pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, HostSpoilt, LatencySummary, RunObject, RunsObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};
 pub use table::{latency_table, new_table, reference_table, run_table, scenario_line, started};
+pub use worlds::{Apart, Holds, InWorlds, Tally, WorldsRow, worlds_table};

@@ -203,7 +203,10 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
 }
 
 /// A variation once in each drawn world, each a cell of its own.
-fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Failure> {
+///
+/// # Errors
+/// It has no meaning there, or no fair world was drawn.
+pub fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Failure> {
     let (Variation { cell, scenario }, family) = (&planned.variation, worlds.family);
     let platform = &planned.setup.platform;
     if platform.satellite.is_some() {

@@ -13,6 +13,8 @@ use super::{Scenario, Scene};
 
 /// Range of the time by which everything that the scenario does comes later, seconds: a mission takes minutes.
 const LATER_S: (f64, f64) = (0.0, 240.0);
+/// Least length of a trial that has no such time, seconds: a mission.
+const MISSION_S: f64 = 600.0;
 /// Number of the draws of that time; families have those below.
 const ONSETS: u64 = 1000;
 
@@ -45,12 +47,14 @@ impl Scenario {
     /// # Errors
     /// It has no meaning there.
     pub fn in_world(&self, scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
-        self.may_leave()?;
+        self.can_be_in_a_world()?;
         let later_s = Chance::new(ONSETS, seed, 0).between(LATER_S.0, LATER_S.1);
         let (from, to) = self.varies.phase_s();
         let mut scenario = self.clone();
         (scenario.scene, scenario.scene_file) = (Some(scene), None);
-        scenario.duration_s = Located::nowhere(Real::nearest(self.duration_s.get() + LATER_S.1));
+        let own_s = self.duration_s.get();
+        let duration_s = if self.windows().is_empty() { own_s.max(MISSION_S) } else { own_s + later_s };
+        scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
         scenario.varies.injection_phase_s =
             Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
         let enables = self.operator.step.iter().filter(|step| *step.verb == Verb::Enable);
@@ -59,7 +63,9 @@ impl Scenario {
         Ok(scenario)
     }
 
-    fn may_leave(&self) -> Result<(), Homebound> {
+    /// # Errors
+    /// It has no meaning in a drawn world.
+    pub fn can_be_in_a_world(&self) -> Result<(), Homebound> {
         if self.is_of_stacks() {
             return Err(Homebound::OfStacks);
         }

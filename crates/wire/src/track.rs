@@ -88,7 +88,7 @@ pub struct Nearby {
 }
 
 /// Most things nearby that a message tells of.
-pub const NEARBY: usize = 16;
+pub const NEARBY: usize = 32;
 
 /// One message per processed frame. Liveness downstream rests on these products, never on a bare heartbeat.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]

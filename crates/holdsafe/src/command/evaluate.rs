@@ -6,6 +6,7 @@ mod reference;
 mod remaining;
 mod reproduce;
 mod tell;
+mod worlds;
 
 use std::path::PathBuf;
 
@@ -15,7 +16,7 @@ use runner::failure::{Exit, Failure};
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct Args {
     /// Only check that simulated runs still give the results in references/.
-    #[arg(long)]
+    #[arg(long, group = "selects")]
     reproduce: bool,
     /// Only this platform: every scenario that it shares with the ground platform, and its own; also live.
     #[arg(long, value_name = "PLATFORM", conflicts_with = "reproduce")]
@@ -26,8 +27,11 @@ pub(super) struct Args {
     /// A smoke check of a minute or two: every scenario and cell 3 times in the twin or on the stacks, and no live run.
     #[arg(long, conflicts_with_all = ["reproduce", "apart"])]
     quick: bool,
+    /// Every scenario of the ground platform in its own scene and in N drawn worlds of each family: which classes hold in both.
+    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "domain", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=1000))]
+    worlds: Option<u64>,
     /// Keep finished trials, recordings and the result here, and resume from there [default: runs/reference, and a name of its own
-    /// with --quick, --domain or --apart].
+    /// with --quick, --domain, --apart or --worlds].
     #[arg(long, value_name = "DIR", conflicts_with = "reproduce")]
     out: Option<PathBuf>,
     /// Print the whole table, too, which is written to table.txt in any case.
@@ -38,5 +42,8 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    if let Some(worlds) = args.worlds {
+        return worlds::run(context, worlds, &args.of.scenarios, args.out.as_deref());
+    }
     if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args) }
 }

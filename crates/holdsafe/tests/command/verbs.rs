@@ -220,6 +220,21 @@ fn attack_runs_in_drawn_worlds_or_is_refused() {
 }
 
 #[test]
+fn scenario_that_stays_in_its_scene_is_told_apart() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("worlds");
+    let told = holdsafe(&["evaluate", "--worlds", "1", "teammate", "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(told.status.code(), Some(4), "nothing ran: {told:?}");
+    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
+    assert_eq!((&told["apart"][0]["scenario"], told["rows"].as_array().map(Vec::len)), (&"teammate".into(), Some(0)));
+    for refused in
+        [&["evaluate", "loss"][..], &["evaluate", "--worlds", "0"], &["evaluate", "--worlds", "1", "--quick"]]
+    {
+        assert_eq!(holdsafe(refused).status.code(), Some(2), "{refused:?}");
+    }
+}
+
+#[test]
 fn drawn_world_is_a_scene_to_drive_in() {
     let dir = tempfile::tempdir().unwrap();
     let draw = ["scenario", "world", "yard", "--seed", "3"];

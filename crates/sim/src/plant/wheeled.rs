@@ -19,6 +19,7 @@ const SUSPENSION_TRAVEL: f32 = 0.8;
 const SUSPENSION_LIMIT: f32 = 20.0;
 const PROPORTIONAL: f32 = 4.0;
 const INTEGRAL: f32 = 1.5;
+const GRAVITY: f32 = 9.81;
 
 /// The vehicle and its controller.
 #[derive(Clone)]
@@ -58,7 +59,7 @@ impl Wheeled {
         }
     }
 
-    fn throttle(&mut self, wanted: f32, speed: f32) {
+    fn throttle(&mut self, wanted: f32, speed: f32, ahead: Vector) {
         let Vehicle { mass_kg, braking_m_s2, max_acceleration_m_s2, .. } = self.limits;
         let stop = wanted.abs() < STANDSTILL;
         let (force, brake) = if stop {
@@ -70,7 +71,9 @@ impl Wheeled {
             self.reference += (wanted - self.reference).clamp(-step, step);
             let error = self.reference - speed;
             self.integral = (self.integral + error * INTEGRAL * DT).clamp(-1.0, 1.0);
-            let asked = (PROPORTIONAL * error + self.integral).clamp(-braking_m_s2, braking_m_s2);
+            // Without it the integral of the way up drives on at the top, for the seconds that it takes to unwind.
+            let grade = GRAVITY * ahead.z;
+            let asked = (PROPORTIONAL * error + self.integral + grade).clamp(-braking_m_s2, braking_m_s2);
             (mass_kg * asked / 4.0, 0.0)
         };
         for wheel in self.vehicle.wheels_mut() {
@@ -99,7 +102,8 @@ impl Moves for Wheeled {
             Motion::Rest | Motion::Velocity { .. } => (0.0, 0.0),
         };
         self.steer(curvature);
-        self.throttle(speed, self.state(world).speed());
+        let state = self.state(world);
+        self.throttle(speed, state.speed(), state.rotation * Vector::X);
         let physics = &mut world.physics;
         let queries = physics.broad_phase.as_query_pipeline_mut(
             physics.narrow_phase.query_dispatcher(),

@@ -18,9 +18,9 @@ const PRINTED: usize = 8;
 
 #[derive(Debug, Default, clap::Args)]
 pub(super) struct Reproduce {
-    /// With --reproduce: only these scenarios; else every shipped one that is simulated.
-    #[arg(value_name = "SCENARIO", requires = "reproduce", conflicts_with = "renew")]
-    scenarios: Vec<String>,
+    /// With --reproduce or --worlds: only these scenarios; else every shipped one that is simulated.
+    #[arg(value_name = "SCENARIO", requires = "selects", conflicts_with = "renew")]
+    pub(super) scenarios: Vec<String>,
     /// With --reproduce: write the references of this architecture anew, from the runs of now.
     #[arg(long, requires = "reproduce")]
     renew: bool,

@@ -1,0 +1,220 @@
+//! The shipped scenarios in drawn worlds beside their own scene: which of their classes hold in both.
+
+use std::collections::BTreeMap;
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
+use serde::{Deserialize, Serialize};
+use stats::Share;
+
+use super::layout::Table;
+
+/// The result of `evaluate --worlds`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InWorlds {
+    /// Version of this form.
+    pub schema_version: u32,
+    /// Seed of every trial in a world, of the first trial in the own scene, and of the first world of each family.
+    pub seed: u64,
+    /// Worlds of each family.
+    pub worlds: u64,
+    /// The families.
+    pub families: Vec<String>,
+    /// One for each scenario and cell.
+    pub rows: Vec<WorldsRow>,
+    /// Scenarios without a meaning in a drawn world.
+    pub apart: Vec<Apart>,
+}
+
+/// A scenario, or a cell of one, in both.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WorldsRow {
+    /// Scenario.
+    pub scenario: String,
+    /// Cell, where it has any.
+    pub cell: Option<String>,
+    /// The classes that were expected, in both.
+    pub expected: Vec<Outcome>,
+    /// Where they hold.
+    pub holds: Holds,
+    /// Trials in its own scene.
+    pub own: Tally,
+    /// Trials in drawn worlds, one in each.
+    pub drawn: Tally,
+    /// Other classes in worlds than those expected, by family.
+    pub otherwise: BTreeMap<String, BTreeMap<Outcome, u64>>,
+    /// The line that runs the gravest of these again.
+    pub reproduce: Option<String>,
+}
+
+/// Trials by class.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Number of each class.
+    pub outcomes: BTreeMap<Outcome, u64>,
+    /// Trials outside the expected classes, of those that were not INVALID.
+    pub unexpected: Share,
+}
+
+/// Where the expected classes hold: in every trial that was not INVALID.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Holds {
+    /// In both.
+    Both,
+    /// In the own scene alone.
+    OwnScene,
+    /// In drawn worlds alone.
+    Worlds,
+    /// In neither.
+    Neither,
+    /// Every trial in a world was INVALID: what the attack acts on is not there.
+    NotCarried,
+}
+
+/// A scenario that stays in its own scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Apart {
+    /// Scenario.
+    pub scenario: String,
+    /// Reason.
+    pub why: String,
+}
+
+impl Holds {
+    /// Every one, as it is counted.
+    pub const ALL: [Self; 5] = [Self::Both, Self::OwnScene, Self::Worlds, Self::Neither, Self::NotCarried];
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Both => "in both",
+            Self::OwnScene => "in the own scene only",
+            Self::Worlds => "in worlds only",
+            Self::Neither => "in neither",
+            Self::NotCarried => "not carried out in worlds",
+        }
+    }
+}
+
+impl Tally {
+    /// Of these trials.
+    pub fn of<'a>(trials: impl IntoIterator<Item = &'a Trial>, expected: &[Outcome]) -> Self {
+        let mut outcomes: BTreeMap<Outcome, u64> = BTreeMap::new();
+        trials.into_iter().for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
+        let judged = || outcomes.iter().filter(|(class, _)| **class != Outcome::Invalid);
+        let n: u64 = judged().map(|(_, n)| n).sum();
+        let unexpected: u64 = judged().filter(|(class, _)| class.is_unexpected(expected)).map(|(_, n)| n).sum();
+        Self { unexpected: Share::of(unexpected, n), outcomes }
+    }
+
+    fn holds(&self) -> bool {
+        self.unexpected.hits == 0 && self.unexpected.n > 0
+    }
+}
+
+impl WorldsRow {
+    /// The row of `own` trials, and of those in worlds, each with the name of its family.
+    pub fn new(
+        (scenario, cell): (&str, Option<String>),
+        expected: &[Outcome],
+        own: &[Trial],
+        drawn: &[(&'static str, &Trial)],
+    ) -> Self {
+        let mut otherwise: BTreeMap<String, BTreeMap<Outcome, u64>> = BTreeMap::new();
+        let unexpected = |trial: &Trial| trial.outcome != Outcome::Invalid && trial.outcome.is_unexpected(expected);
+        for (family, trial) in drawn.iter().filter(|(_, trial)| unexpected(trial)) {
+            *otherwise.entry((*family).to_owned()).or_default().entry(trial.outcome).or_default() += 1;
+        }
+        let own = Tally::of(own, expected);
+        let drawn = Tally::of(drawn.iter().map(|(_, trial)| *trial), expected);
+        let holds = match (own.holds(), drawn.holds()) {
+            _ if drawn.unexpected.n == 0 => Holds::NotCarried,
+            (true, true) => Holds::Both,
+            (true, false) => Holds::OwnScene,
+            (false, true) => Holds::Worlds,
+            (false, false) => Holds::Neither,
+        };
+        let expected = expected.to_vec();
+        Self { scenario: scenario.to_owned(), cell, expected, holds, own, drawn, otherwise, reproduce: None }
+    }
+}
+
+impl InWorlds {
+    /// Of these rows.
+    pub fn new(seed: u64, worlds: u64, families: &[&str], rows: Vec<WorldsRow>, apart: Vec<Apart>) -> Self {
+        let families = families.iter().map(ToString::to_string).collect();
+        Self { schema_version: SCHEMA_VERSION, seed, worlds, families, rows, apart }
+    }
+
+    /// How many rows hold where, in words.
+    pub fn count(&self) -> String {
+        let count = |holds: Holds| self.rows.iter().filter(|row| row.holds == holds).count();
+        let each: Vec<String> = Holds::ALL.iter().map(|holds| format!("{} {}", count(*holds), holds.words())).collect();
+        format!("{} rows hold: {}", self.rows.len(), each.join(", "))
+    }
+}
+
+/// The table of all rows, for a file: as wide as its cells.
+pub fn worlds_table(result: &InWorlds) -> String {
+    let mut table = Table::new(&["scenario", "expected", "own scene", "worlds", "holds", "otherwise"]);
+    for row in &result.rows {
+        let cell = row.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
+        let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
+        let otherwise = row.otherwise.iter().map(|(family, classes)| format!("{family} {}", counted(classes)));
+        table.add_row([
+            format!("{}{cell}", row.scenario),
+            classes.join(" or "),
+            counted(&row.own.outcomes),
+            counted(&row.drawn.outcomes),
+            row.holds.words().to_owned(),
+            otherwise.collect::<Vec<_>>().join("; "),
+        ]);
+    }
+    table.with_every_column()
+}
+
+fn counted(outcomes: &BTreeMap<Outcome, u64>) -> String {
+    outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A trial in a world of a family.
+    fn rows(own: &[Outcome], drawn: &[(&'static str, Outcome)]) -> WorldsRow {
+        let own: Vec<Trial> = own.iter().map(|class| Trial::example(1, *class)).collect();
+        let worlds: Vec<(&'static str, Trial)> =
+            drawn.iter().map(|(family, class)| (*family, Trial::example(1, *class))).collect();
+        let drawn: Vec<(&'static str, &Trial)> = worlds.iter().map(|(family, trial)| (*family, trial)).collect();
+        WorldsRow::new(("loss", None), &[Outcome::HoldSafe], &own, &drawn)
+    }
+
+    #[test]
+    fn class_holds_where_no_judged_trial_is_of_another() {
+        use Outcome::{HoldSafe, Invalid, Undetected};
+        let holds = |own: &[Outcome], drawn: &[(&'static str, Outcome)]| rows(own, drawn).holds;
+        assert_eq!(holds(&[HoldSafe], &[("yard", HoldSafe), ("yard", Invalid)]), Holds::Both);
+        assert_eq!(holds(&[HoldSafe], &[("yard", HoldSafe), ("street", Undetected)]), Holds::OwnScene);
+        assert_eq!(holds(&[HoldSafe, Undetected], &[("yard", HoldSafe)]), Holds::Worlds);
+        assert_eq!(holds(&[Undetected], &[("yard", Undetected)]), Holds::Neither);
+        assert_eq!(holds(&[HoldSafe], &[("yard", Invalid)]), Holds::NotCarried);
+        assert_eq!(
+            holds(&[Invalid], &[("yard", HoldSafe)]),
+            Holds::Worlds,
+            "no trial shows that it holds in its own scene"
+        );
+    }
+
+    #[test]
+    fn other_classes_are_counted_by_family() {
+        use Outcome::{HoldSafe, Invalid, Undetected};
+        let row =
+            rows(&[HoldSafe], &[("yard", Undetected), ("yard", HoldSafe), ("trees", Invalid), ("yard", Undetected)]);
+        assert_eq!(row.otherwise, BTreeMap::from([("yard".to_owned(), BTreeMap::from([(Undetected, 2)]))]));
+        assert_eq!((row.drawn.unexpected.hits, row.drawn.unexpected.n), (2, 3));
+        let table = worlds_table(&InWorlds::new(1, 4, &["yard"], vec![row], Vec::new()));
+        assert!(table.contains("yard UNDETECTED 2") && table.contains("in the own scene only"), "{table}");
+    }
+}
