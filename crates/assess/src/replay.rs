@@ -102,7 +102,7 @@ impl<'a> Guards<'a> {
         let limits = Limits { aloft: None, ..terms.limits };
         let [ahead, left] = lever_m.map(|metres| metres * 1000.0);
         Self {
-            localisation: Localisation::new(limits, GuardSet::default()),
+            localisation: Localisation::new(limits, GuardSet::default()).of_means(),
             fence,
             bounds: terms.bounds,
             limits,

@@ -61,10 +61,12 @@ impl Geofence {
         self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
     }
 
-    /// True if a unit with this motion comes to rest farther from the fence than it is.
+    /// True if a unit inside the fence with this motion comes to rest farther from it, by half of its way at least. Clearance grows by no more
+    /// than the way, so on a shorter way than four times the clearance no side of the fence is crossed.
     pub(crate) fn leads_away(&self, motion: &Motion, bounds: &Bounds, limits: &Limits) -> bool {
-        let rest = ahead(motion, stopping_distance(motion.speed, bounds, limits));
-        self.clearance(rest) > self.clearance(motion.at)
+        let way = stopping_distance(motion.speed, bounds, limits);
+        let (here, rest) = (self.clearance(motion.at), self.clearance(ahead(motion, way)));
+        way > 0.0 && way < 4.0 * here && rest - here >= way / 2.0
     }
 
     /// Reason that the fence guard fails, if it does.

@@ -55,6 +55,10 @@ pub struct Localisation {
     newest: Option<Instant>,
     fix: Option<Instant>,
     odometry: Option<(Instant, Odometry)>,
+    /// The reading that the estimates moved by last, and the speed to the left then.
+    moved_by: Option<(Instant, Previous)>,
+    /// Readings of odometry are means of the time since the one before.
+    of_means: bool,
     /// The newest reading of odometry, new or repeated.
     heard: Option<Odometry>,
     /// Time after which repeated readings count as none; never without it.
@@ -78,6 +82,14 @@ pub struct Localisation {
     /// Tests that the policy waives.
     passed_over: Guards,
     waived: Waived,
+}
+
+/// The reading before.
+#[derive(Clone, Copy, Debug)]
+struct Previous {
+    odometry: Odometry,
+    /// Speed to the left of a unit that leaves the ground, mm/s.
+    left: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -117,6 +129,12 @@ impl Localisation {
         Localisation { fastest: Some(f64::from(max_speed_mm_s) * CLAIMABLE_SPEED), ..self }
     }
 
+    /// The same, with readings of odometry taken for means of the time since the reading before, in place of values at their moment.
+    #[must_use]
+    pub fn of_means(self) -> Self {
+        Localisation { of_means: true, ..self }
+    }
+
     /// True unless odometry only repeats itself, or says a speed that cannot be.
     pub fn hears_odometry(&self) -> bool {
         !self.stale && !self.impossible
@@ -125,8 +143,8 @@ impl Localisation {
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
     pub fn take(&mut self, reading: &Navigation, waived: Waived) {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
-        let before = self.odometry.filter(|(at, _)| Some(*at) == self.newest).map(|(_, odometry)| odometry);
-        let slid = self.slides;
+        let adjacent = |(at, _): &(Instant, Previous)| Some(*at) == self.newest && !self.of_means;
+        let before = self.moved_by.filter(adjacent).map(|(_, previous)| previous);
         self.newest = Some(reading.stamp);
         self.waived = waived;
         if let Some(spatial) = &reading.spatial {
@@ -138,7 +156,10 @@ impl Localisation {
         }
         let repeated = self.repeats_itself(reading);
         self.impossible = reading.odometry.is_some_and(|odometry| self.outruns_the_body(&odometry));
-        self.advance(reading.odometry.filter(|_| self.hears_odometry()), elapsed, (before, slid));
+        let used = reading.odometry.filter(|_| self.hears_odometry());
+        self.advance(used, elapsed, before);
+        let left = self.slides;
+        self.moved_by = used.map(|odometry| (reading.stamp, Previous { odometry, left }));
         if let Some(odometry) = reading.odometry.filter(|_| !repeated && !self.impossible) {
             self.odometry = Some((reading.stamp, odometry));
         }
@@ -239,16 +260,17 @@ impl Localisation {
         self.fastest.is_some_and(|fastest| f64::from(odometry.speed_mm_s).abs() > fastest)
     }
 
-    /// Moves both estimates by the mean of this reading of odometry and the one `before`, the trapezoidal rule: by the newer one alone, a turn that
-    /// ends would leave the heading off by half a reading's worth. A unit that leaves the ground `slid` to the left before, mm/s.
-    fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64, (before, slid): (Option<Odometry>, Option<f64>)) {
+    /// Moves both estimates by the mean of this reading of odometry and the one before (the trapezoidal rule), or by this one alone where there is
+    /// none before: at the end of a turn the heading would then be off by half of the last reading.
+    fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64, before: Option<Previous>) {
         let reach = self.speed().abs() * elapsed;
-        let slides = self.slides.map(|now| (slid.unwrap_or(now) + now) / 2.0);
+        let left_before = before.and_then(|before| before.left);
+        let slides = self.slides.map(|now| (left_before.unwrap_or(now) + now) / 2.0);
         let Limits { rear_axle_mm, unobserved_mm, .. } = self.limits;
         let Some(estimates) = &mut self.track else { return };
         match odometry {
             Some(odometry) => {
-                let before = before.unwrap_or(odometry);
+                let before = before.map_or(odometry, |before| before.odometry);
                 let mean = |a: i32, b: i32| (f64::from(a) + f64::from(b)) / 2.0;
                 let speed = mean(before.speed_mm_s, odometry.speed_mm_s);
                 let rate = mean(before.yaw_rate_mrad_s.into(), odometry.yaw_rate_mrad_s.into()) / 1000.0;

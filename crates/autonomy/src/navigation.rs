@@ -16,8 +16,10 @@ use crate::things::Obstacle;
 
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
-/// Part of the room before the fence guard that a creeping unit leaves.
-const CREEPING_SHARE: f64 = 4.0;
+/// Way on which a creeping unit has to come away from the fence, millimetres: less than the way in which it stops.
+const ARC_MM: f64 = 100.0;
+/// Share of the room before the fence guard that a creeping unit leaves.
+const CREEPING_SHARE: f64 = 0.25;
 
 /// Request to the plant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -100,7 +102,7 @@ pub fn limited(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> S
 
 /// A set-point within the fence and the shell.
 fn within(asked: SetPoint, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
-    let speed = within_fence(motion, asked.speed, around);
+    let speed = within_fence(motion, asked, around);
     let arc = (speed, asked.curvature, around.steered);
     SetPoint { speed: shell::speed_along(motion, arc, around.things, around.brakes(), around.limits), ..asked }
 }
@@ -153,12 +155,27 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
     stop_within(in_corridor.fold(f64::MAX, f64::min) - f64::from(limits.standoff_mm), limits)
 }
 
-/// The highest speed up to `speed` that leaves the fence guard room. One that creeps while it turns away from the fence may leave less.
-fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
-    let creeping = speed.min(f64::from(around.limits.turning_mm_s) / 2.0);
-    let spare = around.fence.spare(&Motion { speed: creeping, ..*motion }, around.bounds, around.limits);
-    let has_room = spare >= f64::from(around.limits.fence_spare_mm) / CREEPING_SHARE;
-    inside_fence(motion, speed, around).max(if has_room { creeping } else { 0.0 })
+/// The highest speed up to the one that is asked for that leaves the fence guard room. A creeping unit leaves a quarter of it, or less where its arc leads away from the
+/// fence: nothing else turns a unit that stands before it. One without a reverse gear creeps in any case.
+fn within_fence(motion: &Motion, asked: SetPoint, around: &Surroundings<'_>) -> f64 {
+    let Surroundings { fence, bounds, limits, .. } = *around;
+    let creeping = asked.speed.min(f64::from(limits.turning_mm_s) / 2.0);
+    let creeps = Motion { speed: creeping, ..*motion };
+    let has_room = fence.spare(&creeps, bounds, limits) >= f64::from(limits.fence_spare_mm) * CREEPING_SHARE;
+    let turns_away = || {
+        fence.spare(&Motion { speed: 0.0, ..*motion }, bounds, limits) >= 0.0
+            && fence.clearance(after_arc(motion, ARC_MM, asked.curvature)) > fence.clearance(motion.at)
+    };
+    let may_creep = has_room || limits.reverse_mm_s == 0 || turns_away();
+    inside_fence(motion, asked.speed, around).max(if may_creep { creeping } else { 0.0 })
+}
+
+/// The place `distance` further on an arc.
+fn after_arc(motion: &Motion, distance: f64, curvature: f64) -> Point {
+    let half = curvature * distance / 2.0;
+    let chord = if half.abs() > 1e-9 { distance * libm::sin(half) / half } else { distance };
+    let (sin, cos) = libm::sincos(motion.yaw + half);
+    (motion.at.0 + chord * cos, motion.at.1 + chord * sin)
 }
 
 /// The highest speed up to `speed` that leaves the fence guard room or leads away from the fence; nought where none does.
@@ -243,11 +260,16 @@ mod tests {
     fn navigation_creeps_no_farther_than_the_margin() {
         let (fence, bounds) = (fence(), Bounds::GROUND);
         let around = around(3000.0, &[], (&fence, &bounds));
-        let speed = |x, yaw| within_fence(&Motion { at: (x, 0.0), yaw, speed: 0.0 }, 3000.0, &around);
+        let ahead = SetPoint { speed: 3000.0, curvature: 0.0 };
+        let speed = |x, yaw| within_fence(&Motion { at: (x, 0.0), yaw, speed: 0.0 }, ahead, &around);
         assert!(speed(40_000.0, 0.0) > 2000.0);
         assert_eq!(speed(48_500.0, 0.0), f64::from(Limits::GROUND.turning_mm_s) / 2.0);
         assert_eq!(speed(48_900.0, 0.0), 0.0);
         assert!(speed(48_900.0, core::f64::consts::PI) > 2000.0);
+        let along = Motion { at: (48_900.0, 0.0), yaw: core::f64::consts::FRAC_PI_2 - 0.01, speed: 0.0 };
+        assert_eq!(within_fence(&along, ahead, &around), 0.0);
+        let turning = SetPoint { curvature: 0.4e-3, ..ahead };
+        assert_eq!(within_fence(&along, turning, &around), f64::from(Limits::GROUND.turning_mm_s) / 2.0);
     }
 
     #[test]

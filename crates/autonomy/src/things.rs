@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use wire::sensor::Class;
 use wire::time::Instant;
-use wire::track::Track;
+use wire::track::{NEARBY, Track};
 
 use crate::config::Block;
 use crate::extent::Extent;
@@ -18,8 +18,8 @@ use crate::geofence::{Motion, Point, between};
 use crate::picture::Picture;
 use crate::things::kept::{Kept, half};
 
-/// Most things that are kept in mind; of more the furthest goes.
-const MOST: usize = 32;
+/// Most things that are kept in mind, as many as one picture shows; of more the furthest goes.
+const MOST: usize = NEARBY + 16;
 /// A track this near to something on the map is that thing, unless it is a person.
 const ON_THE_MAP_MM: f64 = 1500.0;
 /// A place that LiDAR shows this near to something on the map is of that: four deviations of a followed place. No farther, for a person may stand beside a wall.

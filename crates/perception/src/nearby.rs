@@ -16,8 +16,9 @@ use crate::tracker::Tracker;
 
 /// Clusters further away are left out, metres: ten times the way in which a unit of 3 m/s stops.
 const NEAR_M: f64 = 12.0;
-/// Clusters that are followed, the nearest: fewer than the things that are told of, so that a new one has a place while old ones are given up.
-const NEAREST: usize = NEARBY - 8;
+/// Clusters of a frame that are followed, the nearest: fewer than the things that are told of, for those that are no longer shown keep their places for
+/// a second.
+const NEAREST: usize = 20;
 /// Deviation of a cluster's place on each axis, metres: twice that of its returns, for its middle moves as the unit passes.
 const SIGMA_M: f64 = 0.15;
 /// Score of a cluster as a sighting, permille. Only whether it stands counts here.
@@ -198,12 +199,12 @@ mod tests {
         assert!(sets_out[0].vx_mm_s > 700, "of a unit that stands: {sets_out:?}");
     }
 
-    /// It stood behind twenty trees that were followed before it.
+    /// Those that were followed before it keep no place from it.
     #[test]
     fn nearest_thing_is_followed_among_many() {
         let cluster = |x_mm, y_mm| Cluster { x_mm, y_mm, width_mm: 400, height_mm: 1500 };
-        let mut trees: Vec<Cluster> = (0..40).map(|n| cluster(8000 - 3000 * (n % 2), 2000 * n - 40_000)).collect();
-        trees.extend((0..24).map(|n| cluster(-4000 - 300 * n, 2000 * (n % 3) - 2000)));
+        let mut others: Vec<Cluster> = (0..40).map(|n| cluster(8000 - 3000 * (n % 2), 2000 * n - 40_000)).collect();
+        others.extend((0..24).map(|n| cluster(-4000 - 300 * n, 2000 * (n % 3) - 2000)));
         let mut followed = Followed::default();
         let mut show = |from: u64, clusters: &[Cluster]| {
             for n in from..from + 10 {
@@ -211,10 +212,10 @@ mod tests {
             }
             followed.things().unwrap()
         };
-        assert!(show(1, &trees).len() >= 16);
-        trees.push(cluster(-1500, 0));
+        assert!(show(1, &others).len() >= 16);
+        others.push(cluster(-1500, 0));
         let near = |thing: &Nearby| (thing.x_mm, thing.y_mm) == (-1500, 0);
-        assert!(show(11, &trees).iter().any(near));
+        assert!(show(11, &others).iter().any(near));
     }
 
     #[test]

@@ -42,12 +42,13 @@ impl fmt::Display for Homebound {
 impl std::error::Error for Homebound {}
 
 impl Scenario {
-    /// The same scenario in the world `scene`, at a time that `seed` draws.
+    /// The same scenario in the world `scene`, at a time that `seed` draws. It goes on for its own length after that; without anything that has a
+    /// time, for [`MISSION_S`] at least.
     ///
     /// # Errors
     /// It has no meaning there.
     pub fn in_world(&self, scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
-        self.can_be_in_a_world()?;
+        self.check_for_worlds()?;
         let later_s = Chance::new(ONSETS, seed, 0).between(LATER_S.0, LATER_S.1);
         let (from, to) = self.varies.phase_s();
         let mut scenario = self.clone();
@@ -63,9 +64,11 @@ impl Scenario {
         Ok(scenario)
     }
 
+    /// Checks that it has a meaning in a drawn world.
+    ///
     /// # Errors
-    /// It has no meaning in a drawn world.
-    pub fn can_be_in_a_world(&self) -> Result<(), Homebound> {
+    /// The reason that it has none.
+    pub fn check_for_worlds(&self) -> Result<(), Homebound> {
         if self.is_of_stacks() {
             return Err(Homebound::OfStacks);
         }

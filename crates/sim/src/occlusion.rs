@@ -1,7 +1,8 @@
 //! Visible part of an object behind others, and distance of a part of the image.
 //!
 //! Unrendered sensing knows an object by its box. Where another object may cover that box, rays find the part that a
-//! sensor still reaches, as they do in `sensor` for every pixel and beam. No ray is cast for an object that no other can
+//! sensor still reaches, as they do in `sensor` for every pixel and beam. The boxes of the objects that may be met answer a ray, and
+//! the physical world where a person or the relief decides. No ray is cast for an object that no other can
 //! cover, and no random number is drawn here. A stage's response to a part is left to `candidates`.
 
 use rapier3d::prelude::Vector;
@@ -95,19 +96,27 @@ impl Boxes<'_> {
         entry((object, 0.0), place, ray.from, ray.towards).filter(|at| *at <= ray.reach)
     }
 
-    /// The first of `among` that a ray meets, with the distance along it; `None` where it is the ground or nothing.
+    /// The first of `among` that a ray meets, with the ray parameter there; `None` where that is the ground or nothing.
     fn first(&self, among: impl Iterator<Item = usize>, ray: Ray) -> Option<(usize, f32)> {
         let mut nearest: Option<(usize, f32)> = None;
         let mut is_round = false;
         for index in among {
-            let Some(at) = self.enters(index, ray) else { continue };
-            is_round |= self.world.scene().objects[index].class == Class::Person;
+            let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
+            let is_person = object.class == Class::Person;
+            // A short person is a ball that reaches beyond the box.
+            let spare = if is_person { object.size[0].min(object.size[1]) / 2.0 } else { 0.0 };
+            let Some(at) = entry((object, spare), place, ray.from, ray.towards).filter(|at| *at <= ray.reach) else {
+                continue;
+            };
+            is_round |= is_person;
             if nearest.is_none_or(|(_, before)| at < before) {
                 nearest = Some((index, at));
             }
         }
         let (_, distance) = nearest?;
-        let is_above_ground = (ray.from + ray.towards * distance).z > self.world.terrain().highest();
+        // Between the two the ray is as high as the lower one at least.
+        let lowest = ray.from.z.min((ray.from + ray.towards * distance).z);
+        let is_above_ground = lowest > self.world.terrain().highest();
         if !is_round && is_above_ground {
             return nearest;
         }
@@ -133,7 +142,7 @@ pub(crate) struct Eye<'a> {
 struct Silhouette {
     /// `None` outside the image. One that reaches behind the camera may be anywhere in it.
     bounds: Option<PixelBox>,
-    /// Depths of its nearest and farthest corners before the camera, metres.
+    /// Depths of its nearest and farthest parts before the camera, metres.
     depths: [f32; 2],
 }
 
@@ -142,7 +151,10 @@ impl Silhouette {
         let projected = corners(object, place).map(|corner| project(camera, state, corner));
         let ahead: Vec<([f32; 2], f32)> = projected.into_iter().flatten().collect();
         let depths = [(f32::MAX, f32::min as fn(f32, f32) -> f32), (0.0, f32::max)];
-        let depths = depths.map(|(start, of)| ahead.iter().map(|(_, depth)| *depth).fold(start, of));
+        let mut depths = depths.map(|(start, of)| ahead.iter().map(|(_, depth)| *depth).fold(start, of));
+        if (1..8).contains(&ahead.len()) {
+            depths[0] = 0.0;
+        }
         let bounds = match ahead.len() {
             0 => None,
             8 => around(camera, &ahead),
@@ -429,8 +441,9 @@ impl Extent {
 
     fn may_cover(&self, other: &Extent) -> bool {
         let turn = wrapped(self.middle - other.middle);
-        let overlaps = turn + self.right < other.left && other.right < turn + self.left;
-        self.nearest < other.farthest && (self.is_around() || overlaps)
+        let overlaps = |turn: f32| turn + self.right < other.left && other.right < turn + self.left;
+        let turns = [-core::f32::consts::TAU, 0.0, core::f32::consts::TAU].map(|whole| turn + whole);
+        self.nearest < other.farthest && (self.is_around() || turns.into_iter().any(overlaps))
     }
 
     fn spans(&self, azimuth: f32) -> bool {

@@ -22,6 +22,8 @@ use crate::terrain::{self, Terrain};
 pub const STEP: Span = Span::ms(10);
 /// Length of one physics step in seconds.
 pub const DT: f32 = 0.01;
+/// Acceleration of gravity, m/s².
+pub(crate) const GRAVITY: f32 = 9.81;
 /// Depth of objects in the ground, metres, so that no gap shows on a slope.
 const SUNK: f32 = 0.05;
 const GROUND_TAG: u128 = u128::MAX;
@@ -76,7 +78,7 @@ impl World {
     pub fn new(scene: Arc<Scene>) -> Self {
         let terrain = Arc::new(Terrain::new(&scene.ground));
         let mut physics = PhysicsWorld::new();
-        physics.gravity = Vector::new(0.0, 0.0, -9.81);
+        physics.gravity = Vector::new(0.0, 0.0, -GRAVITY);
         physics.integration_parameters.dt = DT;
         physics.insert_collider(ground_collider(&terrain), None);
         let mut world = World { physics, scene, terrain, placed: Vec::new(), movers: Vec::new(), steps: 0 };

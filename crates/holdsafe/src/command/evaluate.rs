@@ -28,14 +28,14 @@ pub(super) struct Args {
     #[arg(long, conflicts_with_all = ["reproduce", "apart"])]
     quick: bool,
     /// Every scenario of the ground platform in its own scene and in N drawn worlds of each family: which classes hold in both.
-    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "domain", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "domain", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=100))]
     worlds: Option<u64>,
     /// Keep finished trials, recordings and the result here, and resume from there [default: runs/reference, and a name of its own
     /// with --quick, --domain, --apart or --worlds].
     #[arg(long, value_name = "DIR", conflicts_with = "reproduce")]
     out: Option<PathBuf>,
     /// Print the whole table, too, which is written to table.txt in any case.
-    #[arg(long, conflicts_with = "reproduce")]
+    #[arg(long, conflicts_with_all = ["reproduce", "worlds"])]
     table: bool,
     #[command(flatten)]
     of: reproduce::Reproduce,

@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
-use evidence::trial::{Outcome, Trial};
+use evidence::trial::{Outcome, Outcomes, Trial};
+use scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use stats::Share;
 
+use super::accepted::AcceptedRate;
 use super::layout::Table;
 
 /// The result of `evaluate --worlds`.
@@ -42,7 +44,7 @@ pub struct WorldsRow {
     /// Trials in drawn worlds, one in each.
     pub drawn: Tally,
     /// Other classes in worlds than those expected, by family.
-    pub otherwise: BTreeMap<String, BTreeMap<Outcome, u64>>,
+    pub otherwise: BTreeMap<String, Outcomes>,
     /// The line that runs the gravest of these again.
     pub reproduce: Option<String>,
 }
@@ -51,9 +53,11 @@ pub struct WorldsRow {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tally {
     /// Number of each class.
-    pub outcomes: BTreeMap<Outcome, u64>,
-    /// Trials outside the expected classes, of those that were not INVALID.
+    pub outcomes: Outcomes,
+    /// Trials outside the expected and the accepted classes, of those that were not INVALID.
     pub unexpected: Share,
+    /// Trials in which every way point of the route was passed.
+    pub completed: u64,
 }
 
 /// Where the expected classes hold: in every trial that was not INVALID.
@@ -97,15 +101,23 @@ impl Holds {
     }
 }
 
+fn is_unexpected(scenario: &Scenario, accepted: &[AcceptedRate], class: Outcome) -> bool {
+    class.is_unexpected(&scenario.expected) && !AcceptedRate::covers(accepted, class)
+}
+
 impl Tally {
-    /// Of these trials.
-    pub fn of<'a>(trials: impl IntoIterator<Item = &'a Trial>, expected: &[Outcome]) -> Self {
-        let mut outcomes: BTreeMap<Outcome, u64> = BTreeMap::new();
-        trials.into_iter().for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
+    /// Of these trials of a scenario.
+    fn of(scenario: &Scenario, trials: &[&Trial]) -> Self {
+        let mut outcomes = Outcomes::new();
+        trials.iter().for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
         let judged = || outcomes.iter().filter(|(class, _)| **class != Outcome::Invalid);
         let n: u64 = judged().map(|(_, n)| n).sum();
-        let unexpected: u64 = judged().filter(|(class, _)| class.is_unexpected(expected)).map(|(_, n)| n).sum();
-        Self { unexpected: Share::of(unexpected, n), outcomes }
+        let accepted = AcceptedRate::of(scenario, &outcomes);
+        let is_unexpected = |class: Outcome| is_unexpected(scenario, &accepted, class);
+        let unexpected: u64 = judged().filter(|(class, _)| is_unexpected(**class)).map(|(_, n)| n).sum();
+        let progress = trials.iter().filter_map(|trial| trial.mission.as_ref()?.progress.as_ref());
+        let completed = progress.filter(|progress| progress.of > 0 && progress.passed == progress.of).count() as u64;
+        Self { unexpected: Share::of(unexpected, n), completed, outcomes }
     }
 
     fn holds(&self) -> bool {
@@ -114,20 +126,19 @@ impl Tally {
 }
 
 impl WorldsRow {
-    /// The row of `own` trials, and of those in worlds, each with the name of its family.
-    pub fn new(
-        (scenario, cell): (&str, Option<String>),
-        expected: &[Outcome],
-        own: &[Trial],
-        drawn: &[(&'static str, &Trial)],
-    ) -> Self {
-        let mut otherwise: BTreeMap<String, BTreeMap<Outcome, u64>> = BTreeMap::new();
-        let unexpected = |trial: &Trial| trial.outcome != Outcome::Invalid && trial.outcome.is_unexpected(expected);
-        for (family, trial) in drawn.iter().filter(|(_, trial)| unexpected(trial)) {
+    /// The row of a scenario or one of its cells: of `own` trials, and of those in worlds, each with the name of its family.
+    pub fn new(scenario: &Scenario, cell: Option<String>, own: &[Trial], drawn: &[(&'static str, &Trial)]) -> Self {
+        let own = Tally::of(scenario, &own.iter().collect::<Vec<_>>());
+        let all = Tally::of(scenario, &drawn.iter().map(|(_, trial)| *trial).collect::<Vec<_>>());
+        let accepted = AcceptedRate::of(scenario, &all.outcomes);
+        let mut otherwise: BTreeMap<String, Outcomes> = BTreeMap::new();
+        let of_others = drawn.iter().filter(|(_, trial)| {
+            trial.outcome != Outcome::Invalid && is_unexpected(scenario, &accepted, trial.outcome)
+        });
+        for (family, trial) in of_others {
             *otherwise.entry((*family).to_owned()).or_default().entry(trial.outcome).or_default() += 1;
         }
-        let own = Tally::of(own, expected);
-        let drawn = Tally::of(drawn.iter().map(|(_, trial)| *trial), expected);
+        let drawn = all;
         let holds = match (own.holds(), drawn.holds()) {
             _ if drawn.unexpected.n == 0 => Holds::NotCarried,
             (true, true) => Holds::Both,
@@ -135,8 +146,8 @@ impl WorldsRow {
             (false, true) => Holds::Worlds,
             (false, false) => Holds::Neither,
         };
-        let expected = expected.to_vec();
-        Self { scenario: scenario.to_owned(), cell, expected, holds, own, drawn, otherwise, reproduce: None }
+        let (scenario, expected) = (scenario.name.as_str().to_owned(), scenario.expected.to_vec());
+        Self { scenario, cell, expected, holds, own, drawn, otherwise, reproduce: None }
     }
 }
 
@@ -157,7 +168,7 @@ impl InWorlds {
 
 /// The table of all rows, for a file: as wide as its cells.
 pub fn worlds_table(result: &InWorlds) -> String {
-    let mut table = Table::new(&["scenario", "expected", "own scene", "worlds", "holds", "otherwise"]);
+    let mut table = Table::new(&["scenario", "expected", "own scene", "worlds", "routes", "holds", "otherwise"]);
     for row in &result.rows {
         let cell = row.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
         let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
@@ -167,28 +178,36 @@ pub fn worlds_table(result: &InWorlds) -> String {
             classes.join(" or "),
             counted(&row.own.outcomes),
             counted(&row.drawn.outcomes),
+            row.drawn.completed.to_string(),
             row.holds.words().to_owned(),
             otherwise.collect::<Vec<_>>().join("; "),
         ]);
     }
-    table.with_every_column()
+    format!("{}routes: trials in worlds in which every way point was passed.\n", table.with_every_column())
 }
 
-fn counted(outcomes: &BTreeMap<Outcome, u64>) -> String {
+fn counted(outcomes: &Outcomes) -> String {
     outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
-    /// A trial in a world of a family.
+    fn shipped(name: &str) -> Scenario {
+        let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        scenario::load(&scenario::find(&root, name).unwrap()).unwrap()
+    }
+
+    /// Of `loss`, which expects HOLD_SAFE.
     fn rows(own: &[Outcome], drawn: &[(&'static str, Outcome)]) -> WorldsRow {
         let own: Vec<Trial> = own.iter().map(|class| Trial::example(1, *class)).collect();
         let worlds: Vec<(&'static str, Trial)> =
             drawn.iter().map(|(family, class)| (*family, Trial::example(1, *class))).collect();
         let drawn: Vec<(&'static str, &Trial)> = worlds.iter().map(|(family, trial)| (*family, trial)).collect();
-        WorldsRow::new(("loss", None), &[Outcome::HoldSafe], &own, &drawn)
+        WorldsRow::new(&shipped("loss"), None, &own, &drawn)
     }
 
     #[test]

@@ -44,7 +44,11 @@ fn furniture(chance: &mut Chance, plan: &mut Plan, street: f64, block: f64) {
         let (along, far) = (chance.between(-end, end), chance.side() * (HALF - 2.3));
         let (at, heading) =
             if chance.happens(0.5) { ([along, far], 0.0) } else { ([far, along], core::f64::consts::FRAC_PI_2) };
-        plan.car(chance, at, heading);
+        // Vehicles leave the street from west to east there.
+        let is_before_the_street = heading > 0.0 && along.abs() < street / 2.0 + 3.0;
+        if !is_before_the_street {
+            plan.car(chance, at, heading);
+        }
     }
 }
 

@@ -18,7 +18,8 @@ pub(super) struct Plan {
     /// Greatest height of the ground above or below its mean.
     pub(super) amplitude: f64,
     still: Vec<(Footprint, Object)>,
-    moving: Vec<Object>,
+    /// With the points of its path, and half of its width.
+    moving: Vec<(Vec<At>, f64, Object)>,
 }
 
 /// Room that a still thing leaves around start and way points.
@@ -99,12 +100,10 @@ impl Plan {
         }
     }
 
-    /// A thing on wheels of this size that goes these points for ever, unless a still thing is in its way.
+    /// A thing on wheels of this size that goes these points for ever.
     pub(super) fn cart(&mut self, chance: &mut Chance, size: [f64; 3], path: &[At], speed: f64) {
         let class = if size[0] > 2.5 { Class::Vehicle } else { Class::Obstacle };
-        if self.is_free(path, size[1] / 2.0) {
-            self.goes(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
-        }
+        self.goes(chance, (class, size, 312.0, [180, 140, 40]), path, speed);
     }
 
     /// True if something so wide on each side can go around these points for ever.
@@ -125,23 +124,26 @@ impl Plan {
     }
 
     fn goes(&mut self, chance: &mut Chance, kind: Kind, path: &[At], speed: f64) {
+        let half = kind.1[1] / 2.0;
         let mut moving = object(kind, path, 0.0);
         moving.speed_m_s = Real::nearest(hundredths(speed));
         moving.departs_s = Real::nearest(hundredths(chance.between(0.0, 30.0)));
         moving.closed = true;
-        self.moving.push(moving);
+        self.moving.push((path.to_vec(), half, moving));
     }
 
     /// The same with things that move and yield to the unit, or do not.
     pub(super) fn yielding(mut self, yields: bool) -> Self {
-        self.moving.iter_mut().for_each(|moving| moving.yields = yields);
+        self.moving.iter_mut().for_each(|(_, _, moving)| moving.yields = yields);
         self
     }
 
-    /// The whole as a scene, its ground with this seed.
+    /// The whole as a scene, its ground with this seed. What moves through a still thing is left out.
     pub(super) fn scene(self, seed: u32) -> Scene {
         let ((start, heading), mut number) = (self.start, 0);
-        let objects = self.still.into_iter().map(|(_, object)| object).chain(self.moving);
+        let free = self.moving.iter().filter(|(path, half, _)| self.is_free(path, *half));
+        let moving: Vec<Object> = free.map(|(_, _, object)| object.clone()).collect();
+        let objects = self.still.into_iter().map(|(_, object)| object).chain(moving);
         let named = objects.map(|mut object| {
             number += 1;
             let of = match object.class {

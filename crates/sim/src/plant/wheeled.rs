@@ -11,7 +11,7 @@ use wire::platform::Vehicle;
 use super::{Motion, Moves, STANDSTILL, State};
 use crate::fidelity::Fidelity;
 use crate::scene::Start;
-use crate::world::{DT, World, turn};
+use crate::world::{DT, GRAVITY, World, turn};
 
 /// Share of a suspension's length by which it can give either way.
 const SUSPENSION_TRAVEL: f32 = 0.8;
@@ -19,7 +19,6 @@ const SUSPENSION_TRAVEL: f32 = 0.8;
 const SUSPENSION_LIMIT: f32 = 20.0;
 const PROPORTIONAL: f32 = 4.0;
 const INTEGRAL: f32 = 1.5;
-const GRAVITY: f32 = 9.81;
 
 /// The vehicle and its controller.
 #[derive(Clone)]
@@ -71,7 +70,7 @@ impl Wheeled {
             self.reference += (wanted - self.reference).clamp(-step, step);
             let error = self.reference - speed;
             self.integral = (self.integral + error * INTEGRAL * DT).clamp(-1.0, 1.0);
-            // Without it the integral of the way up drives on at the top, for the seconds that it takes to unwind.
+            // Feed-forward for the slope: the integral would still push after a crest.
             let grade = GRAVITY * ahead.z;
             let asked = (PROPORTIONAL * error + self.integral + grade).clamp(-braking_m_s2, braking_m_s2);
             (mass_kg * asked / 4.0, 0.0)

@@ -3,8 +3,8 @@
 
 use std::path::Path;
 
-use evidence::trial::{Outcome, Trial};
-use parallel::progress::Progress;
+use evidence::trial::Trial;
+use parallel::progress::{Progress, Talk};
 use results::mode::Mode;
 use results::report::{Apart, InWorlds, WorldsRow, worlds_table};
 use runner::batch::{self, Batch};
@@ -17,33 +17,40 @@ use scenario::world::Family;
 /// File of the whole table, and of the result.
 const TABLE: &str = "table.txt";
 const RESULT: &str = "worlds.json";
-
-/// A scenario, or a cell of one, in its own scene and in worlds.
-struct Pair {
-    own: Planned,
-    /// By family, and then by seed.
-    drawn: Vec<Planned>,
-}
+/// The platform that drives in them.
+const PLATFORM: &str = "ground";
 
 pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<&Path>) -> Result<Exit, Failure> {
     let context = &context.with_fresh_seed();
-    let (pairs, apart) = plan_pairs(context, worlds, names)?;
+    if context.seed.checked_add(worlds.max(MOST_TRIALS)).is_none() {
+        return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for so many trials", context.seed)));
+    }
+    let (planned, apart) = plan_all(context, names)?;
     let runs = context.runs_folder()?;
     let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join("worlds"))), "worlds")?;
     let _lock = lines::lock(&dir, &context.stop)?;
-    let all: Vec<Planned> =
-        pairs.iter().flat_map(|pair| std::iter::once(&pair.own).chain(&pair.drawn)).cloned().collect();
-    out::write_manifest(&dir, &out::Manifest::of(context, &all)?)?;
+    out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
 
-    let n = worlds * families().len() as u64;
-    let progress = Progress::new("evaluate: runs", pairs.len() * 2 * n as usize, context.talk);
-    let (kept, mut rows) = (Kept::below(&dir)?, Vec::new());
-    for pair in &pairs {
-        let own = run_kept(context, &kept, std::slice::from_ref(&pair.own), n, &progress)?;
-        let drawn = run_kept(context, &kept, &pair.drawn, 1, &progress)?;
-        rows.push(pair.row(&own, &drawn, worlds));
+    let in_each = worlds * families().len() as u64;
+    if context.talk == Talk::Normal {
+        let (rows, seed) = (planned.len(), context.seed);
+        link::note!(
+            "evaluate: {rows} rows, each {in_each} times in its own scene and in {in_each} worlds; seeds from {seed} on"
+        );
+        link::note!(
+            "Ctrl-C is safe: what is finished is kept in {}, and the same command goes on from there",
+            dir.display()
+        );
     }
-    progress.finish();
+    let total = planned.len() * 2 * in_each as usize;
+    let evaluation = Evaluation {
+        context,
+        worlds,
+        kept: Kept::below(&dir)?,
+        progress: Progress::new("evaluate: trials", total, context.talk),
+    };
+    let rows = planned.iter().map(|own| evaluation.row(own)).collect::<Result<Vec<_>, _>>()?;
+    evaluation.progress.finish();
 
     let names: Vec<&str> = families().iter().map(|family| family.name()).collect();
     let result = InWorlds::new(context.seed, worlds, &names, rows, apart);
@@ -58,74 +65,77 @@ pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<
     Ok(if result.rows.is_empty() { Exit::NoEvidence } else { Exit::Fine })
 }
 
+/// Most trials of a scenario in its own scene: the most worlds of each family.
+const MOST_TRIALS: u64 = 1000;
+
 /// Those that development drives in.
 fn families() -> Vec<Family> {
     Family::ALL.into_iter().filter(|family| !family.is_held_out()).collect()
 }
 
-/// Every scenario that was asked for in both, and those that stay in their own scene, with the reason.
-fn plan_pairs(context: &Context, worlds: u64, names: &[String]) -> Result<(Vec<Pair>, Vec<Apart>), Failure> {
+/// The variations of every scenario that was asked for, and the scenarios that stay in their own scene, with the reason.
+fn plan_all(context: &Context, names: &[String]) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
     let files = match names {
         [] => scenario::shipped(&context.root()?)?,
         names => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
     };
-    let (mut pairs, mut apart) = (Vec::new(), Vec::new());
+    let (mut all, mut apart) = (Vec::new(), Vec::new());
     for file in files {
         let scenario = context.scenario(&file)?;
-        let of_another_body =
-            (scenario.platform.as_str() != "ground").then(|| "it is not of the ground platform".to_owned());
-        let why = scenario.can_be_in_a_world().err().map(|why| why.to_string()).or(of_another_body);
-        if let Some(why) = why {
-            apart.push(Apart { scenario: scenario.name.as_str().to_owned(), why });
-            continue;
-        }
-        let (_, planned) = plan::plan(context, &file, &Wanted::default())?;
-        for own in planned {
-            let seeds = context.seed..context.seed + worlds;
-            let of = |family| in_worlds(&own, &Worlds { family, seeds: seeds.clone() });
-            let drawn = families().into_iter().map(of).collect::<Result<Vec<_>, _>>()?.concat();
-            pairs.push(Pair { own, drawn });
+        let is_of_another = scenario.platform.as_str() != PLATFORM;
+        let of_another = is_of_another.then(|| format!("it is not of the platform `{PLATFORM}`"));
+        match scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another) {
+            Some(why) => apart.push(Apart { scenario: scenario.name.as_str().to_owned(), why }),
+            None => all.extend(plan::plan(context, &file, &Wanted::default())?.1),
         }
     }
-    Ok((pairs, apart))
+    Ok((all, apart))
 }
 
-fn run_kept(
-    context: &Context,
-    kept: &Kept,
-    planned: &[Planned],
-    n: u64,
-    progress: &Progress,
-) -> Result<Vec<Trial>, Failure> {
-    let (mode, seed) = (Mode::Twin, context.seed);
-    let shelves = planned.iter().map(|planned| kept.shelf(mode, planned)).collect::<Result<Vec<_>, _>>()?;
-    let batch = Batch { label: "evaluate", mode, planned, n, seed, jobs: 1, out: None };
-    let there = planned.len() * n as usize - batch.missing(&shelves);
-    (0..there).for_each(|_| progress.step());
-    batch.run_kept(&shelves, batch.threads(), progress, &context.stop)
+struct Evaluation<'a> {
+    context: &'a Context,
+    /// Of each family.
+    worlds: u64,
+    kept: Kept,
+    progress: Progress,
 }
 
-impl Pair {
-    fn row(&self, own: &[Trial], drawn: &[Trial], worlds: u64) -> WorldsRow {
-        let scenario = &self.own.variation.scenario;
-        let families = families().into_iter().flat_map(|family| std::iter::repeat_n(family.name(), worlds as usize));
-        let drawn_by: Vec<(&'static str, &Trial)> = families.zip(drawn).collect();
-        let name = (scenario.name.as_str(), self.own.variation.cell.clone());
-        let row = WorldsRow::new(name, &scenario.expected, own, &drawn_by);
-        let unexpected =
-            self.drawn.iter().zip(drawn).filter(|(_, trial)| {
-                trial.outcome != Outcome::Invalid && trial.outcome.is_unexpected(&scenario.expected)
-            });
-        let gravest = unexpected.min_by_key(|(_, trial)| trial.outcome);
-        let reproduce = gravest.map(|(planned, trial)| batch::reproduce(Mode::Twin, planned, trial.seed));
-        WorldsRow { reproduce, ..row }
+impl Evaluation<'_> {
+    /// The row of a variation: its trials in its own scene, and one in each world, with the world's seed.
+    fn row(&self, own: &Planned) -> Result<WorldsRow, Failure> {
+        let (scenario, families) = (&own.variation.scenario, families());
+        let own_trials = self.run(std::slice::from_ref(own), self.worlds * families.len() as u64, self.context.seed)?;
+        let mut drawn: Vec<(&'static str, Planned, Trial)> = Vec::new();
+        for seed in self.context.seed..self.context.seed + self.worlds {
+            let of = |family: &Family| in_worlds(own, &Worlds { family: *family, seeds: seed..seed + 1 });
+            let planned = families.iter().map(of).collect::<Result<Vec<_>, _>>()?.concat();
+            let trials = self.run(&planned, 1, seed)?;
+            let each = families.iter().zip(planned).zip(trials);
+            drawn.extend(each.map(|((family, planned), trial)| (family.name(), planned, trial)));
+        }
+        let by_family: Vec<(&'static str, &Trial)> = drawn.iter().map(|(family, _, trial)| (*family, trial)).collect();
+        let row = WorldsRow::new(scenario, own.variation.cell.clone(), &own_trials, &by_family);
+        let is_otherwise = |trial: &Trial| row.otherwise.values().any(|classes| classes.contains_key(&trial.outcome));
+        let gravest =
+            drawn.iter().filter(|(_, _, trial)| is_otherwise(trial)).min_by_key(|(_, _, trial)| trial.outcome);
+        let reproduce = gravest.map(|(_, planned, trial)| batch::reproduce(Mode::Twin, planned, trial.seed));
+        Ok(WorldsRow { reproduce, ..row })
+    }
+
+    fn run(&self, planned: &[Planned], n: u64, seed: u64) -> Result<Vec<Trial>, Failure> {
+        let mode = Mode::Twin;
+        let shelves = planned.iter().map(|planned| self.kept.shelf(mode, planned)).collect::<Result<Vec<_>, _>>()?;
+        let batch = Batch { label: "evaluate", mode, planned, n, seed, jobs: 1, out: None };
+        let there = planned.len() * n as usize - batch.missing(&shelves);
+        (0..there).for_each(|_| self.progress.step());
+        batch.run_kept(&shelves, batch.threads(), &self.progress, &self.context.stop)
     }
 }
 
 fn show(result: &InWorlds, dir: &Path) {
     out::say(format_args!("{}", worlds_table(result).trim_end()));
-    for row in result.rows.iter().filter_map(|row| row.reproduce.as_ref()) {
-        out::say(format_args!("otherwise: {row}"));
+    for line in result.rows.iter().filter_map(|row| row.reproduce.as_ref()) {
+        out::say(format_args!("otherwise: {line}"));
     }
     for apart in &result.apart {
         out::say(format_args!("in its own scene only: {}: {}", apart.scenario, apart.why));
