@@ -382,7 +382,10 @@ impl Autonomy {
         match self.mode() {
             // It keeps its place.
             Mode::Degraded if self.identity.limits.free => 0.0,
-            Mode::Ready | Mode::PrepareToAct if !lost => f64::from(bounds.max_speed_mm_s),
+            Mode::Ready | Mode::PrepareToAct if !lost => {
+                let gusts = self.identity.limits.aloft.map_or(0, |aloft| aloft.gust_spare_mm_s);
+                f64::from(bounds.max_speed_mm_s.saturating_sub(gusts))
+            }
             Mode::Degraded if !lost => f64::from(bounds.degraded_speed_mm_s),
             Mode::Ready | Mode::PrepareToAct | Mode::Degraded | Mode::Idle | Mode::HoldSafe => 0.0,
         }

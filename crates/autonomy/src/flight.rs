@@ -35,8 +35,13 @@ pub fn spare(height: f64, limits: &Aloft, margin: f64) -> f64 {
 mod tests {
     use super::*;
 
-    const LIMITS: Aloft =
-        Aloft { cruise_mm: 2500, floor_ceiling_mm: [1000, 6000], climb_mm_s: 800, height_gate_mm: 800 };
+    const LIMITS: Aloft = Aloft {
+        cruise_mm: 2500,
+        floor_ceiling_mm: [1000, 6000],
+        climb_mm_s: 800,
+        height_gate_mm: 800,
+        gust_spare_mm_s: 0,
+    };
 
     #[test]
     fn height_is_brought_back_within_the_climb() {

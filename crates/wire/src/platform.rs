@@ -269,6 +269,9 @@ pub struct Aloft {
     pub climb_mm_s: u32,
     /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
     pub height_gate_mm: u32,
+    /// Room that set-points leave below the largest speed, for what gusts add, mm/s.
+    #[serde(default)]
+    pub gust_spare_mm_s: u32,
 }
 
 /// A four-wheeled vehicle whose front wheels steer. Body frame: x forward, y left, z up, origin on the ground under the chassis centre.

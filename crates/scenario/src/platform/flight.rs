@@ -81,6 +81,9 @@ pub struct AloftTable {
     pub climb_mm_s: Located<Whole<1, 10_000>>,
     /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
     pub height_gate_mm: Located<Whole<100, 10_000>>,
+    /// Room that set-points leave below `max_speed_mm_s`, for what gusts add, mm/s.
+    #[serde(default)]
+    pub gust_spare_mm_s: Whole<0, 10_000>,
 }
 
 impl MultirotorTable {
@@ -126,6 +129,7 @@ impl AloftTable {
             floor_ceiling_mm: self.floor_ceiling_mm.map(|mm| mm.unsigned() as u32),
             climb_mm_s: self.climb_mm_s.unsigned() as u32,
             height_gate_mm: self.height_gate_mm.unsigned() as u32,
+            gust_spare_mm_s: self.gust_spare_mm_s.unsigned() as u32,
         }
     }
 }
