@@ -16,6 +16,8 @@ use crate::things::Obstacle;
 
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
+/// Room that it leaves in any case, millimetres: five deviations of the pose.
+const NOISE_MM: f64 = 100.0;
 /// Way on which a creeping unit has to come away from the fence, millimetres: less than the way in which it stops.
 const ARC_MM: f64 = 100.0;
 /// Share of the room before the fence guard that a creeping unit leaves.
@@ -157,13 +159,13 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
 
 /// The highest speed up to the one that is asked for that leaves the fence guard room. A creeping unit leaves a quarter of it, or less where its arc leads away from the
 /// fence: nothing else turns a unit that stands before it. One without a reverse gear creeps in any case.
-fn within_fence(motion: &Motion, asked: SetPoint, around: &Surroundings<'_>) -> f64 {
+pub(crate) fn within_fence(motion: &Motion, asked: SetPoint, around: &Surroundings<'_>) -> f64 {
     let Surroundings { fence, bounds, limits, .. } = *around;
     let creeping = asked.speed.min(f64::from(limits.turning_mm_s) / 2.0);
     let creeps = Motion { speed: creeping, ..*motion };
     let has_room = fence.spare(&creeps, bounds, limits) >= f64::from(limits.fence_spare_mm) * CREEPING_SHARE;
     let turns_away = || {
-        fence.spare(&Motion { speed: 0.0, ..*motion }, bounds, limits) >= 0.0
+        fence.spare(&Motion { speed: 0.0, ..*motion }, bounds, limits) >= NOISE_MM
             && fence.clearance(after_arc(motion, ARC_MM, asked.curvature)) > fence.clearance(motion.at)
     };
     let may_creep = has_room || limits.reverse_mm_s == 0 || turns_away();
@@ -179,7 +181,7 @@ fn after_arc(motion: &Motion, distance: f64, curvature: f64) -> Point {
 }
 
 /// The highest speed up to `speed` that leaves the fence guard room or leads away from the fence; nought where none does.
-pub(crate) fn inside_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
+fn inside_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
     let at = |speed: f64| Motion { speed, ..*motion };
     let spare = |speed: f64| around.fence.spare(&at(speed), around.bounds, around.limits);
     let leads_away = |speed: f64| around.fence.leads_away(&at(speed), around.bounds, around.limits);
@@ -266,7 +268,7 @@ mod tests {
         assert_eq!(speed(48_500.0, 0.0), f64::from(Limits::GROUND.turning_mm_s) / 2.0);
         assert_eq!(speed(48_900.0, 0.0), 0.0);
         assert!(speed(48_900.0, core::f64::consts::PI) > 2000.0);
-        let along = Motion { at: (48_900.0, 0.0), yaw: core::f64::consts::FRAC_PI_2 - 0.01, speed: 0.0 };
+        let along = Motion { at: (48_890.0, 0.0), yaw: core::f64::consts::FRAC_PI_2 - 0.01, speed: 0.0 };
         assert_eq!(within_fence(&along, ahead, &around), 0.0);
         let turning = SetPoint { curvature: 0.4e-3, ..ahead };
         assert_eq!(within_fence(&along, turning, &around), f64::from(Limits::GROUND.turning_mm_s) / 2.0);

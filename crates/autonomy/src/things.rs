@@ -276,7 +276,7 @@ mod tests {
             things.update(&shows(&[seen], None, Instant(0)), &AT_THE_ORIGIN, Instant(0));
         }
         assert_eq!(count(&things), MOST);
-        assert!(things.kept.iter().all(|kept| kept.at.0 < 32.0 * 5000.0), "the furthest went");
+        assert!(things.kept.iter().all(|kept| kept.at.0 < MOST as f64 * 5000.0), "the furthest went");
     }
 
     #[test]

@@ -8,7 +8,7 @@
 use wire::time::{Instant, Span};
 
 use crate::geofence::{Motion, Point, between};
-use crate::navigation::{SetPoint, Surroundings, inside_fence};
+use crate::navigation::{SetPoint, Surroundings, within_fence};
 use crate::shell;
 
 /// Below this the unit stands, and a set-point asks it to, mm/s: above the noise of odometry.
@@ -98,7 +98,7 @@ impl Back {
     fn set_point(&self, motion: &Motion, around: &Surroundings<'_>) -> SetPoint {
         let fastest = BACK_MM_S.min(around.mode_speed).min(f64::from(around.limits.reverse_mm_s));
         let facing_back = Motion { yaw: motion.yaw + core::f64::consts::PI, speed: -motion.speed, ..*motion };
-        let fenced = inside_fence(&facing_back, fastest, around);
+        let fenced = within_fence(&facing_back, SetPoint { speed: fastest, curvature: -self.curvature }, around);
         let speed = shell::speed_back(motion, (fenced, self.curvature), around.things, around.brakes(), around.limits);
         SetPoint { speed: -speed, curvature: self.curvature }
     }
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!((backs((-1500.0, -500.0)), backs((-5000.0, 3500.0))), (false, true), "behind it and farther away");
     }
 
-    /// Nor at a creeping speed, with which it goes on towards a way point. From the margin it backs away.
+    /// It creeps as far as forwards. From the margin it backs away.
     #[test]
     fn unit_does_not_back_over_the_fences_margin() {
         let fence = fence(-2400);
@@ -166,7 +166,8 @@ mod tests {
         assert_eq!(away.set_point(&facing_it, &around).speed, -BACK_MM_S);
         let back = Back { curvature: 0.0, from: (0.0, 0.0), length: 4000.0, until: Instant(0) };
         let speed = |x| back.set_point(&Motion { at: (x, 0.0), ..AT_THE_ORIGIN }, &around).speed;
-        assert_eq!((speed(3000.0), speed(-950.0)), (-BACK_MM_S, 0.0));
+        let creeping = f64::from(Limits::GROUND.turning_mm_s) / 2.0;
+        assert_eq!([3000.0, -950.0, -1250.0].map(speed), [-BACK_MM_S, -creeping, 0.0]);
     }
 
     #[test]
