@@ -158,7 +158,7 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
 }
 
 /// The highest speed up to the one that is asked for that leaves the fence guard room. A creeping unit leaves a quarter of it, or less where its arc leads away from the
-/// fence: nothing else turns a unit that stands before it. One without a reverse gear creeps in any case.
+/// fence: a wheeled unit turns on no other. A unit without a reverse gear creeps in any case.
 pub(crate) fn within_fence(motion: &Motion, asked: SetPoint, around: &Surroundings<'_>) -> f64 {
     let Surroundings { fence, bounds, limits, .. } = *around;
     let creeping = asked.speed.min(f64::from(limits.turning_mm_s) / 2.0);

@@ -269,7 +269,7 @@ pub struct Aloft {
     pub climb_mm_s: u32,
     /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
     pub height_gate_mm: u32,
-    /// Room that set-points leave below the largest speed, for what gusts add, mm/s.
+    /// Room that set-points leave below the largest speed, for the part that gusts add, mm/s.
     #[serde(default)]
     pub gust_spare_mm_s: u32,
 }

@@ -72,7 +72,7 @@ pub enum Holds {
     Worlds,
     /// In neither.
     Neither,
-    /// Every trial in a world was INVALID: what the attack acts on is not there.
+    /// Every trial in a world was INVALID: the thing that the attack acts on is not there.
     NotCarried,
 }
 

@@ -81,7 +81,7 @@ pub struct AloftTable {
     pub climb_mm_s: Located<Whole<1, 10_000>>,
     /// Distance between two sources of height, or between one and dead reckoning, that their errors can explain, millimetres.
     pub height_gate_mm: Located<Whole<100, 10_000>>,
-    /// Room that set-points leave below `max_speed_mm_s`, for what gusts add, mm/s.
+    /// Room that set-points leave below `max_speed_mm_s`, for the part that gusts add, mm/s.
     #[serde(default)]
     pub gust_spare_mm_s: Whole<0, 10_000>,
 }

@@ -1,4 +1,4 @@
-//! The held-out families. Their ranges were fixed before anything drove in them and are not changed by a result. Nobody there
+//! The held-out families. Their ranges were fixed before anything drove in them and are not changed by a result. No person there
 //! walks through a still thing, as in every family; that rule came later, and also before anything drove in them.
 
 use super::chance::Chance;

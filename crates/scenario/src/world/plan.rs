@@ -85,7 +85,7 @@ impl Plan {
     }
 
     /// A person who walks the points of `path` for ever, from a time on. Of the paths that are drawn the first that leads through no still thing;
-    /// nobody where all do.
+    /// none where all do.
     pub(super) fn person<const POINTS: usize>(
         &mut self,
         chance: &mut Chance,
@@ -138,7 +138,7 @@ impl Plan {
         self
     }
 
-    /// The whole as a scene, its ground with this seed. What moves through a still thing is left out.
+    /// The whole as a scene, its ground with this seed. A mover with a still thing in its path is left out.
     pub(super) fn scene(self, seed: u32) -> Scene {
         let ((start, heading), mut number) = (self.start, 0);
         let free = self.moving.iter().filter(|(path, half, _)| self.is_free(path, *half));
