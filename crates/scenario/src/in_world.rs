@@ -1,12 +1,13 @@
 //! A scenario's attack in a drawn world: it falls at a time that the world's seed draws, wherever the unit is by then.
 //!
 //! The world gives start, route, fence and objects (`world`); the scenario keeps its attacks, faults, policy, platform and classes. Its operator
-//! enables and gives no other order: in a drawn world no vehicle stands where the script would arm on it.
+//! keeps the orders that need no vehicle, as late after the first as the attack: in a drawn world none stands where the script would arm on it.
 
 use core::fmt;
 
 use evidence::mission::{Stage, Verb};
 
+use super::operator::Step;
 use super::value::{List, Located, Real};
 use super::world::Chance;
 use super::{Scenario, Scene};
@@ -58,8 +59,13 @@ impl Scenario {
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
         scenario.varies.injection_phase_s =
             Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
-        let enables = self.operator.step.iter().filter(|step| *step.verb == Verb::Enable);
-        scenario.operator.step = List::of(enables.cloned());
+        let needs_none = |step: &&Step| !matches!(*step.verb, Verb::Arm | Verb::Confirm | Verb::Disarm);
+        let mut steps: Vec<Step> = self.operator.step.iter().filter(needs_none).cloned().collect();
+        let begun = steps.iter().position(|step| *step.verb == Verb::Enable).map_or(0, |first| first + 1);
+        for step in &mut steps[begun..] {
+            step.at_s = Located::nowhere(Real::nearest(step.at_s.get() + later_s));
+        }
+        scenario.operator.step = List::of(steps);
         scenario.mission = self.mission.as_ref().map(|_| Located::nowhere(Stage::Enabled));
         Ok(scenario)
     }
@@ -113,6 +119,21 @@ mod tests {
         assert_ne!(from, other.varies.phase_s().0);
         assert_eq!(crate::check::scenario(&one, "localisation_freeze").len(), 0, "it could be written as a file");
         assert!(one.operator.step.iter().all(|step| *step.verb == Verb::Enable));
+    }
+
+    /// Without its revocation a good key would be an operator's, and the scenario another one.
+    #[test]
+    fn orders_that_need_no_vehicle_come_as_late_as_the_attack() {
+        let rogue = shipped("rogue_station");
+        let one = rogue.in_world(draw(Family::Street, 3, &BODY).unwrap(), 3).unwrap();
+        let times = |scenario: &Scenario, verb| {
+            let of = scenario.operator.step.iter().filter(|step| *step.verb == verb).map(|step| step.at_s.get());
+            of.collect::<Vec<f64>>()
+        };
+        let later_s = one.varies.phase_s().0 - rogue.varies.phase_s().0;
+        assert_eq!(times(&one, Verb::Enable), times(&rogue, Verb::Enable));
+        assert!((times(&one, Verb::Revoke)[0] - times(&rogue, Verb::Revoke)[0] - later_s).abs() < 0.01);
+        assert!(times(&one, Verb::Arm).is_empty());
     }
 
     #[test]

@@ -54,7 +54,7 @@ pub struct WorldsRow {
 pub struct Tally {
     /// Number of each class.
     pub outcomes: Outcomes,
-    /// Trials outside the expected and the accepted classes, of those that were not INVALID.
+    /// Trials outside the expected and the accepted classes, of those that were not INVALID, or may be.
     pub unexpected: Share,
     /// Trials in which every way point of the route was passed.
     pub completed: u64,
@@ -101,6 +101,11 @@ impl Holds {
     }
 }
 
+/// True unless a trial of the class says that nothing was shown: INVALID, where that is not the scenario's own.
+fn is_judged(scenario: &Scenario, class: Outcome) -> bool {
+    class != Outcome::Invalid || scenario.expected.contains(&class)
+}
+
 fn is_unexpected(scenario: &Scenario, accepted: &[AcceptedRate], class: Outcome) -> bool {
     class.is_unexpected(&scenario.expected) && !AcceptedRate::covers(accepted, class)
 }
@@ -110,7 +115,7 @@ impl Tally {
     fn of(scenario: &Scenario, trials: &[&Trial]) -> Self {
         let mut outcomes = Outcomes::new();
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome).or_default() += 1);
-        let judged = || outcomes.iter().filter(|(class, _)| **class != Outcome::Invalid);
+        let judged = || outcomes.iter().filter(|(class, _)| is_judged(scenario, **class));
         let n: u64 = judged().map(|(_, n)| n).sum();
         let accepted = AcceptedRate::of(scenario, &outcomes);
         let is_unexpected = |class: Outcome| is_unexpected(scenario, &accepted, class);
@@ -133,7 +138,7 @@ impl WorldsRow {
         let accepted = AcceptedRate::of(scenario, &all.outcomes);
         let mut otherwise: BTreeMap<String, Outcomes> = BTreeMap::new();
         let of_others = drawn.iter().filter(|(_, trial)| {
-            trial.outcome != Outcome::Invalid && is_unexpected(scenario, &accepted, trial.outcome)
+            is_judged(scenario, trial.outcome) && is_unexpected(scenario, &accepted, trial.outcome)
         });
         for (family, trial) in of_others {
             *otherwise.entry((*family).to_owned()).or_default().entry(trial.outcome).or_default() += 1;
