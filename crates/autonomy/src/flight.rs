@@ -32,10 +32,10 @@ pub fn spare(height: f64, limits: &Aloft, margin: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    const LIMITS: Aloft = Aloft {
+    pub(crate) const LIMITS: Aloft = Aloft {
         cruise_mm: 2500,
         floor_ceiling_mm: [1000, 6000],
         climb_mm_s: 800,

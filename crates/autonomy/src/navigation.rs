@@ -16,9 +16,9 @@ use crate::things::Obstacle;
 
 /// Steps in which the speed is lowered until the fence allows it.
 const FENCE_STEPS: u32 = 12;
-/// Room that it leaves in any case, millimetres: five deviations of the pose.
+/// Least room from which a creeping unit turns away, millimetres: five deviations of the pose.
 const NOISE_MM: f64 = 100.0;
-/// Way on which a creeping unit has to come away from the fence, millimetres: less than the way in which it stops.
+/// Way on which a creeping unit has to come away from the fence, millimetres: about the way in which it stops.
 const ARC_MM: f64 = 100.0;
 /// Share of the room before the fence guard that a creeping unit leaves.
 const CREEPING_SHARE: f64 = 0.25;

@@ -55,8 +55,8 @@ impl Scenario {
         let mut scenario = self.clone();
         (scenario.scene, scenario.scene_file) = (Some(scene), None);
         let own_s = self.duration_s.get();
-        let duration_s = if self.windows().is_empty() { own_s.max(MISSION_S) } else { own_s + later_s };
-        scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
+        let lasts_s = if self.windows().is_empty() { own_s.max(MISSION_S) } else { own_s + later_s };
+        scenario.duration_s = Located::nowhere(Real::nearest(lasts_s));
         scenario.varies.injection_phase_s =
             Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
         let needs_none = |step: &&Step| !matches!(*step.verb, Verb::Arm | Verb::Confirm | Verb::Disarm);
@@ -117,23 +117,23 @@ mod tests {
         let (from, to) = one.varies.phase_s();
         assert!((to - from - 1.0).abs() < 1e-9, "the scenario's own phase is kept");
         assert_ne!(from, other.varies.phase_s().0);
+        let later_s = one.duration_s.get() - freeze.duration_s.get();
+        assert!((from - freeze.varies.phase_s().0 - later_s).abs() < 0.01, "its own time after it is kept");
         assert_eq!(crate::check::scenario(&one, "localisation_freeze").len(), 0, "it could be written as a file");
         assert!(one.operator.step.iter().all(|step| *step.verb == Verb::Enable));
     }
 
     /// Without its revocation a good key would be an operator's, and the scenario another one.
     #[test]
-    fn orders_that_need_no_vehicle_come_as_late_as_the_attack() {
+    fn orders_without_a_vehicle_come_with_the_attack() {
         let rogue = shipped("rogue_station");
         let one = rogue.in_world(draw(Family::Street, 3, &BODY).unwrap(), 3).unwrap();
-        let times = |scenario: &Scenario, verb| {
-            let of = scenario.operator.step.iter().filter(|step| *step.verb == verb).map(|step| step.at_s.get());
-            of.collect::<Vec<f64>>()
-        };
+        let of = |scenario: &Scenario, verb| scenario.operator.step.iter().find(|step| *step.verb == verb).cloned();
+        let time = |scenario, verb| of(scenario, verb).map(|step| step.at_s.get());
         let later_s = one.varies.phase_s().0 - rogue.varies.phase_s().0;
-        assert_eq!(times(&one, Verb::Enable), times(&rogue, Verb::Enable));
-        assert!((times(&one, Verb::Revoke)[0] - times(&rogue, Verb::Revoke)[0] - later_s).abs() < 0.01);
-        assert!(times(&one, Verb::Arm).is_empty());
+        assert_eq!(time(&one, Verb::Enable), time(&rogue, Verb::Enable));
+        assert!((time(&one, Verb::Revoke).unwrap() - time(&rogue, Verb::Revoke).unwrap() - later_s).abs() < 0.01);
+        assert_eq!(time(&one, Verb::Arm), None);
     }
 
     #[test]

@@ -91,9 +91,10 @@ struct Boxes<'a> {
 }
 
 impl Boxes<'_> {
-    fn enters(&self, index: usize, ray: Ray) -> Option<f32> {
+    /// Ray parameter at which a ray enters the box of object `index`, its sides further out by `spare`.
+    fn enters(&self, index: usize, spare: f32, ray: Ray) -> Option<f32> {
         let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
-        entry((object, 0.0), place, ray.from, ray.towards).filter(|at| *at <= ray.reach)
+        entry((object, spare), place, ray.from, ray.towards).filter(|at| *at <= ray.reach)
     }
 
     /// The first of `among` that a ray meets, with the ray parameter there; `None` where that is the ground or nothing.
@@ -101,13 +102,11 @@ impl Boxes<'_> {
         let mut nearest: Option<(usize, f32)> = None;
         let mut is_round = false;
         for index in among {
-            let (object, place) = (&self.world.scene().objects[index], &self.world.placements()[index]);
+            let object = &self.world.scene().objects[index];
             let is_person = object.class == Class::Person;
             // A short person is a ball that reaches beyond the box.
             let spare = if is_person { object.size[0].min(object.size[1]) / 2.0 } else { 0.0 };
-            let Some(at) = entry((object, spare), place, ray.from, ray.towards).filter(|at| *at <= ray.reach) else {
-                continue;
-            };
+            let Some(at) = self.enters(index, spare, ray) else { continue };
             is_round |= is_person;
             if nearest.is_none_or(|(_, before)| at < before) {
                 nearest = Some((index, at));
@@ -198,7 +197,7 @@ impl<'a> Eye<'a> {
         };
         let hits: Vec<Option<(usize, f32)>> = grid.points().zip(&rays).map(first).collect();
         let covers = |(hit, ray): &(&Option<(usize, f32)>, &Ray)| {
-            hit.is_some_and(|(met, _)| met != index) && boxes.enters(index, **ray).is_some()
+            hit.is_some_and(|(met, _)| met != index) && boxes.enters(index, 0.0, **ray).is_some()
         };
         let covered = hits.iter().zip(&rays).filter(covers).count();
         if covered == 0 {
@@ -372,7 +371,7 @@ impl<'a> Scan<'a> {
                     let point = self.state.to_body(from + towards * distance);
                     groups.last_mut().into_iter().for_each(|group| group.push(point));
                 } else {
-                    covered |= boxes.enters(index, ray).is_some();
+                    covered |= boxes.enters(index, 0.0, ray).is_some();
                 }
             }
         }

@@ -72,14 +72,8 @@ impl Height {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flight::tests::LIMITS;
 
-    const LIMITS: Aloft = Aloft {
-        cruise_mm: 2500,
-        floor_ceiling_mm: [1000, 6000],
-        climb_mm_s: 800,
-        height_gate_mm: 800,
-        gust_spare_mm_s: 0,
-    };
     const LIMIT: Span = Span::ms(300);
 
     /// Climbs for `n` readings from `from`, 20 a second, at 500 mm/s, with the sources displaced by `offset(seconds)`.

@@ -37,7 +37,7 @@ pub struct WorldsRow {
     pub cell: Option<String>,
     /// The classes that were expected, in both.
     pub expected: Vec<Outcome>,
-    /// Where they hold.
+    /// Scenes in which they hold.
     pub holds: Holds,
     /// Trials in its own scene.
     pub own: Tally,
@@ -60,7 +60,7 @@ pub struct Tally {
     pub completed: u64,
 }
 
-/// Where the expected classes hold: in every trial that was not INVALID.
+/// Scenes in which the expected classes hold: in every trial that was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Holds {
@@ -163,7 +163,7 @@ impl InWorlds {
         Self { schema_version: SCHEMA_VERSION, seed, worlds, families, rows, apart }
     }
 
-    /// How many rows hold where, in words.
+    /// Number of the rows that hold in each, in words.
     pub fn count(&self) -> String {
         let count = |holds: Holds| self.rows.iter().filter(|row| row.holds == holds).count();
         let each: Vec<String> = Holds::ALL.iter().map(|holds| format!("{} {}", count(*holds), holds.words())).collect();

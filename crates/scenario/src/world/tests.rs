@@ -78,7 +78,7 @@ fn walked(object: &crate::scene::Object) -> (Vec<At>, f64) {
 #[test]
 fn nobody_walks_through_a_still_thing() {
     let mut actors = 0;
-    for (family, seed) in DEVELOPED.into_iter().flat_map(|family| (1..=20).map(move |seed| (family, seed))) {
+    for (family, seed) in Family::ALL.into_iter().flat_map(|family| (1..=20).map(move |seed| (family, seed))) {
         let scene = drawn(family, seed);
         for actor in scene.object.iter().filter(|object| object.speed_m_s.get() > 0.0) {
             let (places, half) = walked(actor);

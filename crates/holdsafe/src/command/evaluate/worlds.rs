@@ -22,8 +22,9 @@ const PLATFORM: &str = "ground";
 
 pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<&Path>) -> Result<Exit, Failure> {
     let context = &context.with_fresh_seed();
-    if context.seed.checked_add(worlds.max(MOST_TRIALS)).is_none() {
-        return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for so many trials", context.seed)));
+    let in_each = worlds * families().len() as u64;
+    if context.seed.checked_add(in_each).is_none() {
+        return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for {in_each} trials", context.seed)));
     }
     let (planned, apart) = plan_all(context, names)?;
     let runs = context.runs_folder()?;
@@ -31,7 +32,6 @@ pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<
     let _lock = lines::lock(&dir, &context.stop)?;
     out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
 
-    let in_each = worlds * families().len() as u64;
     if context.talk == Talk::Normal {
         let (rows, seed) = (planned.len(), context.seed);
         link::note!(
@@ -64,9 +64,6 @@ pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<
     // What does not hold in worlds is the result, no failure of the command.
     Ok(if result.rows.is_empty() { Exit::NoEvidence } else { Exit::Fine })
 }
-
-/// Most trials of a scenario in its own scene: the most worlds of each family.
-const MOST_TRIALS: u64 = 1000;
 
 /// Those that development drives in.
 fn families() -> Vec<Family> {
