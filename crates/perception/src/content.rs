@@ -1,7 +1,7 @@
 //! Test for new sensor content: a stamp says when a reading was handed on, its content when it was taken.
 //!
 //! A live sensor's noise never repeats. So each modality's content is compared, by a short hash, with those of the frames
-//! before it: rendered planes byte for byte, and where there are no planes the stage's candidates. [`REPEATS`] frames in a
+//! before it: rendered planes byte for byte, and where there are no planes the stage's candidates with the number that stands for their planes' noise. [`REPEATS`] frames in a
 //! row that are all as many frames old are no chance, and no fresh product:
 //!
 //! - one frame old, again and again: the sensor is *stuck*. It counts again with the first new content.
@@ -22,13 +22,11 @@ use wire::track::StageProduct;
 /// So many frames in a row. The smallest number whose content is older than a product may be (300 ms at 10 Hz), so
 /// accepted content would have been accepted with its true stamp.
 ///
-/// A false alarm takes as many chance repetitions in a row, all at one distance. Over a rendered plane, noise by the pixel
-/// leaves no chance to speak of. Unrendered, a standing unit that sees one warm object only has the most: a
-/// blob repeats in 0.94 % of pairs (0.3 K of jitter, told in hundredths), four times in a row at one of 32 distances in
-/// 2.5e-7 of frames, 0.009 an hour. Driving, or with two objects, there is none.
+/// A false alarm takes as many chance repetitions in a row, all at one distance. Noise by the pixel, and unrendered the number of 32 bits that
+/// stands for it, leave no chance to speak of.
 pub const REPEATS: u8 = 4;
-/// Of those, how many have to show something: a stage misses everything in one picture now and then, and a late camera shows
-/// that picture late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be
+/// Of those, how many have to show something: a sensor of attitude that sees its object hidden shows none now and then, and a late one shows
+/// that late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be
 /// empty at the same distance.
 const TELLING: u8 = REPEATS - 1;
 /// Number of past frames against which content is compared: 3.2 s.
@@ -42,16 +40,22 @@ pub fn of_frames(frames: &Frames<'_>) -> Prints {
     [frames.rgb, frames.depth, frames.thermal, frames.lidar].map(|plane| plane.map(|bytes| wire_hash(bytes)))
 }
 
-/// Of an unrendered frame: each list as it came. All empty ones are equal and carry no information.
+/// Of an unrendered frame: each list as it came, with the noise of the plane that it stands for. Without that, all empty lists are equal and carry no
+/// information.
 pub fn of_candidates(candidates: &Candidates) -> Prints {
-    let Candidates { rgb, depth, thermal, lidar, .. } = candidates;
+    let Candidates { rgb, depth, thermal, lidar, grain, .. } = candidates;
+    let shows = |is_empty: bool| grain.is_some() || !is_empty;
     let lists = [
-        rgb.as_ref().filter(|list| !list.is_empty()).map(codec::encode),
-        depth.as_ref().filter(|list| !list.is_empty()).map(codec::encode),
-        thermal.as_ref().filter(|list| !list.is_empty()).map(codec::encode),
-        lidar.as_ref().filter(|list| !list.is_empty()).map(codec::encode),
+        rgb.as_ref().filter(|list| shows(list.is_empty())).map(codec::encode),
+        depth.as_ref().filter(|list| shows(list.is_empty())).map(codec::encode),
+        thermal.as_ref().filter(|list| shows(list.is_empty())).map(codec::encode),
+        lidar.as_ref().filter(|list| shows(list.is_empty())).map(codec::encode),
     ];
-    lists.map(|list| list.map(|bytes| wire_hash(&bytes)))
+    let mut prints = [None; 4];
+    for ((print, list), grain) in prints.iter_mut().zip(lists).zip(grain.unwrap_or_default()) {
+        *print = list.map(|list| wire_hash(&[&list[..], &grain.to_be_bytes()].concat()));
+    }
+    prints
 }
 
 /// Of attitude sensors: each reading as it came. One that sees its object hidden carries no information.
@@ -142,7 +146,9 @@ impl Memory {
 
 #[cfg(test)]
 mod tests {
+    use wire::codec::List;
     use wire::id::FrameId;
+    use wire::sensor::ProductMode;
     use wire::time::Instant;
 
     use super::*;
@@ -181,6 +187,27 @@ mod tests {
         assert!(told((0..200).map(|n| if n % 3 == 0 { 7 } else { 100 + n })).0.is_empty(), "one in three is the same");
         assert!(told((1..=33).chain(1..=33)).0.is_empty(), "33 frames back");
         assert_eq!(told((1..=32).chain(1..=32)).1, [(36, 4)]);
+    }
+
+    /// A camera with nothing in view that freezes shows the same noise.
+    #[test]
+    fn empty_lists_are_as_old_as_their_planes_noise() {
+        let shows_nothing = |grain: Option<[u32; 4]>| Candidates {
+            frame: FrameId(1),
+            stamp: Instant(100_000),
+            mode: ProductMode::Live,
+            rgb: Some(List::default()),
+            depth: None,
+            thermal: Some(List::default()),
+            lidar: Some(List::default()),
+            grain,
+        };
+        let prints = |grain| of_candidates(&shows_nothing(grain));
+        assert_eq!(prints(None), [None; 4]);
+        let [one, same, other] = [[1, 2, 3, 4], [1, 2, 3, 4], [5, 6, 3, 8]].map(|grain| prints(Some(grain)));
+        assert_eq!(one, same);
+        assert!(one[0].is_some() && one[1].is_none(), "a stage that gave no product shows nothing");
+        assert_eq!([0, 2, 3].map(|modality| one[modality] == other[modality]), [false, true, false]);
     }
 
     #[test]

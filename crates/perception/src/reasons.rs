@@ -134,7 +134,7 @@ mod tests {
         let bounds = PixelBox { x0, y0: 40, x1: x0 + 20, y1: 60 };
         let rgb = Some([Detection { class: Class::Vehicle, score: 900, bounds }].into_iter().collect());
         let (frame, stamp, mode) = (FrameId(n), Instant(n), ProductMode::Live);
-        Candidates { frame, stamp, mode, rgb, depth: None, thermal: None, lidar: None }
+        Candidates { frame, stamp, mode, rgb, depth: None, thermal: None, lidar: None, grain: None }
     }
 
     fn cold() -> Judgement {

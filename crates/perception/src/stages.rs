@@ -106,7 +106,7 @@ impl Stages {
             frames.thermal.filter(|_| sized).and_then(|plane| thermal::blobs(&self.thermal, plane, width, height));
         let lidar = frames.lidar.and_then(|plane| self.scanner.clusters(plane));
         let (frame, stamp, mode) = (frames.frame, frames.stamp, ProductMode::Live);
-        Claims { candidates: Candidates { frame, stamp, mode, rgb, depth, thermal, lidar }, disputed }
+        Claims { candidates: Candidates { frame, stamp, mode, rgb, depth, thermal, lidar, grain: None }, disputed }
     }
 }
 

@@ -164,6 +164,7 @@ fn candidates(frame: FrameId, stamp: Instant, things: &[Thing]) -> Candidates {
         depth: Some(depth.collect()),
         thermal: Some(things.iter().filter_map(blob).collect()),
         lidar: Some(clusters.collect()),
+        grain: None,
     }
 }
 

@@ -11,7 +11,9 @@ use rapier3d::prelude::Vector;
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
 use wire::id::{FrameId, ObjectId};
-use wire::sensor::{Blob, Camera, Candidates, Class, Cluster, DepthSample, Detection, Lidar, PixelBox, ProductMode};
+use wire::sensor::{
+    Blob, Camera, Candidates, Class, Cluster, DepthSample, Detection, Lidar, Modality, PixelBox, ProductMode,
+};
 use wire::time::{Instant, Span};
 
 use crate::chaff;
@@ -104,11 +106,9 @@ pub(crate) struct Stages {
     depth: Noise,
     thermal: Noise,
     lidar: Noise,
-    past_rgb: Past<List<Detection, 32>>,
-    past_thermal: Past<List<Blob, 32>>,
+    past_rgb: Past<(List<Detection, 32>, u32)>,
+    past_thermal: Past<(List<Blob, 32>, u32)>,
     last: Option<Candidates>,
-    /// The product of the frame before, as it was given.
-    before: Option<Candidates>,
 }
 
 impl Stages {
@@ -125,7 +125,6 @@ impl Stages {
             past_rgb: Past::new(faults.deepest_skew(Sensor::Rgb)),
             past_thermal: Past::new(faults.deepest_skew(Sensor::Thermal)),
             last: None,
-            before: None,
         }
     }
 
@@ -153,23 +152,36 @@ impl Stages {
             noise.seek(frame.0);
         }
         let last = self.last.take();
-        let detections = pick(&rgb, || self.colour(&seen, &rgb), || last.as_ref().and_then(|l| l.rgb.clone()));
+        let was = |modality: Modality| last.as_ref().and_then(|l| l.grain).unwrap_or_default()[modality as usize];
+        let colour = pick(
+            &rgb,
+            || self.colour(&seen, &rgb),
+            || last.as_ref().and_then(|l| Some((l.rgb.clone()?, was(Modality::Rgb)))),
+        );
+        let (detections, rgb_grain) = colour.unzip();
         // A depth product refers to detections of its own message, so a frozen one must not outlive them.
         let found: &[Detection] = detections.as_deref().unwrap_or_default();
         let still_there =
             |d: &List<DepthSample, 32>| d.iter().filter(|s| usize::from(s.detection) < found.len()).copied().collect();
         let depths = pick(
             &depth,
-            || self.depths(found, &seen, &eye, &depth),
-            || last.as_ref().and_then(|l| l.depth.as_ref()).map(still_there),
+            || (self.depths(found, &seen, &eye, &depth), self.depth.word()),
+            || last.as_ref().and_then(|l| Some((l.depth.as_ref().map(still_there)?, was(Modality::Depth)))),
         );
-        let blobs =
-            pick(&thermal, || self.warmth(&seen, world, &thermal), || last.as_ref().and_then(|l| l.thermal.clone()));
+        let (depths, depth_grain) = depths.unzip();
+        let warmth = pick(
+            &thermal,
+            || self.warmth(&seen, world, &thermal),
+            || last.as_ref().and_then(|l| Some((l.thermal.clone()?, was(Modality::Thermal)))),
+        );
+        let (blobs, thermal_grain) = warmth.unzip();
         let clusters = pick(
             &lidar,
-            || self.clusters(world, &state, &view, &lidar),
-            || last.as_ref().and_then(|l| l.lidar.clone()),
+            || (self.clusters(world, &state, &view, &lidar), self.lidar.word()),
+            || last.as_ref().and_then(|l| Some((l.lidar.clone()?, was(Modality::Lidar)))),
         );
+        let (clusters, lidar_grain) = clusters.unzip();
+        let grain = [rgb_grain, depth_grain, thermal_grain, lidar_grain].map(Option::unwrap_or_default);
         let now = Candidates {
             frame,
             stamp,
@@ -178,17 +190,9 @@ impl Stages {
             depth: depths,
             thermal: blobs,
             lidar: clusters,
+            grain: Some(grain),
         };
-        // A frozen empty list is like every empty list: nobody could tell that it is frozen. So what freezes is the newest
-        // list that shows anything, of this frame or the one before.
-        let before = self.before.replace(now.clone());
-        let before = before.as_ref();
-        self.last = Some(Candidates {
-            rgb: filled(&now.rgb, before.and_then(|b| b.rgb.as_ref())),
-            thermal: filled(&now.thermal, before.and_then(|b| b.thermal.as_ref())),
-            lidar: filled(&now.lidar, before.and_then(|b| b.lidar.as_ref())),
-            ..now.clone()
-        });
+        self.last = Some(now.clone());
         now
     }
 
@@ -217,16 +221,18 @@ impl Stages {
     }
 
     /// Output of the colour stage: the present one, or that of some frames ago, and with chaff.
-    fn colour(&mut self, seen: &[Seen<'_>], effect: &Effect) -> List<Detection, 32> {
+    fn colour(&mut self, seen: &[Seen<'_>], effect: &Effect) -> (List<Detection, 32>, u32) {
         let now = self.detections(seen, effect);
-        let mut shown = self.past_rgb.pass(now, effect.skew);
+        let grain = self.rgb.word();
+        let (mut shown, grain) = self.past_rgb.pass((now, grain), effect.skew);
         chaff::detect(&self.camera, &mut self.rgb, effect.chaff, &mut shown);
-        shown
+        (shown, grain)
     }
 
-    fn warmth(&mut self, seen: &[Seen<'_>], world: &World, effect: &Effect) -> List<Blob, 32> {
+    fn warmth(&mut self, seen: &[Seen<'_>], world: &World, effect: &Effect) -> (List<Blob, 32>, u32) {
         let now = self.blobs(seen, world, effect);
-        self.past_thermal.pass(now, effect.skew)
+        let grain = self.thermal.word();
+        self.past_thermal.pass((now, grain), effect.skew)
     }
 
     fn detections(&mut self, seen: &[Seen<'_>], effect: &Effect) -> List<Detection, 32> {
@@ -332,17 +338,6 @@ impl Stages {
         let mut edge = |v: u16| f32::from(v) + spread * self.rgb.normal();
         let (low, high) = ([edge(bounds.x0), edge(bounds.y0)], [edge(bounds.x1) - 1.0, edge(bounds.y1) - 1.0]);
         clip(&self.camera, low, high).unwrap_or(bounds)
-    }
-}
-
-/// List that a sensor repeats when it freezes now: the newest list, or where that is empty the one before.
-fn filled<T: Clone, const MAX: usize>(
-    now: &Option<List<T, MAX>>,
-    before: Option<&List<T, MAX>>,
-) -> Option<List<T, MAX>> {
-    match now {
-        Some(list) if list.is_empty() => before.or(now.as_ref()).cloned(),
-        Some(_) | None => now.clone(),
     }
 }
 

@@ -47,6 +47,11 @@ impl Noise {
         self.0.set_word_pos(u128::from(n) << 20);
     }
 
+    /// A number of which every value is as likely.
+    pub(crate) fn word(&mut self) -> u32 {
+        self.0.next_u32()
+    }
+
     /// Uniform in 0..1.
     pub(crate) fn uniform(&mut self) -> f32 {
         (self.0.next_u32() >> 8) as f32 / 16_777_216.0

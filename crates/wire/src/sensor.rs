@@ -358,6 +358,10 @@ pub struct Candidates {
     /// LiDAR clusters.
     #[n(6)]
     pub lidar: Option<List<Cluster, 64>>,
+    /// Of candidates without planes: the noise of the plane that each modality's list stands for, as one number, which another plane has by
+    /// chance alone. Absent where there are planes.
+    #[n(7)]
+    pub grain: Option<[u32; 4]>,
 }
 
 /// The pinhole camera that all image modalities share, and its place on the body.

@@ -346,10 +346,18 @@ fn candidates() -> Vec<Named> {
             [Blob { bounds, mean_ck: 30_500, peak_ck: 31_000, class: Class::Person, score: 730 }].into_iter().collect(),
         ),
         lidar: Some([Cluster { x_mm: 9100, y_mm: -400, width_mm: 1800, height_mm: 1500 }].into_iter().collect()),
+        grain: Some([0, 7, u32::MAX, 1]),
     };
     let looked = Candidates { rgb: Some(List::default()), depth: None, thermal: Some(List::default()), ..full.clone() };
-    let none =
-        Candidates { mode: ProductMode::Replay, rgb: None, depth: None, thermal: None, lidar: None, ..looked.clone() };
+    let none = Candidates {
+        mode: ProductMode::Replay,
+        rgb: None,
+        depth: None,
+        thermal: None,
+        lidar: None,
+        grain: None,
+        ..looked.clone()
+    };
     vec![
         named!("nothing-from-any-stage", Candidates, none),
         named!("looked-and-saw-nothing-without-depth", Candidates, looked),
