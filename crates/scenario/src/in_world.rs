@@ -1,23 +1,51 @@
 //! A scenario's attack in a drawn world: it falls at a time that the world's seed draws, wherever the unit is by then.
 //!
 //! The world gives start, route, fence and objects (`world`); the scenario keeps its attacks, faults, policy, platform and classes. Its operator
-//! keeps the orders that need no vehicle, as late after the first as the attack: in a drawn world none stands where the script would arm on it.
+//! keeps the orders that need no vehicle, as late after the first as the attack: in a drawn world none stands where the script would arm on it. A
+//! scenario that is of an arming keeps its own times: its operator arms on the vehicle that is parked in sight of each start, and the route ends before it.
 
 use core::fmt;
 
 use evidence::mission::{Stage, Verb};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::operator::Step;
 use super::value::{List, Located, Real};
 use super::world::Chance;
-use super::{Scenario, Scene};
+use super::{Point, Pose, Scenario, Scene};
 
 /// Range of the time by which everything that the scenario does comes later, seconds: a mission takes minutes.
 const LATER_S: (f64, f64) = (0.0, 240.0);
 /// Least length of a trial that has no such time, seconds: a mission.
 const MISSION_S: f64 = 600.0;
+/// Times that a route is driven before an attack finds the unit at its end, and most way points of a scene.
+const LAPS: usize = 3;
+const MOST_POINTS: usize = 64;
+/// Way to the one way point of a scenario that keeps its time, metres: within the room that each start has, and more than ten metres before the
+/// vehicle in sight of it.
+const AHEAD_M: f64 = 1.0;
 /// Number of the draws of that time; families have those below.
 const ONSETS: u64 = 1000;
+
+/// Part of a scenario in drawn worlds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Drawn {
+    /// Its attack falls at any time of the mission, and its operator arms on no vehicle.
+    #[default]
+    AnyTime,
+    /// Its attack is of an arming or of the start: operator and attack keep their times, and the vehicle that stands there stays in view.
+    OwnTime,
+    /// None: a place of its own scene is the attack.
+    None,
+}
+
+impl Drawn {
+    pub(crate) fn is_any_time(&self) -> bool {
+        *self == Self::AnyTime
+    }
+}
 
 /// Reason that a scenario has no meaning in a drawn world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +54,7 @@ pub enum Homebound {
     OfStacks,
     /// Its teammates have their places in its own scene.
     Teammates,
-    /// An object or the light of its own scene is the attack.
+    /// An object, the light or a place of its own scene is the attack.
     OwnScene,
 }
 
@@ -35,7 +63,7 @@ impl fmt::Display for Homebound {
         f.write_str(match self {
             Homebound::OfStacks => "it runs on the real stacks, which have no world",
             Homebound::Teammates => "its teammates have their places in its own scene",
-            Homebound::OwnScene => "an object or the light of its own scene is its attack",
+            Homebound::OwnScene => "an object, the light or a place of its own scene is its attack",
         })
     }
 }
@@ -43,31 +71,46 @@ impl fmt::Display for Homebound {
 impl std::error::Error for Homebound {}
 
 impl Scenario {
-    /// The same scenario in the world `scene`, at a time that `seed` draws. It goes on for its own length after that; without anything that has a
-    /// time, for [`MISSION_S`] at least.
+    /// The same scenario in the world `scene`, at its own time or at one that `seed` draws. It goes on for its own length after that; without
+    /// anything that has a time, for [`MISSION_S`] at least.
     ///
     /// # Errors
     /// It has no meaning there.
     pub fn in_world(&self, scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
         self.check_for_worlds()?;
-        let later_s = Chance::new(ONSETS, seed, 0).between(LATER_S.0, LATER_S.1);
-        let (from, to) = self.varies.phase_s();
         let mut scenario = self.clone();
         (scenario.scene, scenario.scene_file) = (Some(scene), None);
+        let Some(scene) = &mut scenario.scene else { return Ok(scenario) };
+        if self.in_worlds == Drawn::OwnTime {
+            scene.route = Located::nowhere(List::of([Located::nowhere(ahead_of(&scene.start))]));
+            return Ok(scenario);
+        }
+        // Worlds of one seed differ by family, and so do these.
+        let later_s = Chance::new(ONSETS, seed, scene.ground.seed.into()).between(LATER_S.0, LATER_S.1);
+        if !self.windows().is_empty() {
+            let points = scene.route.len();
+            let laps = scene.route.iter().cycle().take((LAPS * points).min(MOST_POINTS)).cloned().collect::<Vec<_>>();
+            scene.route = Located::nowhere(List::of(laps));
+        }
+        scenario.come_later(later_s);
+        Ok(scenario)
+    }
+
+    /// Moves all but the start by so many seconds, without the orders that need a vehicle.
+    fn come_later(&mut self, later_s: f64) {
+        let (from, to) = self.varies.phase_s();
         let own_s = self.duration_s.get();
         let lasts_s = if self.windows().is_empty() { own_s.max(MISSION_S) } else { own_s + later_s };
-        scenario.duration_s = Located::nowhere(Real::nearest(lasts_s));
-        scenario.varies.injection_phase_s =
-            Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
+        self.duration_s = Located::nowhere(Real::nearest(lasts_s));
+        self.varies.injection_phase_s = Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
         let needs_none = |step: &&Step| !matches!(*step.verb, Verb::Arm | Verb::Confirm | Verb::Disarm);
         let mut steps: Vec<Step> = self.operator.step.iter().filter(needs_none).cloned().collect();
         let begun = steps.iter().position(|step| *step.verb == Verb::Enable).map_or(0, |first| first + 1);
         for step in &mut steps[begun..] {
             step.at_s = Located::nowhere(Real::nearest(step.at_s.get() + later_s));
         }
-        scenario.operator.step = List::of(steps);
-        scenario.mission = self.mission.as_ref().map(|_| Located::nowhere(Stage::Enabled));
-        Ok(scenario)
+        self.operator.step = List::of(steps);
+        self.mission = self.mission.as_ref().map(|_| Located::nowhere(Stage::Enabled));
     }
 
     /// Checks that it has a meaning in a drawn world.
@@ -88,9 +131,19 @@ impl Scenario {
                 || object.warm_as.is_some()
                 || object.print.is_some()
         });
-        let staged = deceives || scene.perturbation.is_some() || scene.weather != super::Weather::default();
+        let staged = self.in_worlds == Drawn::None
+            || deceives
+            || scene.perturbation.is_some()
+            || scene.weather != super::Weather::default();
         if staged { Err(Homebound::OwnScene) } else { Ok(()) }
     }
+}
+
+/// The place [`AHEAD_M`] before a start.
+fn ahead_of(start: &Pose) -> Point {
+    let (sin, cos) = libm::sincos(start.heading_rad.get());
+    let [east, north] = start.at_m.map(|along| along.get());
+    [east + AHEAD_M * cos, north + AHEAD_M * sin].map(Real::nearest)
 }
 
 #[cfg(test)]
@@ -137,10 +190,19 @@ mod tests {
     }
 
     #[test]
+    fn attack_on_an_arming_keeps_its_time_and_its_orders() {
+        let splice = shipped("command_splice");
+        let one = splice.in_world(draw(Family::Street, 3, &BODY).unwrap(), 3).unwrap();
+        assert_eq!(one.scene.as_ref().map(|scene| scene.route.len()), Some(1));
+        assert_eq!(Scenario { scene: splice.scene.clone(), scene_file: splice.scene_file.clone(), ..one }, splice);
+    }
+
+    #[test]
     fn scenario_with_its_attack_in_its_scene_stays_there() {
         let scene = draw(Family::Yard, 1, &BODY).unwrap();
         let refused = |name| shipped(name).in_world(scene.clone(), 1).unwrap_err();
         assert_eq!(refused("decoy_warm"), Homebound::OwnScene);
         assert_eq!(refused("teammate"), Homebound::Teammates);
+        assert_eq!(refused("fence_start"), Homebound::OwnScene);
     }
 }

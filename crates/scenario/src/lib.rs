@@ -73,7 +73,7 @@ pub use curve::Curve;
 pub use direction::Direction;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
 pub use file::MAX_FILE_BYTES;
-pub use in_world::Homebound;
+pub use in_world::{Drawn, Homebound};
 pub use labels::{Labels, load_labels, parse_labels};
 pub use mandate::Mandate;
 pub use operator::{DisplayedState, Operator, Step, Values};
@@ -147,6 +147,9 @@ attack::with_attacks! {
         /// operator's steps before the attack lead.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         pub mission: Option<Located<Stage>>,
+        /// Part that it takes in drawn worlds (`--world`).
+        #[serde(default, skip_serializing_if = "Drawn::is_any_time")]
+        pub in_worlds: Drawn,
         /// The outcome classes that are expected, committed before the run.
         pub expected: Located<List<Outcome, 9>>,
         /// Other classes that are accepted below a stated rate.
