@@ -14,7 +14,7 @@ use crate::geofence::{Geofence, Point, between, nearer, to_segment};
 /// Smallest cell, millimetres.
 const CELL_MM: f64 = 500.0;
 /// Most cells along a side.
-const MAX_SIDE: u16 = 512;
+const MAX_SIDE: u16 = 1024;
 /// Distance from which a start in a closed place is left.
 const OUT_MM: f64 = 6000.0;
 /// Cost of a step to a neighbour, straight and diagonal.

@@ -392,7 +392,7 @@ pub(crate) fn site(topology: &Topology) -> Site {
 
 /// The ground within the fence and a little beyond, as a survey before the mission found it.
 fn survey(scene: &Scene) -> Relief {
-    let ground = Terrain::new(&scene.ground);
+    let ground = Terrain::new(scene);
     let reach = |axis: usize| {
         let of = || scene.geofence.iter().map(move |corner| corner[axis]);
         (of().fold(f32::INFINITY, f32::min) - 4.0, of().fold(f32::NEG_INFINITY, f32::max) + 4.0)

@@ -11,7 +11,7 @@ use super::terms::Class;
 use super::value::{Extent, List, Located, Name, Radians, Real, Seconds};
 
 /// A point on the ground: east, north.
-pub type Point = [Real<-50_000, 50_000>; 2];
+pub type Point = [Real<-500_000, 500_000>; 2];
 
 /// The world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -19,7 +19,7 @@ pub const MAX_OBJECTS: usize = 64;
 /// Most points in a route, a geofence or an object's path.
 pub const MAX_POINTS: usize = 64;
 /// Half the side of the square that scene coordinates must lie in, metres.
-pub const HALF_EXTENT: f32 = 50.0;
+pub const HALF_EXTENT: f32 = 500.0;
 
 /// A point on the ground: metres east, metres north.
 pub type Point = [f32; 2];
@@ -168,6 +168,14 @@ impl Default for Scene {
 }
 
 impl Scene {
+    /// Distance of the outermost of start, way points, fence and objects from the middle, along an axis, metres.
+    pub(crate) fn reach(&self) -> f32 {
+        let start = [[self.start.east, self.start.north]];
+        let paths = self.objects.iter().flat_map(|object| &object.path);
+        let all = start.iter().chain(&self.route).chain(&self.geofence).chain(paths);
+        all.flatten().fold(0.0, |reach, along| reach.max(along.abs()))
+    }
+
     /// Refuses scenes that could not be built or have no bound.
     pub fn check(&self) -> Result<(), SceneError> {
         point("start", [self.start.east, self.start.north])?;

@@ -1,37 +1,52 @@
 //! Relief of the ground: seeded value noise on a fixed grid, the same on every machine.
 //!
-//! The grid is [`SIDE`] metres square, wider than the scene so that a unit that leaves its fence still has ground
+//! The grid is a square around the scene, wider than it so that a unit that leaves its fence still has ground
 //! under it. Heights between grid points are bilinear here and piecewise triangular in the collider; they differ by
 //! millimetres at the slopes a scene may have.
 
-use crate::scene::Ground;
+use crate::scene::{Ground, Scene};
 
-/// Side of the square of ground, metres, centred on the scene.
-pub const SIDE: f32 = 160.0;
-/// Cells along one side.
-pub const CELLS: usize = 80;
-const CELL: f32 = SIDE / CELLS as f32;
+/// Least side of the square of ground, metres, centred on the scene.
+const SIDE: f32 = 160.0;
+/// Ground beyond the outermost place of a scene, metres.
+const BEYOND: f32 = 30.0;
+/// Side of a cell, metres.
+const CELL: f32 = 2.0;
 
 /// Heights on the grid; row-major, rows from south to north, columns from west to east.
 #[derive(Clone, Debug)]
 pub struct Terrain {
+    cells: usize,
     heights: Vec<f32>,
     highest: f32,
 }
 
 impl Terrain {
-    /// The relief that `ground` describes.
-    pub fn new(ground: &Ground) -> Self {
-        let n = CELLS + 1;
-        let at = |i: usize| i as f32 * CELL - SIDE / 2.0;
+    /// The relief that a scene describes.
+    pub fn new(scene: &Scene) -> Self {
+        let ground = &scene.ground;
+        let half_cells = ((scene.reach() + BEYOND).max(SIDE / 2.0) / CELL).ceil() as usize;
+        let cells = 2 * half_cells;
+        let n = cells + 1;
+        let at = |i: usize| (i as f32 - half_cells as f32) * CELL;
         let heights: Vec<f32> = (0..n * n).map(|k| relief(ground, at(k % n), at(k / n))).collect();
         let highest = heights.iter().copied().fold(f32::MIN, f32::max);
-        Terrain { heights, highest }
+        Terrain { cells, heights, highest }
+    }
+
+    /// Cells along one side.
+    pub(crate) fn cells(&self) -> usize {
+        self.cells
+    }
+
+    /// Side of the square, metres.
+    pub(crate) fn side(&self) -> f32 {
+        self.cells as f32 * CELL
     }
 
     /// Height in metres of the grid point `row` from the south and `column` from the west.
     pub fn at(&self, row: usize, column: usize) -> f32 {
-        self.heights[row * (CELLS + 1) + column]
+        self.heights[row * (self.cells + 1) + column]
     }
 
     /// Height in metres of the highest place.
@@ -41,19 +56,19 @@ impl Terrain {
 
     /// Height in metres at a place; beyond the grid, that of its edge.
     pub fn height(&self, east: f32, north: f32) -> f32 {
-        let (i, s) = cell(north);
-        let (j, t) = cell(east);
+        let (i, s) = self.cell(north);
+        let (j, t) = self.cell(east);
         let south = self.at(i, j) + (self.at(i, j + 1) - self.at(i, j)) * t;
         let north = self.at(i + 1, j) + (self.at(i + 1, j + 1) - self.at(i + 1, j)) * t;
         south + (north - south) * s
     }
-}
 
-/// Cell index and position inside it, both along one axis.
-fn cell(metres: f32) -> (usize, f32) {
-    let scaled = ((metres + SIDE / 2.0) / CELL).clamp(0.0, CELLS as f32 - 0.001);
-    let index = scaled as usize;
-    (index, scaled - index as f32)
+    /// Cell index and position inside it, both along one axis.
+    fn cell(&self, metres: f32) -> (usize, f32) {
+        let scaled = ((metres + self.side() / 2.0) / CELL).clamp(0.0, self.cells as f32 - 0.001);
+        let index = scaled as usize;
+        (index, scaled - index as f32)
+    }
 }
 
 fn relief(ground: &Ground, east: f32, north: f32) -> f32 {

@@ -16,7 +16,7 @@ use wire::time::Span;
 
 use crate::mover::{Mover, UnitBody};
 use crate::scene::{Object, Scene};
-use crate::terrain::{self, Terrain};
+use crate::terrain::Terrain;
 
 /// Length of one physics step.
 pub const STEP: Span = Span::ms(10);
@@ -76,7 +76,7 @@ pub struct World {
 impl World {
     /// Builds the world of a scene that has passed [`Scene::check`].
     pub fn new(scene: Arc<Scene>) -> Self {
-        let terrain = Arc::new(Terrain::new(&scene.ground));
+        let terrain = Arc::new(Terrain::new(&scene));
         let mut physics = PhysicsWorld::new();
         physics.gravity = Vector::new(0.0, 0.0, -GRAVITY);
         physics.integration_parameters.dt = DT;
@@ -236,7 +236,7 @@ fn seconds(steps: u64) -> f64 {
 /// The relief as a collider. Rapier's height fields have height along y, rows along z and columns along x; turned by
 /// a quarter about x, height is z up and rows run from north to south.
 fn ground_collider(terrain: &Terrain) -> ColliderBuilder {
-    let n = terrain::CELLS + 1;
+    let n = terrain.cells() + 1;
     let mut heights = Array2::repeat(n, n, 0.0);
     for row in 0..n {
         for column in 0..n {
@@ -244,7 +244,7 @@ fn ground_collider(terrain: &Terrain) -> ColliderBuilder {
         }
     }
     let quarter = Rotation::from_xyzw(HALF_SQRT, 0.0, 0.0, HALF_SQRT);
-    ColliderBuilder::heightfield(heights, Vector::new(terrain::SIDE, 1.0, terrain::SIDE))
+    ColliderBuilder::heightfield(heights, Vector::new(terrain.side(), 1.0, terrain.side()))
         .position(Pose::from_rotation(quarter))
         .friction(0.9)
         .user_data(GROUND_TAG)

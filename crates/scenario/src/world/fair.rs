@@ -27,23 +27,54 @@ fn starts_alone(scene: &Scene) -> bool {
 const SIGHT_M: f64 = 15.0;
 /// Side of a cell, metres.
 const CELL: f64 = 0.25;
-/// Cells along a side: a scene's 100 m, and its edge.
-const SIDE: usize = 401;
+/// Least distance of the edge from the middle, metres.
+const LEAST_HALF_M: f64 = 50.0;
+
+/// Square cells over a scene.
+struct Cells {
+    /// Distance of the edge from the middle, metres.
+    half_m: f64,
+    /// Cells along a side, with the edge.
+    side: usize,
+}
+
+impl Cells {
+    /// As far as its fence reaches.
+    fn over(scene: &Scene) -> Self {
+        let reach = scene.geofence.iter().flat_map(metres).fold(0.0, |reach: f64, along| reach.max(along.abs()));
+        let half_m = libm::ceil(reach).max(LEAST_HALF_M);
+        Self { half_m, side: (2.0 * half_m / CELL) as usize + 1 }
+    }
+
+    fn index(&self, along: f64) -> usize {
+        ((along + self.half_m) / CELL).clamp(0.0, self.side as f64 - 1.0) as usize
+    }
+
+    fn of(&self, point: &Point) -> usize {
+        let [east, north] = metres(point).map(|along| self.index(along));
+        north * self.side + east
+    }
+
+    fn middle(&self, cell: usize) -> At {
+        [cell % self.side, cell / self.side].map(|step| (step as f64 + 0.5) * CELL - self.half_m)
+    }
+}
 
 /// True if the body gets from the start to every way point.
 fn drivable(scene: &Scene, body: &Body) -> bool {
-    let mut free = free(scene, body);
-    let mut reached = vec![false; SIDE * SIDE];
-    let mut open = vec![cell_of(&scene.start.at_m)];
+    let cells = Cells::over(scene);
+    let mut free = free(scene, body, &cells);
+    let mut reached = vec![false; free.len()];
+    let mut open = vec![cells.of(&scene.start.at_m)];
     while let Some(cell) = open.pop() {
         // A cell is looked at once; those at the edge are closed, so each has four neighbours.
         if free[cell] {
             free[cell] = false;
             reached[cell] = true;
-            open.extend([cell - 1, cell + 1, cell - SIDE, cell + SIDE]);
+            open.extend([cell - 1, cell + 1, cell - cells.side, cell + cells.side]);
         }
     }
-    scene.route.iter().all(|point| reached[cell_of(point)])
+    scene.route.iter().all(|point| reached[cells.of(point)])
 }
 
 /// True if a parked vehicle is the first object, within 15 m of the start, and no other still thing is in the line to it.
@@ -59,19 +90,20 @@ fn has_parked_in_sight(scene: &Scene) -> bool {
 }
 
 /// Cells with a middle far enough from the fence's sides and from every still thing.
-fn free(scene: &Scene, body: &Body) -> Vec<bool> {
-    let within = |step: usize| (1..SIDE - 1).contains(&step);
-    let mut free: Vec<bool> = (0..SIDE * SIDE).map(|cell| within(cell % SIDE) && within(cell / SIDE)).collect();
+fn free(scene: &Scene, body: &Body, all: &Cells) -> Vec<bool> {
+    let side = all.side;
+    let within = |step: usize| (1..side - 1).contains(&step);
+    let mut free: Vec<bool> = (0..side * side).map(|cell| within(cell % side) && within(cell / side)).collect();
     let reach = body.width_m / 2.0 + SPARE_M;
     let things = still(scene).map(|thing| (thing, reach)).chain(sides(scene).map(|side| (side, body.fence_m)));
     for (thing, reach) in things {
         let (corners, distance) = (thing.corners(), thing.distances());
         let nearest = |axis: usize| corners.iter().map(|at| at[axis]).fold(f64::MAX, f64::min) - reach;
         let furthest = |axis: usize| corners.iter().map(|at| at[axis]).fold(f64::MIN, f64::max) + reach;
-        for row in index(nearest(1))..=index(furthest(1)) {
-            let cells = row * SIDE + index(nearest(0))..=row * SIDE + index(furthest(0));
+        for row in all.index(nearest(1))..=all.index(furthest(1)) {
+            let cells = row * side + all.index(nearest(0))..=row * side + all.index(furthest(0));
             for (cell, free) in cells.clone().zip(&mut free[cells]) {
-                *free &= distance(middle(cell)) >= reach;
+                *free &= distance(all.middle(cell)) >= reach;
             }
         }
     }
@@ -102,17 +134,4 @@ pub(super) fn still(scene: &Scene) -> impl Iterator<Item = Footprint> {
 /// A point of a file in metres.
 pub(super) fn metres(point: &Point) -> At {
     point.map(|along| along.get())
-}
-
-fn index(along: f64) -> usize {
-    ((along + 50.0) / CELL).clamp(0.0, SIDE as f64 - 1.0) as usize
-}
-
-fn cell_of(point: &Point) -> usize {
-    let [east, north] = metres(point).map(index);
-    north * SIDE + east
-}
-
-fn middle(cell: usize) -> At {
-    [cell % SIDE, cell / SIDE].map(|step| (step as f64 + 0.5) * CELL - 50.0)
 }

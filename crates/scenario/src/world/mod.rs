@@ -12,6 +12,7 @@ mod fair;
 mod held_out;
 mod perimeter;
 mod plan;
+mod site;
 mod street;
 #[cfg(test)]
 mod tests;
@@ -51,11 +52,13 @@ pub enum Family {
     Depot,
     /// Held out: buildings with paths between them.
     Campus,
+    /// A large site with way points far apart.
+    Site,
 }
 
 impl Family {
     /// Every family.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Street,
         Self::Aisles,
         Self::Perimeter,
@@ -64,6 +67,7 @@ impl Family {
         Self::Yard,
         Self::Depot,
         Self::Campus,
+        Self::Site,
     ];
 
     /// Its name on the command line.
@@ -77,6 +81,7 @@ impl Family {
             Self::Yard => "yard",
             Self::Depot => "depot",
             Self::Campus => "campus",
+            Self::Site => "site",
         }
     }
 
@@ -100,6 +105,7 @@ impl Family {
             Self::Yard => yard::plan(chance),
             Self::Depot => held_out::depot(chance),
             Self::Campus => held_out::campus(chance),
+            Self::Site => site::plan(chance),
         }
     }
 }

@@ -233,7 +233,7 @@ fn name(text: &str) -> Located<Name> {
     Located::nowhere(Name::new(text).expect("invariant: a class and a number fit the alphabet"))
 }
 
-fn point(at: At) -> [Real<-50_000, 50_000>; 2] {
+fn point(at: At) -> [Real<-500_000, 500_000>; 2] {
     at.map(|along| Real::nearest(hundredths(along)))
 }
 
