@@ -1,8 +1,5 @@
 //! Reservations: how far the guards' model fits the recorded vehicle, in sentences for the reader of a result.
 
-use autonomy::localisation::MAX_SIGMA_MM;
-use wire::bounds::Bounds;
-
 use crate::Terms;
 use crate::facts::Facts;
 use crate::log::Log;
@@ -11,14 +8,14 @@ use crate::track::Track;
 
 /// The remarks on a recording.
 pub(crate) fn remarks(log: &Log<'_>, map: &Map, terms: &Terms, track: &Track) -> Vec<String> {
-    let (bounds, facts) = (&terms.bounds, &track.facts);
+    let facts = &track.facts;
     // What could not be read stands first: the rest may follow from it.
     let mut remarks = reading(log, facts);
     remarks.extend(track.remarks.iter().cloned());
     remarks.extend(motion(map, facts, terms));
     remarks.extend(lever(map, terms, track));
     remarks.extend(sources(map));
-    remarks.extend(fixes(map, bounds, facts));
+    remarks.extend(fixes(map, terms, facts));
     remarks
 }
 
@@ -142,7 +139,8 @@ fn sources(map: &Map) -> Vec<String> {
     remarks
 }
 
-fn fixes(map: &Map, bounds: &Bounds, facts: &Facts) -> Vec<String> {
+fn fixes(map: &Map, terms: &Terms, facts: &Facts) -> Vec<String> {
+    let Terms { bounds, limits } = terms;
     let mut remarks = Vec::new();
     let limit = bounds.product_limit_ms as f64 / 1000.0;
     if facts.fix_period_s > limit {
@@ -159,9 +157,10 @@ fn fixes(map: &Map, bounds: &Bounds, facts: &Facts) -> Vec<String> {
         ));
     }
     match facts.sigma_m {
-        Some(sigma) if sigma * 1000.0 > MAX_SIGMA_MM => remarks.push(format!(
-            "Fixes state a median deviation of {sigma:.2} m; the guard believes {MAX_SIGMA_MM} mm at most, which suits a receiver with \
-             carrier-phase corrections. Trips of gate and drift are expected from this receiver."
+        Some(sigma) if sigma * 1000.0 > f64::from(limits.fix_sigma_mm) => remarks.push(format!(
+            "Fixes state a median deviation of {sigma:.2} m; the guard believes {} mm at most. Trips of gate and drift are expected from this \
+             receiver. Give a platform file with a `fix_sigma_mm` that it keeps.",
+            limits.fix_sigma_mm
         )),
         Some(_) => {}
         None => remarks.push("The map gives no deviation of fixes; the gate is at its narrowest.".to_owned()),

@@ -40,8 +40,6 @@ use receiver::Receiver;
 
 /// Deviations of the fix that are added to the gate.
 const SIGMAS: f64 = 4.0;
-/// The largest stated deviation of a fix that is believed, millimetres.
-pub const MAX_SIGMA_MM: f64 = 60.0;
 /// A disagreement ends within this share of the gate, so that noise does not make it flicker.
 const RETURN: f64 = 0.7;
 /// Time over which the anchor follows fixes, seconds.
@@ -291,12 +289,13 @@ impl Localisation {
             return;
         };
         self.disagrees = beyond_gate(&self.limits, (&seen, &anchor), fix.sigma_mm, unobserved, self.disagrees);
+        let sigma_mm = believed(&self.limits, fix.sigma_mm);
         let innovation = (seen.at.0 - anchor.at.0, seen.at.1 - anchor.at.1);
         let share = f64::from(self.limits.odometry_permille) / 1000.0;
         if self.disagrees {
             self.drift.pass(elapsed, self.speed());
         } else {
-            self.drift.take(innovation, elapsed, self.speed(), (share, unobserved));
+            self.drift.take((innovation, sigma_mm), elapsed, self.speed(), (share, unobserved));
         }
         let usable = !self.distrusted();
         if let Some(estimates) = self.track.as_mut().filter(|_| usable) {
@@ -304,6 +303,11 @@ impl Localisation {
             self.drift.forget(share);
         }
     }
+}
+
+/// The deviation that a fix states, millimetres, as far as the platform believes it.
+fn believed(limits: &Limits, sigma_mm: u16) -> f64 {
+    f64::from(u32::from(sigma_mm).min(limits.fix_sigma_mm))
 }
 
 /// True if a fix lies further from the anchor than wheels and terrain can explain.
@@ -314,7 +318,7 @@ fn beyond_gate(
     unobserved: f64,
     before: bool,
 ) -> bool {
-    let gate = f64::from(limits.fix_gate_mm) + SIGMAS * f64::from(sigma_mm).min(MAX_SIGMA_MM) + unobserved;
+    let gate = f64::from(limits.fix_gate_mm) + SIGMAS * believed(limits, sigma_mm) + unobserved;
     let share = if before { RETURN } else { 1.0 };
     let turned = wrap(seen.yaw - anchor.yaw).abs();
     between(seen.at, anchor.at) > gate * share || turned > f64::from(limits.yaw_gate_mrad) / 1000.0 * share

@@ -285,6 +285,11 @@ impl Faults {
         self.all = self.all.iter().map(called).collect();
     }
 
+    /// Factor on the noise of every sensor that is no fault's.
+    pub(crate) fn own_noise(&self) -> f32 {
+        self.noise
+    }
+
     /// Effect on `sensor` this long after the start of the run.
     pub fn at(&self, run: Span, sensor: Sensor) -> Effect {
         let active = self.all.iter().filter(|f| f.sensor == sensor && f.active(run));

@@ -12,7 +12,7 @@ use crate::limits::SceneError;
 #[serde(deny_unknown_fields, default)]
 pub struct Fidelity {
     /// On the noise of every sensor, and unrendered on how often a stage misses, confuses or invents something; not on the 0.3 K of the unrendered
-    /// thermal stage, nor on how sure a detection is.
+    /// thermal stage, nor on how sure a detection is. A receiver states the deviation that it then has.
     pub noise: f32,
     /// On the mass of the vehicle, unknown to its drive and its brakes: they push as before.
     pub load: f32,

@@ -386,6 +386,8 @@ pub struct Limits {
     pub reaction_ms: u32,
     /// Distance between a fix and dead reckoning that wheels and terrain can explain, millimetres.
     pub fix_gate_mm: u32,
+    /// Largest stated deviation of a fix that is believed, millimetres.
+    pub fix_sigma_mm: u32,
     /// Difference of heading that the same can explain, milliradians.
     pub yaw_gate_mrad: u32,
     /// Share of the way by which odometry may be wrong for long, permille: slopes, slip, wear of the tyres.
@@ -433,6 +435,7 @@ impl Limits {
     pub const GROUND: Limits = Limits {
         reaction_ms: 150,
         fix_gate_mm: 500,
+        fix_sigma_mm: 60,
         yaw_gate_mrad: 150,
         odometry_permille: 10,
         unobserved_mm: 2500,

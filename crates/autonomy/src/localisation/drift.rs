@@ -9,9 +9,9 @@
 
 use wire::measured::DRIFT_MM_S;
 
-/// Innovation that noise of the fix accounts for, millimetres: one deviation of a good fix.
+/// Innovation that noise of a good fix accounts for, millimetres: one deviation of it. A fix that states more is allowed so much.
 const NOISE_MM: f64 = 40.0;
-/// The sum of excesses at which fixes are taken to drift.
+/// The sum of excesses at which fixes are taken to drift; those of a fix with a greater deviation count for less in proportion.
 const LIMIT_MM_S: f64 = DRIFT_MM_S as f64;
 /// Longest time that one reading may count for, seconds.
 const LONGEST_S: f64 = 0.25;
@@ -26,23 +26,24 @@ pub(super) struct Drift {
 }
 
 impl Drift {
-    /// Takes the innovation `(east, north)` of a fix, `elapsed` seconds after the one before, at `speed`. Odometry may be wrong by
+    /// Takes the innovation `(east, north)` of a fix and its deviation, `elapsed` seconds after the one before, at `speed`. Odometry may be wrong by
     /// `share` of the way, and `unobserved` millimetres were travelled without it.
     ///
     /// A finding stays until every sum has run empty again.
     pub(super) fn take(
         &mut self,
-        (east, north): (f64, f64),
+        ((east, north), sigma_mm): ((f64, f64), f64),
         elapsed: f64,
         speed: f64,
         (share, unobserved): (f64, f64),
     ) {
         self.way += speed.abs() * elapsed;
-        let allowed = NOISE_MM + share * self.way + unobserved;
-        let elapsed = elapsed.min(LONGEST_S);
+        let noise = sigma_mm.max(NOISE_MM);
+        let allowed = noise + share * self.way + unobserved;
+        let counted = elapsed.min(LONGEST_S) * NOISE_MM / noise;
         for (sum, off) in self.sums.iter_mut().zip([east, -east, north, -north]) {
             // Twice the limit at most, so that the end of a drift is found as soon as its beginning.
-            *sum = (*sum + (off - allowed) * elapsed).clamp(0.0, 2.0 * LIMIT_MM_S);
+            *sum = (*sum + (off - allowed) * counted).clamp(0.0, 2.0 * LIMIT_MM_S);
         }
         let above = self.sums.iter().any(|sum| *sum > LIMIT_MM_S);
         let empty = self.sums.iter().all(|sum| *sum <= 0.0);
@@ -84,7 +85,7 @@ mod tests {
     fn driven(speed: f64) -> Drift {
         let mut drift = Drift::default();
         for _ in 0..1000 {
-            drift.take((0.0, 0.0), 0.05, speed, WHEELS);
+            drift.take(((0.0, 0.0), 40.0), 0.05, speed, WHEELS);
             drift.forget(SHARE);
         }
         drift
@@ -94,7 +95,7 @@ mod tests {
     fn found_after(innovation: f64, speed: f64) -> Option<f64> {
         let mut drift = driven(speed);
         (1..1200).find_map(|i| {
-            drift.take((0.0, innovation), 0.05, speed, WHEELS);
+            drift.take(((0.0, innovation), 40.0), 0.05, speed, WHEELS);
             drift.forget(SHARE);
             drift.found().then_some(f64::from(i) * 0.05)
         })
@@ -113,21 +114,35 @@ mod tests {
     fn wheel_error_is_no_drift_after_a_stop() {
         let (mut drift, mut off) = (driven(3000.0), 120.0);
         for _ in 0..400 {
-            drift.take((off, 0.0), 0.05, 0.0, WHEELS);
+            drift.take(((off, 0.0), 40.0), 0.05, 0.0, WHEELS);
             drift.forget(SHARE);
             off *= 1.0 - SHARE;
             assert!(!drift.found());
         }
     }
 
+    /// As long after its beginning, in deviations, as one of a good fix.
+    #[test]
+    fn drift_of_a_receiver_that_states_more_is_found_as_late() {
+        let found = |sigma_mm: f64| {
+            let mut drift = Drift::default();
+            (0..100).position(|_| {
+                drift.take(((2.5 * sigma_mm, 0.0), sigma_mm), 0.05, 0.0, WHEELS);
+                drift.found()
+            })
+        };
+        assert!(found(40.0).is_some_and(|readings| readings > 3));
+        assert_eq!((found(80.0), found(200.0)), (found(40.0), found(40.0)));
+    }
+
     #[test]
     fn finding_lasts_until_fixes_agree_as_long() {
         let mut drift = Drift::default();
-        (0..100).for_each(|_| drift.take((-300.0, 0.0), 0.05, 0.0, WHEELS));
+        (0..100).for_each(|_| drift.take(((-300.0, 0.0), 40.0), 0.05, 0.0, WHEELS));
         assert!(drift.found());
-        drift.take((0.0, 0.0), 0.05, 0.0, WHEELS);
+        drift.take(((0.0, 0.0), 40.0), 0.05, 0.0, WHEELS);
         assert!(drift.found(), "one good fix is none");
-        (0..30).for_each(|_| drift.take((0.0, 0.0), 0.05, 0.0, WHEELS));
+        (0..30).for_each(|_| drift.take(((0.0, 0.0), 40.0), 0.05, 0.0, WHEELS));
         assert!(!drift.found());
     }
 }

@@ -14,8 +14,8 @@ use crate::value::Located;
 const SLOPE_M_S2: f64 = 1.0;
 /// A navigation period and a step of the plant with its actuators.
 pub(super) const READING_AND_PLANT_MS: i64 = 100;
-/// Four deviations of a fix.
-const FOUR_DEVIATIONS_MM: i64 = 160;
+/// Deviations of a fix that the gate adds.
+const DEVIATIONS: i64 = 4;
 /// Share of a suspension's length by which it can give.
 const SUSPENSION_TRAVEL: f64 = 0.8;
 pub(super) const GRAVITY: f64 = 9.81;
@@ -174,10 +174,10 @@ fn guards(platform: &Platform) -> Vec<Finding> {
         ),
         at_most(
             &g.fix_gate_mm,
-            ((g.fix_gate_mm.get() + FOUR_DEVIATIONS_MM) as f64, b.fence_margin_mm.get() as f64),
+            ((g.fix_gate_mm.get() + DEVIATIONS * g.fix_sigma_mm.get()) as f64, b.fence_margin_mm.get() as f64),
             "mm",
-            "a jump of fixes that passes the gate (with four deviations, 160 mm) may put the unit over its fence (margin)",
-            "narrow the gate, or widen `fence_margin_mm`",
+            "a jump of fixes that passes the gate (with four `fix_sigma_mm`) may put the unit over its fence (margin)",
+            "narrow the gate, believe a smaller deviation, or widen `fence_margin_mm`",
         ),
         at_least(
             &g.unobserved_mm,

@@ -112,6 +112,8 @@ table! {
         reaction_ms: Whole<1, 1_000> = Whole::constant(150),
         /// Distance between a fix and dead reckoning that wheels and terrain can explain, millimetres.
         fix_gate_mm: Whole<100, 10_000> = Whole::constant(500),
+        /// Largest stated deviation of a fix that is believed, millimetres: gate and drift test allow for it.
+        fix_sigma_mm: Whole<40, 20_000> = Whole::constant(60),
         /// Difference of heading that the same can explain, milliradians.
         yaw_gate_mrad: Whole<20, 1_000> = Whole::constant(150),
         /// Share of the way by which odometry may be wrong for long, permille.
@@ -195,6 +197,7 @@ pub(super) fn limits(guards: &GuardsTable, vehicle: &VehicleTable) -> Limits {
     Limits {
         reaction_ms: guards.reaction_ms.unsigned() as u32,
         fix_gate_mm: guards.fix_gate_mm.unsigned() as u32,
+        fix_sigma_mm: guards.fix_sigma_mm.unsigned() as u32,
         yaw_gate_mrad: guards.yaw_gate_mrad.unsigned() as u32,
         odometry_permille: guards.odometry_permille.unsigned() as u32,
         unobserved_mm: guards.unobserved_mm.unsigned() as u32,

@@ -1,7 +1,7 @@
 //! Localisation and wheel odometry: two readings of the plant's motion with noise of their own.
 //!
 //! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time that
-//! does not is the harder lie. A dropped source gives no reading. Localisation states its usual deviation under any fault,
+//! does not is the harder lie. A dropped source gives no reading. Localisation states the deviation that it has without a fault,
 //! as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
 
 use instrument::Sensor;
@@ -12,7 +12,7 @@ use crate::fault::{Effect, Faults};
 use crate::noise::{Noise, Stream};
 use crate::plant::State;
 
-/// Deviation of position on each axis, millimetres.
+/// Deviation of position on each axis as the models ship, millimetres.
 pub const SIGMA_MM: u16 = 40;
 /// Deviation of heading, milliradians.
 const SIGMA_MRAD: f32 = 4.0;
@@ -66,7 +66,8 @@ impl Navigators {
         let (fix, odometry) = (faults.at(run, Sensor::Localisation), faults.at(run, Sensor::Odometry));
         if fix.refreshes() {
             self.localisation.seek(n);
-            self.last_fix = Some(locate(state, &mut self.localisation, &fix));
+            let stated_mm = libm::roundf(f32::from(SIGMA_MM) * faults.own_noise()) as u16;
+            self.last_fix = Some(locate(state, &mut self.localisation, &fix, stated_mm));
             let late = self.localisation.normal() * SIGMA_US;
             self.late_us = late as i64;
         }
@@ -88,7 +89,7 @@ impl Navigators {
     }
 }
 
-fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
+fn locate(state: &State, noise: &mut Noise, effect: &Effect, sigma_mm: u16) -> Fix {
     let gain = effect.noise;
     let mut axis = |metres: f32, displaced: i64| {
         let millimetres = metres * 1000.0 + noise.normal() * f32::from(SIGMA_MM) * gain;
@@ -97,7 +98,7 @@ fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
     let x_mm = axis(state.position.x, effect.displaced_mm[0]);
     let y_mm = axis(state.position.y, effect.displaced_mm[1]);
     let yaw_mrad = wrap_mrad(state.yaw() * 1000.0 + noise.normal() * SIGMA_MRAD * gain);
-    Fix { pose: Pose { x_mm, y_mm, yaw_mrad }, sigma_mm: SIGMA_MM, time: ReceiverTime::default() }
+    Fix { pose: Pose { x_mm, y_mm, yaw_mrad }, sigma_mm, time: ReceiverTime::default() }
 }
 
 fn measure(state: &State, noise: &mut Noise, effect: &Effect) -> Odometry {
