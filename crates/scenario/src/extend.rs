@@ -20,7 +20,7 @@ use super::{Name, Problem, Problems, Scenario};
 const MAX_BASES: usize = 3;
 
 /// Keys that every file gives for itself.
-pub(super) const OWN: [&str; 18] = [
+pub(super) const OWN: [&str; 19] = [
     "schema_version",
     "name",
     "title",
@@ -35,6 +35,7 @@ pub(super) const OWN: [&str; 18] = [
     "mission",
     "expected",
     "accepted",
+    "twin_of",
     "cell",
     "under",
     "curve",
