@@ -117,7 +117,7 @@ fn matrix(scene: &str, rows: &[ConfusionRow]) -> String {
         let cells = counts.chain([row.none, row.n]).map(|n| n.to_string());
         table.add_row(std::iter::once(row.at_fault.clone()).chain(cells));
     }
-    format!("{scene}: at fault, and the guard that the first loss after it names\n{}", table.with_every_column())
+    format!("\n{scene}: at fault, and the guard that the first loss after it names\n{}\n", table.with_every_column())
 }
 
 #[cfg(test)]
@@ -137,8 +137,11 @@ mod tests {
     /// Of changes at these times, with an injection at 4 s.
     fn trial(outcome: Outcome, causes: &[(f64, &str)]) -> Trial {
         let mut trial = Trial::example(1, outcome);
-        let row = |(t_ms, cause): &(f64, &str)| {
-            TransitionRow { t_ms: *t_ms, from: String::new(), to: String::new(), cause: (*cause).to_owned() }
+        let row = |(t_ms, cause): &(f64, &str)| TransitionRow {
+            t_ms: *t_ms,
+            from: String::new(),
+            to: String::new(),
+            cause: (*cause).to_owned(),
         };
         trial.transitions = causes.iter().map(row).collect();
         let what = serde_json::Value::Null;
@@ -177,9 +180,8 @@ mod tests {
     fn matrix_counts_rows_of_one_fault_together() {
         let drift = trial(Outcome::HoldSafe, &[(4_300.0, "lost:drift")]);
         let (none, invalid) = (trial(Outcome::Undetected, &[]), trial(Outcome::Invalid, &[(5_000.0, "lost:rgb")]));
-        let row = |name: &str, own: &[Trial]| {
-            WorldsRow::new(&shipped(name), None, own, &[("yard", &drift), ("yard", &none)])
-        };
+        let row =
+            |name: &str, own: &[Trial]| WorldsRow::new(&shipped(name), None, own, &[("yard", &drift), ("yard", &none)]);
         let rows = [
             row("localisation_drift", &[drift.clone(), none.clone()]),
             row("localisation_jump", &[drift.clone(), invalid]),

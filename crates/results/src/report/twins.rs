@@ -108,7 +108,16 @@ pub fn twins_table(pairs: &[TwinPair]) -> String {
     if pairs.is_empty() {
         return String::new();
     }
-    let mut table = Table::new(&["honest fault", "attack", "scene", "classes of the fault", "stopped", "classes of the attack", "stopped", "relation"]);
+    let mut table = Table::new(&[
+        "honest fault",
+        "attack",
+        "scene",
+        "classes of the fault",
+        "stopped",
+        "classes of the attack",
+        "stopped",
+        "relation",
+    ]);
     for pair in pairs {
         let shown = |beside: &&Beside| beside.told != Told::NotShown;
         for (scene, beside) in [("own", &pair.own), ("worlds", &pair.drawn)].into_iter().filter(|(_, b)| shown(b)) {
@@ -124,7 +133,7 @@ pub fn twins_table(pairs: &[TwinPair]) -> String {
             ]);
         }
     }
-    format!("{}stopped: HOLD_SAFE, DEGRADED, or FALSE_TRIP without an injected fault.\n", table.with_every_column())
+    format!("\n{}\nstopped: HOLD_SAFE, DEGRADED, or FALSE_TRIP without an injected fault.\n", table.with_every_column())
 }
 
 fn interval(share: &Share) -> String {
@@ -157,7 +166,8 @@ mod tests {
     fn shares_whose_intervals_part_are_told_apart() {
         use Outcome::{Degraded, FalseTrip, HoldSafe, Invalid, Undetected};
         let attack = row("loss", &[], &[(HoldSafe, 59)]);
-        let told = |own: &[(Outcome, u64)]| TwinPair::among(&[row("nominal", &["loss"], own), attack.clone()])[0].clone();
+        let told =
+            |own: &[(Outcome, u64)]| TwinPair::among(&[row("nominal", &["loss"], own), attack.clone()])[0].clone();
         assert_eq!(told(&[(Undetected, 59)]).own.told, Told::Apart);
         assert_eq!(told(&[(HoldSafe, 30), (Degraded, 20), (FalseTrip, 9)]).own.told, Told::NotApart);
         assert_eq!(told(&[(Undetected, 1)]).own.told, Told::NotApart, "one trial shows no difference");

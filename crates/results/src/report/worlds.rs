@@ -215,7 +215,7 @@ pub fn worlds_table(result: &InWorlds) -> String {
     }
     let routes = "routes: trials in worlds in which every way point was passed.";
     let parts = [twins_table(&result.twins), confusion_table(&result.confusion)].concat();
-    format!("{}{routes}\n{parts}", table.with_every_column())
+    format!("{}\n{routes}\n{parts}", table.with_every_column())
 }
 
 pub(super) fn counted(outcomes: &Outcomes) -> String {

@@ -191,7 +191,8 @@ fn every_honest_fault_is_a_twin_of_shipped_attacks() {
         assert!(!scenario.twin_of.is_empty(), "{} is a twin of no attack", file.display());
         assert!(scenario.duration_s.get() <= 120.0, "{}", file.display());
         for attack in scenario.twin_of.iter() {
-            let other = scenario::find(&root(), attack.as_str()).unwrap_or_else(|| panic!("no scenario {}", attack.as_str()));
+            let other =
+                scenario::find(&root(), attack.as_str()).unwrap_or_else(|| panic!("no scenario {}", attack.as_str()));
             assert!(load(&other).unwrap().twin_of.is_empty(), "{} is itself a twin", attack.as_str());
         }
     }
