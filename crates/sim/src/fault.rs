@@ -265,9 +265,9 @@ impl Faults {
     /// The same, with the way of each that wanders drawn from `seed`.
     #[must_use]
     pub(crate) fn wandering(self, seed: u64) -> Self {
-        let way = |(index, fault): (usize, &Fault)| match fault.disturbance {
-            Disturbance::Wander { deviation_mm } => Way::new(seed, index, deviation_mm, fault.duration_ms),
-            _ => Way::default(),
+        let way = |(index, fault): (usize, &Fault)| {
+            let Disturbance::Wander { deviation_mm } = fault.disturbance else { return Way::default() };
+            Way::new(seed, index, deviation_mm, fault.duration_ms)
         };
         Self { ways: self.all.iter().enumerate().map(way).collect(), ..self }
     }
