@@ -188,7 +188,8 @@ fn every_file_says_what_it_is() {
 fn every_scenario_and_every_refusal_is_documented() {
     let scenarios =
         fs::read_to_string(root().join("docs/reference/scenarios.md")).expect("docs/reference/scenarios.md");
-    let listed = [scenario::shipped(&root()), scenario::rendered(&root()), scenario::demo(&root())];
+    let folders = [scenario::shipped, scenario::rendered, scenario::demo, scenario::honest];
+    let listed = folders.map(|list| list(&root()));
     for path in listed.into_iter().flat_map(|files| files.expect("scenarios/")) {
         let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
         assert!(scenarios.contains(&format!("`{name}`")), "docs/reference/scenarios.md does not tell of `{name}`");

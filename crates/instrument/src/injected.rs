@@ -143,6 +143,9 @@ pub enum FaultKind {
     /// Readings times a factor.
     #[n(65)]
     Scale,
+    /// An offset that wanders about nought.
+    #[n(66)]
+    Wander,
 }
 
 /// Way in which a process is kept from running while it lives.

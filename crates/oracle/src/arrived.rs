@@ -45,7 +45,7 @@ impl Befallen {
                 !matches!(self.sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height)
             }
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::Drift | FaultKind::Jump => false,
-            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Scale => false,
+            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Scale | FaultKind::Wander => false,
             FaultKind::Chaff | FaultKind::Perturbation => false,
         }
     }

@@ -9,6 +9,7 @@ mod assess;
 mod campaign;
 #[cfg(feature = "parquet")]
 mod columns;
+mod confusion;
 mod consistent;
 mod cost;
 mod curve;
@@ -24,6 +25,7 @@ mod reference;
 mod run;
 mod search;
 mod table;
+mod twins;
 mod worlds;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
@@ -32,6 +34,7 @@ pub use assess::{AssessObject, Assessed, InjectionRow, TestRow, assess_table};
 pub use campaign::{CampaignObject, CampaignRow, ClaimRow, Claims, Fold, RateBounds, Tallies, campaign_table};
 #[cfg(feature = "parquet")]
 pub use columns::{TableError, TrialTable};
+pub use confusion::{Confusion, ConfusionRow, Named, confusion_table};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use explain::stage_name;
@@ -47,4 +50,5 @@ pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, HostSpoilt, LatencySummary, RunObject, RunsObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};
 pub use table::{latency_table, new_table, reference_table, run_table, scenario_line, started};
+pub use twins::{Beside, Told, TwinPair, twins_table};
 pub use worlds::{Apart, Holds, InWorlds, Tally, WorldsRow, worlds_table};

@@ -104,9 +104,9 @@ pub fn is_path(name: &str) -> bool {
     name.ends_with(".toml") || name.contains('/')
 }
 
-/// The files of all shipped scenarios: of the reference evaluation, rendered ones and those for showing.
+/// The files of all shipped scenarios: of the reference evaluation, rendered ones, those for showing and honest faults.
 pub fn shipped_files(root: &Path) -> Result<Vec<PathBuf>, Failure> {
-    Ok([scenario::shipped(root)?, scenario::rendered(root)?, scenario::demo(root)?].concat())
+    Ok([scenario::shipped(root)?, scenario::rendered(root)?, scenario::demo(root)?, scenario::honest(root)?].concat())
 }
 
 /// The file of a scenario given by name or by path.

@@ -219,7 +219,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             found.push(finding(
                 &fault.at_s,
                 message,
-                "drift and jump are for localisation, height and odometry, scale is for odometry, time is for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
+                "drift and jump are for localisation, height and odometry, scale is for odometry, time and wander are for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
             ));
             continue;
         }
@@ -246,6 +246,9 @@ fn faults(s: &Scenario) -> Vec<Finding> {
                     "no number of detections that can be told",
                     format!("use {least} to {most}: fewer may be there anyway, and a list has no more room"),
                 ));
+            }
+            Some(at) if fault.kind == super::FaultKind::Wander && !(0.0..=100.0).contains(&at[0].get()) => {
+                found.push(finding(at, "no deviation that a receiver has", "use metres, 0 to 100"));
             }
             Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
                 found.push(finding(at, "not a share", "use a number from 0 to 1"));

@@ -36,6 +36,7 @@ pub(super) const OWN: [&str; 19] = [
     "in_worlds",
     "expected",
     "accepted",
+    "twin_of",
     "cell",
     "under",
     "curve",

@@ -28,8 +28,11 @@ timed! {
 pub type Magnitude = List<Real<-100_000, 100_000>, 2>;
 
 /// A sensor of the platform.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema, strum::IntoStaticStr,
+)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Sensor {
     /// Colour camera.
     Rgb,
@@ -72,6 +75,9 @@ pub enum FaultKind {
     /// A sudden error: of localisation, magnitude `[east, north]` in metres; of height, `[up]`; of odometry, `[ahead]`, all of it in
     /// one reading, -100 to 100.
     Jump,
+    /// An error of localisation that wanders about nought, east and north each a Gauss-Markov process of 60 s that starts at nought:
+    /// magnitude `[deviation]` in metres, 0 to 100.
+    Wander,
     /// The speed of odometry times a factor: magnitude `[factor]`, 0 to 10.
     Scale,
     /// A sudden error of the receiver's time: magnitude `[forwards]` in seconds, negative for a roll-back.
@@ -86,7 +92,7 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
-            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation | FaultKind::Scale => 1,
+            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation | FaultKind::Scale | FaultKind::Wander => 1,
             FaultKind::Drift | FaultKind::Jump if sensor != Sensor::Localisation => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
@@ -103,7 +109,7 @@ impl FaultKind {
                 matches!(sensor, Sensor::Odometry | Sensor::Localisation | Sensor::Height)
             }
             FaultKind::Scale => sensor == Sensor::Odometry,
-            FaultKind::TimeStep | FaultKind::TimeDrift => sensor == Sensor::Localisation,
+            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Wander => sensor == Sensor::Localisation,
         }
     }
 
@@ -115,7 +121,7 @@ impl FaultKind {
             FaultKind::Scale => Some((0.0, 10.0)),
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise | FaultKind::Occlusion => None,
             FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation => None,
-            FaultKind::TimeStep | FaultKind::TimeDrift => None,
+            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Wander => None,
         }
     }
 }

@@ -91,7 +91,7 @@ pub use scene::{Ground, Object, Point, Pose, Scene, Weather, Wind};
 pub use set::Settings;
 pub use setup::{Confinement, FRAMES, Hosts, Setup, load_policy, parse_policy, platforms};
 pub use shared::{Channel, Every, Holder};
-pub use shipped::{demo, find, find_root, platform_files, rendered, shipped};
+pub use shipped::{demo, find, find_root, honest, platform_files, rendered, shipped};
 pub use step::{Timing, Trigger, When};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
@@ -155,6 +155,9 @@ attack::with_attacks! {
         /// Other classes that are accepted below a stated rate.
         #[serde(default)]
         pub accepted: List<Accepted, 4>,
+        /// For an honest fault: the shipped attacks that look like it, by name (`holdsafe evaluate --worlds N --twins`).
+        #[serde(default, skip_serializing_if = "is_empty")]
+        pub twin_of: List<Located<Name>, 8>,
         /// Policy by name, a file of `policies/`.
         #[serde(default = "default_policy")]
         pub policy: Located<Name>,
@@ -246,6 +249,10 @@ impl Scenario {
     pub fn windows(&self) -> Vec<&dyn Windowed> {
         check::windows(self)
     }
+}
+
+fn is_empty<T, const N: usize>(list: &List<T, N>) -> bool {
+    list.is_empty()
 }
 
 fn default_policy() -> Located<Name> {

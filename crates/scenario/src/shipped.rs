@@ -19,7 +19,7 @@ pub(super) fn shipped_folder(file: &Path) -> Option<PathBuf> {
 
 /// The file of the shipped scenario of this name.
 pub fn find(root: &Path, name: &str) -> Option<PathBuf> {
-    let folders = Interface::FOLDERS.into_iter().chain(["rendered", "demo"]);
+    let folders = Interface::FOLDERS.into_iter().chain(["rendered", "demo", "honest"]);
     let mut paths = folders.map(|folder| root.join("scenarios").join(folder).join(format!("{name}.toml")));
     paths.find(|path| path.is_file())
 }
@@ -49,6 +49,15 @@ pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// The folder cannot be read.
 pub fn demo(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     files(&root.join("scenarios/demo"))
+}
+
+/// The shipped faults without an adversary, each with the attacks that look like it ([`super::Scenario::twin_of`]): measured beside these,
+/// and no part of the reference evaluation.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn honest(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("scenarios/honest"))
 }
 
 /// The shipped platforms.

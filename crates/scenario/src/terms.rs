@@ -36,8 +36,9 @@ impl Stride {
 }
 
 /// Interface at which an attack or fault enters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, strum::IntoStaticStr)]
 #[serde(rename_all = "kebab-case")]
+#[strum(serialize_all = "kebab-case")]
 pub enum Interface {
     /// DTLS between platform and gateway.
     TelemetryLink,

@@ -12,6 +12,7 @@ use wire::time::Span;
 
 use crate::NAVIGATION_PERIOD;
 use crate::limits::SceneError;
+use crate::wander::Way;
 
 /// Most faults of one run.
 pub const MAX_FAULTS: usize = 32;
@@ -25,6 +26,9 @@ pub const MAX_STRENGTH: u8 = 100;
 
 /// The greatest factor on a speed, permille, however many faults multiply it.
 pub const MAX_SCALE: u16 = 10_000;
+
+/// The greatest deviation of a place that wanders, millimetres.
+pub const MAX_WANDER_MM: u32 = 100_000;
 
 /// The greatest factor on a sensor's noise, however many faults multiply it.
 const MAX_NOISE: f32 = 65_535.0;
@@ -91,6 +95,11 @@ pub enum Disturbance {
         /// Factor, permille, up to [`MAX_SCALE`].
         permille: u16,
     },
+    /// Its position wanders about the true one (localisation only, `wander`).
+    Wander {
+        /// Deviation on each axis after a long time, millimetres, up to [`MAX_WANDER_MM`].
+        deviation_mm: u32,
+    },
 }
 
 /// True if a sensor is part of the frames (and not of the navigation readings).
@@ -152,6 +161,7 @@ impl Fault {
             Disturbance::TimeStep { .. } => FaultKind::TimeStep,
             Disturbance::TimeDrift { .. } => FaultKind::TimeDrift,
             Disturbance::Scale { .. } => FaultKind::Scale,
+            Disturbance::Wander { .. } => FaultKind::Wander,
         }
     }
 
@@ -170,6 +180,9 @@ impl Fault {
             }
             Disturbance::Scale { permille } => self.sensor == Sensor::Odometry && permille <= MAX_SCALE,
             Disturbance::TimeStep { .. } | Disturbance::TimeDrift { .. } => self.sensor == Sensor::Localisation,
+            Disturbance::Wander { deviation_mm } => {
+                self.sensor == Sensor::Localisation && deviation_mm <= MAX_WANDER_MM
+            }
         }
     }
 }
@@ -233,6 +246,8 @@ impl Effect {
 pub struct Faults {
     all: Arc<[Fault]>,
     noise: f32,
+    /// Of each fault that wanders, by index; empty for others.
+    ways: Arc<[Way]>,
 }
 
 impl Faults {
@@ -243,8 +258,18 @@ impl Faults {
         }
         match faults.iter().position(|f| !f.applies()) {
             Some(index) => Err(SceneError::FaultDoesNotApply { index }),
-            None => Ok(Faults { all: faults.into(), noise: Effect::NONE.noise }),
+            None => Ok(Faults { all: faults.into(), noise: Effect::NONE.noise, ways: Arc::new([]) }),
         }
+    }
+
+    /// The same, with the way of each that wanders drawn from `seed`.
+    #[must_use]
+    pub(crate) fn wandering(self, seed: u64) -> Self {
+        let way = |(index, fault): (usize, &Fault)| {
+            let Disturbance::Wander { deviation_mm } = fault.disturbance else { return Way::default() };
+            Way::new(seed, index, deviation_mm, fault.duration_ms)
+        };
+        Self { ways: self.all.iter().enumerate().map(way).collect(), ..self }
     }
 
     /// The same with sensors that are always so many times as noisy.
@@ -264,7 +289,7 @@ impl Faults {
             true => Fault { duration_ms: 0, ..*fault },
             false => *fault,
         };
-        Faults { all: self.all.iter().map(calm).collect(), noise: self.noise }
+        Faults { all: self.all.iter().map(calm).collect(), noise: self.noise, ways: self.ways.clone() }
     }
 
     /// The most frames by which `sensor` will ever be late.
@@ -292,8 +317,11 @@ impl Faults {
 
     /// Effect on `sensor` this long after the start of the run.
     pub fn at(&self, run: Span, sensor: Sensor) -> Effect {
-        let active = self.all.iter().filter(|f| f.sensor == sensor && f.active(run));
-        active.fold(Effect { noise: self.noise, ..Effect::NONE }, |effect, fault| effect.with(fault, run))
+        let active = self.all.iter().enumerate().filter(|(_, f)| f.sensor == sensor && f.active(run));
+        active.fold(Effect { noise: self.noise, ..Effect::NONE }, |effect, (index, fault)| {
+            let strayed = self.ways.get(index).map_or([0, 0], |way| way.at(Span(run.0 - fault.begins().0)));
+            effect.with(fault, run).strayed(strayed)
+        })
     }
 }
 
@@ -337,7 +365,15 @@ impl Effect {
             Disturbance::Scale { permille } => {
                 self.scale = (self.scale * i64::from(permille) / 1000).min(i64::from(MAX_SCALE));
             }
+            Disturbance::Wander { .. } => {}
         }
+        self
+    }
+
+    /// The same with a place so much further away, millimetres.
+    fn strayed(mut self, by_mm: [i32; 2]) -> Effect {
+        self.displaced_mm[0] += i64::from(by_mm[0]);
+        self.displaced_mm[1] += i64::from(by_mm[1]);
         self
     }
 }

@@ -30,6 +30,7 @@ pub mod scene;
 pub mod sensor;
 pub mod terrain;
 mod truth;
+mod wander;
 pub mod weather;
 pub mod wind;
 pub mod world;
@@ -201,7 +202,7 @@ impl Sim {
         }
         let Fidelity { noise, .. } = config.fidelity;
         config.fidelity.check()?;
-        let faults = Faults::new(&config.faults)?.over(noise);
+        let faults = Faults::new(&config.faults)?.over(noise).wandering(config.seed);
         // What has nothing to add must not say that it added something.
         let adds = |fault: &Fault| matches!(fault.disturbance, Disturbance::Perturbation { .. });
         if let (Some(index), None) = (config.faults.iter().position(adds), &config.scene.perturbation) {

@@ -22,6 +22,7 @@ pub(crate) enum Stream {
     Wind,
     Spatial,
     Bearings,
+    Wander,
 }
 
 /// One stream.

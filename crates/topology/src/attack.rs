@@ -151,6 +151,7 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
         // A millisecond a second is a thousand parts per million.
         scenario::FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
         scenario::FaultKind::Scale => Disturbance::Scale { permille: mm(0) as u16 },
+        scenario::FaultKind::Wander => Disturbance::Wander { deviation_mm: mm(0) as u32 },
     }
 }
 

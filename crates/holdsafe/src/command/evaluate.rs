@@ -30,6 +30,10 @@ pub(super) struct Args {
     /// Every scenario of the ground platform in its own scene and in N drawn worlds of each family: which classes hold in both.
     #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "domain", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=100))]
     worlds: Option<u64>,
+    /// With --worlds: the honest faults of scenarios/honest and the attacks that they look like, or of the named ones, each at least 59 times
+    /// in its own scene, side by side.
+    #[arg(long, requires = "worlds")]
+    twins: bool,
     /// Keep finished trials, recordings and the result here, and resume from there [default: runs/reference, and a name of its own
     /// with --quick, --domain, --apart or --worlds].
     #[arg(long, value_name = "DIR", conflicts_with = "reproduce")]
@@ -43,7 +47,8 @@ pub(super) struct Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(worlds) = args.worlds {
-        return worlds::run(context, worlds, &args.of.scenarios, args.out.as_deref());
+        let asked = worlds::Asked { worlds, twins: args.twins, names: &args.of.scenarios };
+        return worlds::run(context, &asked, args.out.as_deref());
     }
     if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args) }
 }

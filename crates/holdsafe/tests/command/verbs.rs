@@ -227,9 +227,12 @@ fn scenario_that_stays_in_its_scene_is_told_apart() {
     assert_eq!(told.status.code(), Some(4), "nothing ran: {told:?}");
     let told: Value = serde_json::from_slice(&told.stdout).unwrap();
     assert_eq!((&told["apart"][0]["scenario"], told["rows"].as_array().map(Vec::len)), (&"teammate".into(), Some(0)));
-    for refused in
-        [&["evaluate", "loss"][..], &["evaluate", "--worlds", "0"], &["evaluate", "--worlds", "1", "--quick"]]
-    {
+    for refused in [
+        &["evaluate", "loss"][..],
+        &["evaluate", "--worlds", "0"],
+        &["evaluate", "--worlds", "1", "--quick"],
+        &["evaluate", "--twins"],
+    ] {
         assert_eq!(holdsafe(refused).status.code(), Some(2), "{refused:?}");
     }
 }

@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 use stats::Share;
 
 use super::accepted::AcceptedRate;
+use super::confusion::{self, Confusion, Named, confusion_table};
 use super::layout::Table;
+use super::twins::{TwinPair, twins_table};
 
 /// The result of `evaluate --worlds`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +28,10 @@ pub struct InWorlds {
     pub rows: Vec<WorldsRow>,
     /// Scenarios without a meaning in a drawn world.
     pub apart: Vec<Apart>,
+    /// Sensor at fault × guard named, over all rows.
+    pub confusion: Confusion,
+    /// Honest faults beside the attacks that they look like, where both are among the rows.
+    pub twins: Vec<TwinPair>,
 }
 
 /// A scenario, or a cell of one, in both.
@@ -35,6 +41,10 @@ pub struct WorldsRow {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
+    /// Sensors or interface that the scenario puts at fault.
+    pub at_fault: String,
+    /// The attacks that it looks like, where it is an honest fault.
+    pub twin_of: Vec<String>,
     /// The classes that were expected, in both.
     pub expected: Vec<Outcome>,
     /// Scenes in which they hold.
@@ -54,6 +64,8 @@ pub struct WorldsRow {
 pub struct Tally {
     /// Number of each class.
     pub outcomes: Outcomes,
+    /// Trials that name a guard, by its name.
+    pub named: Named,
     /// Trials outside the expected and the accepted classes, of those that were not INVALID, or may be.
     pub unexpected: Share,
     /// Trials in which every way point of the route was passed.
@@ -122,7 +134,12 @@ impl Tally {
         let unexpected: u64 = judged().filter(|(class, _)| is_unexpected(**class)).map(|(_, n)| n).sum();
         let progress = trials.iter().filter_map(|trial| trial.mission.as_ref()?.progress.as_ref());
         let completed = progress.filter(|progress| progress.of > 0 && progress.passed == progress.of).count() as u64;
-        Self { unexpected: Share::of(unexpected, n), completed, outcomes }
+        Self { unexpected: Share::of(unexpected, n), completed, named: confusion::count(trials), outcomes }
+    }
+
+    /// Trials that were not INVALID.
+    pub(super) fn carried_out(&self) -> u64 {
+        self.outcomes.iter().filter(|(class, _)| **class != Outcome::Invalid).map(|(_, n)| n).sum()
     }
 
     fn holds(&self) -> bool {
@@ -151,8 +168,16 @@ impl WorldsRow {
             (false, true) => Holds::Worlds,
             (false, false) => Holds::Neither,
         };
+        let at_fault = confusion::at_fault(scenario);
+        let twin_of = scenario.twin_of.iter().map(|attack| attack.as_str().to_owned()).collect();
         let (scenario, expected) = (scenario.name.as_str().to_owned(), scenario.expected.to_vec());
-        Self { scenario, cell, expected, holds, own, drawn, otherwise, reproduce: None }
+        Self { scenario, cell, at_fault, twin_of, expected, holds, own, drawn, otherwise, reproduce: None }
+    }
+
+    /// Scenario and cell.
+    pub(super) fn title(&self) -> String {
+        let cell = self.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
+        format!("{}{cell}", self.scenario)
     }
 }
 
@@ -160,7 +185,8 @@ impl InWorlds {
     /// Of these rows.
     pub fn new(seed: u64, worlds: u64, families: &[&str], rows: Vec<WorldsRow>, apart: Vec<Apart>) -> Self {
         let families = families.iter().map(ToString::to_string).collect();
-        Self { schema_version: SCHEMA_VERSION, seed, worlds, families, rows, apart }
+        let (confusion, twins) = (Confusion::of(&rows), TwinPair::among(&rows));
+        Self { schema_version: SCHEMA_VERSION, seed, worlds, families, rows, apart, confusion, twins }
     }
 
     /// Number of the rows that hold in each, in words.
@@ -175,11 +201,10 @@ impl InWorlds {
 pub fn worlds_table(result: &InWorlds) -> String {
     let mut table = Table::new(&["scenario", "expected", "own scene", "worlds", "routes", "holds", "otherwise"]);
     for row in &result.rows {
-        let cell = row.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
         let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
         let otherwise = row.otherwise.iter().map(|(family, classes)| format!("{family} {}", counted(classes)));
         table.add_row([
-            format!("{}{cell}", row.scenario),
+            row.title(),
             classes.join(" or "),
             counted(&row.own.outcomes),
             counted(&row.drawn.outcomes),
@@ -188,10 +213,12 @@ pub fn worlds_table(result: &InWorlds) -> String {
             otherwise.collect::<Vec<_>>().join("; "),
         ]);
     }
-    format!("{}routes: trials in worlds in which every way point was passed.\n", table.with_every_column())
+    let routes = "routes: trials in worlds in which every way point was passed.";
+    let parts = [twins_table(&result.twins), confusion_table(&result.confusion)].concat();
+    format!("{}\n{routes}\n{parts}", table.with_every_column())
 }
 
-fn counted(outcomes: &Outcomes) -> String {
+pub(super) fn counted(outcomes: &Outcomes) -> String {
     outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }
 

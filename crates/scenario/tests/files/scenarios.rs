@@ -178,8 +178,24 @@ fn shipped_scenarios_lie_by_interface_under_unique_names() {
         assert!(Interface::FOLDERS.contains(&folder));
         assert!(names.insert(file.file_name().unwrap().to_owned()), "{} is there twice", file.display());
     }
-    let further = [rendered(&root()).unwrap(), demo(&root()).unwrap()].concat();
+    let further = [rendered(&root()).unwrap(), demo(&root()).unwrap(), honest(&root()).unwrap()].concat();
     assert!(further.iter().all(|file| names.insert(file.file_name().unwrap().to_owned())), "{further:?}");
+}
+
+#[test]
+fn every_honest_fault_is_a_twin_of_shipped_attacks() {
+    let files = honest(&root()).unwrap();
+    assert!(files.len() >= 8, "{files:?}");
+    for file in files {
+        let scenario = load(&file).unwrap_or_else(|e| panic!("{}", e.render(false)));
+        assert!(!scenario.twin_of.is_empty(), "{} is a twin of no attack", file.display());
+        assert!(scenario.duration_s.get() <= 120.0, "{}", file.display());
+        for attack in scenario.twin_of.iter() {
+            let other =
+                scenario::find(&root(), attack.as_str()).unwrap_or_else(|| panic!("no scenario {}", attack.as_str()));
+            assert!(load(&other).unwrap().twin_of.is_empty(), "{} is itself a twin", attack.as_str());
+        }
+    }
 }
 
 #[test]

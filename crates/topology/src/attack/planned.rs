@@ -74,5 +74,6 @@ fn kind(kind: scenario::FaultKind) -> FaultKind {
         scenario::FaultKind::TimeStep => FaultKind::TimeStep,
         scenario::FaultKind::TimeDrift => FaultKind::TimeDrift,
         scenario::FaultKind::Scale => FaultKind::Scale,
+        scenario::FaultKind::Wander => FaultKind::Wander,
     }
 }

@@ -1,7 +1,8 @@
 //! `evaluate --worlds N`: every shipped scenario of the ground platform in its own scene and in N drawn worlds of each family, and the
 //! table of what holds in both. Finished trials are kept, so that it resumes after any interruption.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use evidence::trial::Trial;
 use parallel::progress::{Progress, Talk};
@@ -12,6 +13,7 @@ use runner::failure::{Exit, Failure};
 use runner::kept::Kept;
 use runner::plan::{self, Planned, Wanted, Worlds, in_worlds};
 use runner::{Context, lines, out};
+use scenario::Scenario;
 use scenario::world::Family;
 
 /// File of the whole table, and of the result.
@@ -20,13 +22,28 @@ const RESULT: &str = "worlds.json";
 /// The platform that drives in them.
 const PLATFORM: &str = "ground";
 
-pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<&Path>) -> Result<Exit, Failure> {
+/// Least number of trials of an honest fault or its attack in its own scene: none of 59 is at most 5 % at 95 %.
+const TWIN_TRIALS: u64 = 59;
+
+/// The choice of worlds and scenarios.
+pub(super) struct Asked<'a> {
+    /// Worlds of each family.
+    pub worlds: u64,
+    /// Honest faults and the attacks that they look like.
+    pub twins: bool,
+    /// Scenarios; none for all.
+    pub names: &'a [String],
+}
+
+pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> Result<Exit, Failure> {
     let context = &context.with_fresh_seed();
+    let worlds = asked.worlds;
     let in_each = worlds * families().len() as u64;
-    if context.seed.checked_add(in_each).is_none() {
-        return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for {in_each} trials", context.seed)));
+    let in_own = if asked.twins { in_each.max(TWIN_TRIALS) } else { in_each };
+    if context.seed.checked_add(in_own).is_none() {
+        return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for {in_own} trials", context.seed)));
     }
-    let (planned, apart) = plan_all(context, names)?;
+    let (planned, apart) = plan_all(context, asked)?;
     let runs = context.runs_folder()?;
     let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join("worlds"))), "worlds")?;
     let _lock = lines::lock(&dir, &context.stop)?;
@@ -35,17 +52,19 @@ pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<
     if context.talk == Talk::Normal {
         let (rows, seed) = (planned.len(), context.seed);
         link::note!(
-            "evaluate: {rows} rows, each {in_each} times in its own scene and in {in_each} worlds; seeds from {seed} on"
+            "evaluate: {rows} rows, each {in_own} times in its own scene and in {in_each} worlds; seeds from {seed} on"
         );
         link::note!(
             "Ctrl-C is safe: what is finished is kept in {}, and the same command goes on from there",
             dir.display()
         );
     }
-    let total = planned.len() * 2 * in_each as usize;
+    let drawn = planned.iter().filter(|own| homebound(&own.variation.scenario).is_none()).count();
+    let total = planned.len() * in_own as usize + drawn * in_each as usize;
     let evaluation = Evaluation {
         context,
         worlds,
+        in_own,
         kept: Kept::below(&dir)?,
         progress: Progress::new("evaluate: trials", total, context.talk),
     };
@@ -71,28 +90,52 @@ fn families() -> Vec<Family> {
 }
 
 /// The variations of every scenario that was asked for, and the scenarios that stay in their own scene, with the reason.
-fn plan_all(context: &Context, names: &[String]) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
-    let files = match names {
-        [] => scenario::shipped(&context.root()?)?,
-        names => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
+fn plan_all(context: &Context, asked: &Asked<'_>) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
+    let files = match (asked.names, asked.twins) {
+        ([], false) => scenario::shipped(&context.root()?)?,
+        ([], true) => with_attacks(context, scenario::honest(&context.root()?)?)?,
+        (names, twins) => {
+            let named = names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?;
+            if twins { with_attacks(context, named)? } else { named }
+        }
     };
     let (mut all, mut apart) = (Vec::new(), Vec::new());
     for file in files {
         let scenario = context.scenario(&file)?;
-        let is_of_another = scenario.platform.as_str() != PLATFORM;
-        let of_another = is_of_another.then(|| format!("it is not of the platform `{PLATFORM}`"));
-        match scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another) {
-            Some(why) => apart.push(Apart { scenario: scenario.name.as_str().to_owned(), why }),
-            None => all.extend(plan::plan(context, &file, &Wanted::default())?.1),
+        let why = homebound(&scenario);
+        if why.is_none() || asked.twins && !scenario.is_of_stacks() {
+            all.extend(plan::plan(context, &file, &Wanted::default())?.1);
         }
+        apart.extend(why.map(|why| Apart { scenario: scenario.name.as_str().to_owned(), why }));
     }
     Ok((all, apart))
+}
+
+/// Reason for which a scenario stays in its own scene.
+fn homebound(scenario: &Scenario) -> Option<String> {
+    let is_of_another = scenario.platform.as_str() != PLATFORM;
+    let of_another = is_of_another.then(|| format!("it is not of the platform `{PLATFORM}`"));
+    scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another)
+}
+
+/// Files of honest faults, and those of the attacks that they look like, each once.
+fn with_attacks(context: &Context, honest: Vec<PathBuf>) -> Result<Vec<PathBuf>, Failure> {
+    let mut attacks = BTreeSet::new();
+    for file in &honest {
+        let scenario = context.scenario(file)?;
+        let named = scenario.twin_of.iter().map(|attack| plan::file_of(context, attack.as_str()));
+        attacks.extend(named.collect::<Result<Vec<_>, _>>()?);
+    }
+    let further = attacks.into_iter().filter(|file| !honest.contains(file));
+    Ok(honest.iter().cloned().chain(further).collect())
 }
 
 struct Evaluation<'a> {
     context: &'a Context,
     /// Of each family.
     worlds: u64,
+    /// Trials in the own scene.
+    in_own: u64,
     kept: Kept,
     progress: Progress,
 }
@@ -100,8 +143,9 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     /// The row of a variation: its trials in its own scene, and one in each world, with the world's seed.
     fn row(&self, own: &Planned) -> Result<WorldsRow, Failure> {
-        let (scenario, families) = (&own.variation.scenario, families());
-        let own_trials = self.run(std::slice::from_ref(own), self.worlds * families.len() as u64, self.context.seed)?;
+        let scenario = &own.variation.scenario;
+        let families = if homebound(scenario).is_none() { families() } else { Vec::new() };
+        let own_trials = self.run(std::slice::from_ref(own), self.in_own, self.context.seed)?;
         let mut drawn: Vec<(&'static str, Planned, Trial)> = Vec::new();
         for seed in self.context.seed..self.context.seed + self.worlds {
             let of = |family: &Family| in_worlds(own, &Worlds { family: *family, seeds: seed..seed + 1 });
