@@ -306,7 +306,8 @@ impl Autonomy {
         if guarded && (matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost()) {
             return drive::SetPoint::Rest;
         }
-        flight::velocity(SetPoint { speed, curvature }, self.height())
+        let turning = f64::from(self.identity.limits.turning_mm_s);
+        flight::velocity(SetPoint { speed, curvature }, self.height(), turning)
     }
 
     /// Limits of height and the height, of a unit that flies.
