@@ -10,12 +10,14 @@ use evidence::mission::{Stage, Verb};
 use super::operator::Step;
 use super::value::{List, Located, Real};
 use super::world::Chance;
-use super::{Scenario, Scene};
+use super::{MAX_STATIONS, Scenario, Scene, Station};
 
 /// Range of the time by which everything that the scenario does comes later, seconds: a mission takes minutes.
 const LATER_S: (f64, f64) = (0.0, 240.0);
 /// Least length of a trial that has no such time, seconds: a mission.
 const MISSION_S: f64 = 600.0;
+/// The same in a pass of a satellite, which has its region in sight for less than four minutes.
+const IN_PASS_S: ((f64, f64), f64) = ((0.0, 90.0), 200.0);
 /// Number of the draws of that time; families have those below.
 const ONSETS: u64 = 1000;
 
@@ -28,6 +30,8 @@ pub enum Homebound {
     Teammates,
     /// An object or the light of its own scene is the attack.
     OwnScene,
+    /// Its times are those of its own contacts.
+    OwnContacts,
 }
 
 impl fmt::Display for Homebound {
@@ -36,6 +40,7 @@ impl fmt::Display for Homebound {
             Homebound::OfStacks => "it runs on the real stacks, which have no world",
             Homebound::Teammates => "its teammates have their places in its own scene",
             Homebound::OwnScene => "an object or the light of its own scene is its attack",
+            Homebound::OwnContacts => "its times are those of its own contacts",
         })
     }
 }
@@ -49,13 +54,33 @@ impl Scenario {
     /// # Errors
     /// It has no meaning there.
     pub fn in_world(&self, scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
+        self.placed(scene, seed, (LATER_S, MISSION_S))
+    }
+
+    /// The same in a pass of a satellite over the region `scene`, with these stations.
+    ///
+    /// # Errors
+    /// It has no meaning there.
+    pub fn in_pass(
+        &self,
+        scene: Scene,
+        station: List<Station, MAX_STATIONS>,
+        seed: u64,
+    ) -> Result<Scenario, Homebound> {
+        let mut scenario = self.placed(scene, seed, IN_PASS_S)?;
+        scenario.conditions.station = station;
+        Ok(scenario)
+    }
+
+    /// In a scene, everything so much later, and a mission so long.
+    fn placed(&self, scene: Scene, seed: u64, (later, mission_s): ((f64, f64), f64)) -> Result<Scenario, Homebound> {
         self.check_for_worlds()?;
-        let later_s = Chance::new(ONSETS, seed, 0).between(LATER_S.0, LATER_S.1);
+        let later_s = Chance::new(ONSETS, seed, 0).between(later.0, later.1);
         let (from, to) = self.varies.phase_s();
         let mut scenario = self.clone();
         (scenario.scene, scenario.scene_file) = (Some(scene), None);
         let own_s = self.duration_s.get();
-        let lasts_s = if self.windows().is_empty() { own_s.max(MISSION_S) } else { own_s + later_s };
+        let lasts_s = if self.windows().is_empty() { own_s.max(mission_s) } else { own_s + later_s };
         scenario.duration_s = Located::nowhere(Real::nearest(lasts_s));
         scenario.varies.injection_phase_s =
             Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
@@ -80,6 +105,9 @@ impl Scenario {
         }
         if !self.unit.is_empty() {
             return Err(Homebound::Teammates);
+        }
+        if !self.conditions.station.is_empty() {
+            return Err(Homebound::OwnContacts);
         }
         let scene = self.scene();
         let deceives = scene.object.iter().any(|object| {
