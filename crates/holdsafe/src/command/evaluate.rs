@@ -27,8 +27,9 @@ pub(super) struct Args {
     /// A smoke check of a minute or two: every scenario and cell 3 times in the twin or on the stacks, and no live run.
     #[arg(long, conflicts_with_all = ["reproduce", "apart"])]
     quick: bool,
-    /// Every scenario of the ground platform in its own scene and in N drawn worlds of each family: which classes hold in both.
-    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "domain", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=100))]
+    /// Every scenario of the ground platform, or with --domain of another, in its own scene and in N drawn worlds of each family for
+    /// such a body: which classes hold in both.
+    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=100))]
     worlds: Option<u64>,
     /// Keep finished trials, recordings and the result here, and resume from there [default: runs/reference, and a name of its own
     /// with --quick, --domain, --apart or --worlds].
@@ -43,7 +44,8 @@ pub(super) struct Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(worlds) = args.worlds {
-        return worlds::run(context, worlds, &args.of.scenarios, args.out.as_deref());
+        let asked = worlds::Asked { worlds, platform: args.domain.as_deref(), names: &args.of.scenarios };
+        return worlds::run(context, &asked, args.out.as_deref());
     }
     if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args) }
 }

@@ -1,5 +1,5 @@
-//! `evaluate --worlds N`: every shipped scenario of the ground platform in its own scene and in N drawn worlds of each family, and the
-//! table of what holds in both. Finished trials are kept, so that it resumes after any interruption.
+//! `evaluate --worlds N`: every shipped scenario of a platform in its own scene and in N drawn worlds of each family for its kind of body,
+//! and the table of what holds in both. Finished trials are kept, so that it resumes after any interruption.
 
 use std::path::Path;
 
@@ -10,25 +10,50 @@ use results::report::{Apart, InWorlds, WorldsRow, worlds_table};
 use runner::batch::{self, Batch};
 use runner::failure::{Exit, Failure};
 use runner::kept::Kept;
-use runner::plan::{self, Planned, Wanted, Worlds, in_worlds};
+use runner::plan::{self, Chosen, Planned, Wanted, Worlds, in_worlds};
 use runner::{Context, lines, out};
-use scenario::world::Family;
+use scenario::world::{Family, Kind};
+use scenario::{Platform, load_platform};
 
 /// File of the whole table, and of the result.
 const TABLE: &str = "table.txt";
 const RESULT: &str = "worlds.json";
-/// The platform that drives in them.
+/// The platform that drives in them where none is asked for.
 const PLATFORM: &str = "ground";
 
-pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<&Path>) -> Result<Exit, Failure> {
+/// The worlds that were asked for.
+pub(super) struct Asked<'a> {
+    /// Of each family.
+    pub(super) worlds: u64,
+    /// Another platform than the ground's.
+    pub(super) platform: Option<&'a str>,
+    /// Scenarios, in place of all.
+    pub(super) names: &'a [String],
+}
+
+pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> Result<Exit, Failure> {
     let context = &context.with_fresh_seed();
-    let in_each = worlds * families().len() as u64;
+    let (worlds, of_platform) = (asked.worlds, plan::platform_of(context, asked.platform.unwrap_or(PLATFORM))?);
+    let platform = load_platform(&of_platform.file)?;
+    let families = Family::developed_for(Kind::of(&platform));
+    if families.is_empty() {
+        let message = format!(
+            "`{}` has no family of worlds; expected a body on wheels or rotors, or a satellite",
+            of_platform.asked
+        );
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let in_each = worlds * families.len() as u64;
     if context.seed.checked_add(in_each).is_none() {
         return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for {in_each} trials", context.seed)));
     }
-    let (planned, apart) = plan_all(context, names)?;
+    let (planned, apart) = plan_all(context, asked.names, (&of_platform, &platform))?;
     let runs = context.runs_folder()?;
-    let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join("worlds"))), "worlds")?;
+    let own = match asked.platform {
+        None => "worlds".to_owned(),
+        Some(_) => format!("worlds-{}", platform.name.as_str()),
+    };
+    let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join(own))), "worlds")?;
     let _lock = lines::lock(&dir, &context.stop)?;
     out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
 
@@ -46,13 +71,14 @@ pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<
     let evaluation = Evaluation {
         context,
         worlds,
+        families: &families,
         kept: Kept::below(&dir)?,
         progress: Progress::new("evaluate: trials", total, context.talk),
     };
     let rows = planned.iter().map(|own| evaluation.row(own)).collect::<Result<Vec<_>, _>>()?;
     evaluation.progress.finish();
 
-    let names: Vec<&str> = families().iter().map(|family| family.name()).collect();
+    let names: Vec<&str> = families.iter().map(|family| family.name()).collect();
     let result = InWorlds::new(context.seed, worlds, &names, rows, apart);
     out::write_result(&dir, RESULT, "worlds", &result)?;
     out::write_text(&dir, TABLE, &worlds_table(&result))?;
@@ -65,13 +91,12 @@ pub(super) fn run(context: &Context, worlds: u64, names: &[String], out: Option<
     Ok(if result.rows.is_empty() { Exit::NoEvidence } else { Exit::Fine })
 }
 
-/// Those that development drives in.
-fn families() -> Vec<Family> {
-    Family::ALL.into_iter().filter(|family| !family.is_held_out()).collect()
-}
-
-/// The variations of every scenario that was asked for, and the scenarios that stay in their own scene, with the reason.
-fn plan_all(context: &Context, names: &[String]) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
+/// The variations of every scenario that was asked for on a platform, and the scenarios that stay in their own scene, with the reason.
+fn plan_all(
+    context: &Context,
+    names: &[String],
+    (chosen, platform): (&Chosen, &Platform),
+) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
     let files = match names {
         [] => scenario::shipped(&context.root()?)?,
         names => names.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
@@ -79,11 +104,18 @@ fn plan_all(context: &Context, names: &[String]) -> Result<(Vec<Planned>, Vec<Ap
     let (mut all, mut apart) = (Vec::new(), Vec::new());
     for file in files {
         let scenario = context.scenario(&file)?;
-        let is_of_another = scenario.platform.as_str() != PLATFORM;
-        let of_another = is_of_another.then(|| format!("it is not of the platform `{PLATFORM}`"));
+        let own = *scenario.platform == *platform.name;
+        let shared = platform.owes.as_ref().is_some_and(|owes| **owes == *scenario.platform);
+        let of_another = (!own && !shared).then(|| format!("it is not of the platform `{}`", platform.name.as_str()));
         match scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another) {
             Some(why) => apart.push(Apart { scenario: scenario.name.as_str().to_owned(), why }),
-            None => all.extend(plan::plan(context, &file, &Wanted::default())?.1),
+            None => {
+                let wanted = Wanted { platform: shared.then(|| chosen.clone()), ..Wanted::default() };
+                let mut planned = plan::of_scenario(context, &scenario, &wanted)?;
+                // A scenario that states no class there says nothing of it.
+                planned.retain(|planned| !planned.variation.scenario.expected.is_empty());
+                all.extend(planned);
+            }
         }
     }
     Ok((all, apart))
@@ -93,6 +125,7 @@ struct Evaluation<'a> {
     context: &'a Context,
     /// Of each family.
     worlds: u64,
+    families: &'a [Family],
     kept: Kept,
     progress: Progress,
 }
@@ -100,7 +133,7 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     /// The row of a variation: its trials in its own scene, and one in each world, with the world's seed.
     fn row(&self, own: &Planned) -> Result<WorldsRow, Failure> {
-        let (scenario, families) = (&own.variation.scenario, families());
+        let (scenario, families) = (&own.variation.scenario, self.families);
         let own_trials = self.run(std::slice::from_ref(own), self.worlds * families.len() as u64, self.context.seed)?;
         let mut drawn: Vec<(&'static str, Planned, Trial)> = Vec::new();
         for seed in self.context.seed..self.context.seed + self.worlds {
