@@ -307,7 +307,21 @@ impl Autonomy {
             return drive::SetPoint::Rest;
         }
         let turning = f64::from(self.identity.limits.turning_mm_s);
-        flight::velocity(SetPoint { speed, curvature }, self.height(), turning)
+        let off = if guarded { self.off_walls() } else { (0.0, 0.0) };
+        flight::velocity(SetPoint { speed, curvature }, self.height(), (turning, off))
+    }
+
+    /// Velocity off the map's walls at the unit's height, ahead and to the left, mm/s; none towards the fence. What perception shows does not
+    /// push the unit.
+    fn off_walls(&self) -> Point {
+        let (Some((_, height)), Some(motion)) = (self.height(), self.localisation.motion()) else { return (0.0, 0.0) };
+        let bounds = &self.bounds;
+        if !self.fence.keeps(motion.at, f64::from(bounds.fence_margin_mm + self.identity.limits.fence_spare_mm)) {
+            return (0.0, 0.0);
+        }
+        let [length, width] = self.identity.limits.body_mm.map(f64::from);
+        let high = self.things.on_the_map().filter(|thing| thing.top >= height - flight::BELOW_MM);
+        flight::off_walls(&motion, libm::hypot(length, width) / 2.0, high.map(|thing| &thing.extent))
     }
 
     /// Limits of height and the height, of a unit that flies.

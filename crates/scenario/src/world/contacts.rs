@@ -55,11 +55,12 @@ pub(super) fn stations(seed: u64, platform: &Platform) -> List<Station, MAX_STAT
     let Ok(orbit) = Orbit::new(&pass.elements) else { return List::default() };
     let mut chance = Chance::new(STATIONS, seed, 0);
     let at = |contact| station(&mut chance, &orbit, pass.start_s, contact);
-    List::of(contacts(&mut Chance::new(STATIONS, seed, 1)).into_iter().map(at))
+    List::of(contacts(seed).into_iter().map(at))
 }
 
 /// Begin and end of the contacts, seconds after the start.
-pub(super) fn contacts(chance: &mut Chance) -> Vec<(f64, f64)> {
+pub(super) fn contacts(seed: u64) -> Vec<(f64, f64)> {
+    let chance = &mut Chance::new(STATIONS, seed, 1);
     let (mut begin, mut contacts) = (-chance.between(20.0, 60.0), Vec::new());
     let more = chance.integer(1, 2);
     for _ in 0..more {
