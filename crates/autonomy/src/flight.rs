@@ -26,7 +26,7 @@ const KEEPS_OFF_MM_S: f64 = 500.0;
 const HEIGHT_ERRORS: f64 = 0.5;
 
 /// A thing below the unit counts as in its way down to this distance below its height, millimetres: half of a body, and the error of the height.
-pub const BELOW_MM: f64 = 500.0;
+const BELOW_MM: f64 = 500.0;
 
 /// The velocity that goes this way; in the air, at this height (mm), towards the height that is flown at, and off the walls with a velocity ahead and
 /// to the left (mm/s). A hover turns on its curvature as at the speed `turning` (mm/s).
@@ -53,6 +53,12 @@ pub fn off_walls<'a>(motion: &Motion, radius: f64, walls: impl Iterator<Item = &
     let share = (KEEPS_OFF_MM_S / libm::hypot(east, north).max(1.0)).min(1.0);
     let (sin, cos) = libm::sincos(motion.yaw);
     (share * (east * cos + north * sin), share * (north * cos - east * sin))
+}
+
+/// Least tops of the things that a unit at `height` must not touch, millimetres: of the map's, so that it stays as far above them as above the ground at the
+/// floor; of others, which have the largest top of their class.
+pub fn reached(limits: &Aloft, height: f64) -> [f64; 2] {
+    [(height - f64::from(limits.floor_ceiling_mm[0])).max(0.0), height - BELOW_MM]
 }
 
 /// Greatest top of a thing that a way may lead over, above the ground, millimetres: the unit is as far above it as above the ground at the floor, four
@@ -118,6 +124,7 @@ pub(crate) mod tests {
     #[test]
     fn ways_lead_over_what_is_low() {
         assert_eq!(flown_over(&LIMITS), 1100.0);
+        assert_eq!(reached(&LIMITS, 2500.0), [1500.0, 2000.0]);
     }
 
     #[test]
