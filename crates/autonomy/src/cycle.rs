@@ -306,7 +306,25 @@ impl Autonomy {
         if guarded && (matches!(self.mode(), Mode::Idle | Mode::HoldSafe) || self.lost()) {
             return drive::SetPoint::Rest;
         }
-        flight::velocity(SetPoint { speed, curvature }, self.height())
+        let turning = f64::from(self.identity.limits.turning_mm_s);
+        let off = if guarded { self.off_walls() } else { (0.0, 0.0) };
+        flight::velocity(SetPoint { speed, curvature }, self.height(), (turning, off))
+    }
+
+    /// Velocity off the map's walls at the unit's height, ahead and to the left, mm/s; none towards the fence. What perception shows does not
+    /// push the unit.
+    fn off_walls(&self) -> Point {
+        let (Some((aloft, height)), Some(motion)) = (self.height(), self.localisation.motion()) else {
+            return (0.0, 0.0);
+        };
+        let bounds = &self.bounds;
+        if !self.fence.keeps(motion.at, f64::from(bounds.fence_margin_mm + self.identity.limits.fence_spare_mm)) {
+            return (0.0, 0.0);
+        }
+        let [length, width] = self.identity.limits.body_mm.map(f64::from);
+        let [lowest, _] = flight::reached(aloft, height);
+        let high = self.things.on_the_map().filter(|thing| thing.top >= lowest);
+        flight::off_walls(&motion, libm::hypot(length, width) / 2.0, high.map(|thing| &thing.extent))
     }
 
     /// Limits of height and the height, of a unit that flies.
@@ -355,8 +373,8 @@ impl Autonomy {
         if limits.body_mm == [0, 0] {
             return Vec::new();
         }
-        let height = self.height().map_or(0.0, |(_, height)| height - flight::BELOW_MM);
-        self.things.obstacles(now, height, self.teammates.places(now))
+        let heights = self.height().map_or([0.0; 2], |(aloft, height)| flight::reached(aloft, height));
+        self.things.obstacles(now, heights, self.teammates.places(now))
     }
 
     /// Demand of a look under way: a way from where the unit is, to the other side where there is none on its own; then, with the

@@ -45,6 +45,14 @@ impl Extent {
         libm::hypot((along.abs() - self.half.0).max(0.0), (across.abs() - self.half.1).max(0.0))
     }
 
+    /// The way from the nearest of its points to a point, 0 inside.
+    pub fn away(&self, p: Point) -> Point {
+        let (along, across) = self.within(p);
+        let beyond = |part: f64, half: f64| part - part.clamp(-half, half);
+        let (along, across) = (beyond(along, self.half.0), beyond(across, self.half.1));
+        (along * self.axis.0 - across * self.axis.1, along * self.axis.1 + across * self.axis.0)
+    }
+
     /// True if the two have a point in common.
     pub fn overlaps(&self, other: &Extent) -> bool {
         let (dx, dy) = (other.at.0 - self.at.0, other.at.1 - self.at.1);

@@ -350,6 +350,8 @@ fn plan(fence: &Geofence, things: &Things, bounds: &Bounds, limits: &Limits) -> 
     let wide = f64::from(limits.plan_clearance_mm);
     let narrow = (f64::from(limits.body_mm[1]) / 2.0 + NARROW_MM).min(wide);
     let fence_mm = f64::from(bounds.fence_margin_mm) + wide;
-    let map: Vec<Extent> = things.on_the_map().map(|thing| thing.extent).collect();
+    let flown_over = limits.aloft.map_or(0.0, |aloft| flight::flown_over(&aloft));
+    let map: Vec<Extent> =
+        things.on_the_map().filter(|thing| thing.top > flown_over).map(|thing| thing.extent).collect();
     Grid::new(fence, &map, Clearance { fence: fence_mm, wide, narrow })
 }

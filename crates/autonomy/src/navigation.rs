@@ -158,7 +158,7 @@ fn free_ahead(motion: &Motion, around: &Surroundings<'_>) -> f64 {
 }
 
 /// The highest speed up to the one that is asked for that leaves the fence guard room. A creeping unit leaves a quarter of it, or less where its arc leads away from the
-/// fence: a wheeled unit turns on no other. A unit without a reverse gear creeps in any case.
+/// fence: a wheeled unit turns on no other. A unit without a reverse gear, and one without wheels, creeps in any case.
 pub(crate) fn within_fence(motion: &Motion, asked: SetPoint, around: &Surroundings<'_>) -> f64 {
     let Surroundings { fence, bounds, limits, .. } = *around;
     let creeping = asked.speed.min(f64::from(limits.turning_mm_s) / 2.0);
@@ -168,7 +168,7 @@ pub(crate) fn within_fence(motion: &Motion, asked: SetPoint, around: &Surroundin
         fence.spare(&Motion { speed: 0.0, ..*motion }, bounds, limits) >= NOISE_MM
             && fence.clearance(after_arc(motion, ARC_MM, asked.curvature)) > fence.clearance(motion.at)
     };
-    let may_creep = has_room || limits.reverse_mm_s == 0 || turns_away();
+    let may_creep = has_room || limits.reverse_mm_s == 0 || limits.free || turns_away();
     inside_fence(motion, asked.speed, around).max(if may_creep { creeping } else { 0.0 })
 }
 

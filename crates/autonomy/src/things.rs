@@ -149,12 +149,17 @@ impl Things {
         self.map.iter().any(|thing| thing.extent.distance(seen.at) <= SIDE_OF_THE_MAP_MM)
     }
 
-    /// Those that reach up to `height`, and teammates.
-    pub fn obstacles(&self, now: Instant, height: f64, teammates: impl Iterator<Item = Point>) -> Vec<Obstacle> {
+    /// Those of the map that reach up to the first height, of the others up to the second, and teammates.
+    pub fn obstacles(
+        &self,
+        now: Instant,
+        [mapped, kept]: [f64; 2],
+        teammates: impl Iterator<Item = Point>,
+    ) -> Vec<Obstacle> {
         let still = (0.0, 0.0);
-        let mapped = self.map.iter().map(|thing| (*thing, still, false));
-        let kept = self.kept.iter().map(|kept| (kept.thing(), kept.reckoned(now), kept.may_walk()));
-        let high = mapped.chain(kept).filter(|(thing, ..)| thing.top >= height);
+        let on_the_map = self.on_the_map().filter(|thing| thing.top >= mapped).map(|thing| (*thing, still, false));
+        let shown = self.kept.iter().map(|kept| (kept.thing(), kept.reckoned(now), kept.may_walk()));
+        let high = on_the_map.chain(shown.filter(|(thing, ..)| thing.top >= kept));
         let high = high.map(|(Thing { extent, .. }, velocity, may_walk)| Obstacle { extent, velocity, may_walk });
         let claimed = |at| Obstacle { extent: Extent::around(at, TEAMMATE_MM), velocity: still, may_walk: false };
         high.chain(teammates.map(claimed)).collect()
@@ -215,7 +220,7 @@ mod tests {
     }
 
     fn count(things: &Things) -> usize {
-        things.obstacles(Instant(0), 0.0, core::iter::empty()).len()
+        things.obstacles(Instant(0), [0.0; 2], core::iter::empty()).len()
     }
 
     #[test]
@@ -260,7 +265,7 @@ mod tests {
         );
         assert_eq!(count(&things), 2, "a person stands beside it");
         assert_eq!(
-            things.obstacles(Instant(0), 1600.0, core::iter::empty()).len(),
+            things.obstacles(Instant(0), [1600.0; 2], core::iter::empty()).len(),
             1,
             "at that height the car is flown over"
         );
@@ -283,7 +288,7 @@ mod tests {
     fn walker_who_turns_is_reckoned_to_walk() {
         let mut things = Things::new(Arc::from([]), Instant(0));
         let walker = |vx_mm_s, now| Track { vx_mm_s, ..track(Class::Person, (6000, 0), now) };
-        let moves = |things: &Things, now| things.obstacles(now, 0.0, core::iter::empty())[0].moves();
+        let moves = |things: &Things, now| things.obstacles(now, [0.0; 2], core::iter::empty())[0].moves();
         let after = |ms| Instant(0) + Span::ms(ms);
         things.update(&shows(&[walker(1400, after(0))], None, after(0)), &AT_THE_ORIGIN, after(0));
         things.update(&shows(&[walker(0, after(500))], None, after(500)), &AT_THE_ORIGIN, after(500));
@@ -310,9 +315,9 @@ mod tests {
         let [behind, side_of_the_car] = [nearby(1, (-3000, 0), 1400), nearby(2, (6100, -1000), 0)];
         things.update(&shows(&[], Some(&[behind, side_of_the_car]), Instant(0)), &AT_THE_ORIGIN, Instant(0));
         assert_eq!(count(&things), 2, "the car of the map once");
-        let walks = things.obstacles(Instant(0), 0.0, core::iter::empty())[1];
+        let walks = things.obstacles(Instant(0), [0.0; 2], core::iter::empty())[1];
         assert_eq!((walks.extent.at, walks.velocity), ((-3000.0, 0.0), (1400.0, 0.0)));
-        let over = things.obstacles(Instant(0), 1000.0, core::iter::empty()).len();
+        let over = things.obstacles(Instant(0), [1000.0; 2], core::iter::empty()).len();
         assert_eq!(over, 1, "in the air what has no class is not known to be as high");
         things.update(&shows(&[], Some(&[]), Instant(0) + Span::s(1)), &AT_THE_ORIGIN, Instant(0) + Span::s(1));
         assert_eq!(count(&things), 1);
@@ -328,7 +333,7 @@ mod tests {
             let now = Instant(0) + Span::ms(100 * tick);
             let seen = nearby(7, (3000 - 140 * tick as i32, 2500), -1400);
             things.update(&shows(&[], Some(&[seen]), now), &AT_THE_ORIGIN, now);
-            let all = things.obstacles(now, 0.0, core::iter::empty());
+            let all = things.obstacles(now, [0.0; 2], core::iter::empty());
             assert_eq!(all.len(), 1, "{tick}: {all:?}");
             assert_eq!(all[0].extent.at.0, f64::from(seen.x_mm));
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use results::campaign::Content;
 use results::mode::Mode;
-use scenario::world::{self, Body, Family};
+use scenario::world::{self, Body, Family, Kind};
 use scenario::{Hosts, Scenario, Setup, Variation, load_platform};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
@@ -205,18 +205,21 @@ pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> R
 /// A variation once in each drawn world, each a cell of its own.
 ///
 /// # Errors
-/// It has no meaning there, or no fair world was drawn.
+/// The family is for another kind of body, the scenario has no meaning there, or no fair world was drawn.
 pub fn in_worlds(planned: &Planned, worlds: &Worlds) -> Result<Vec<Planned>, Failure> {
     let (Variation { cell, scenario }, family) = (&planned.variation, worlds.family);
     let platform = &planned.setup.platform;
-    if platform.satellite.is_some() {
-        let message = format!("`{}` drives in no drawn world; leave out --world", platform.name.as_str());
-        return Err(Failure::new(Exit::Usage, message));
-    }
+    family
+        .check_for(platform)
+        .map_err(|e| Failure::new(Exit::Usage, format!("{e}; name another family or leave out --world")))?;
     let body = Body::of(platform);
     let drawn = |seed| {
         let scene = world::draw(family, seed, &body).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
-        let scenario = scenario.in_world(scene, seed).map_err(|e| {
+        let placed = match Kind::of(platform) {
+            Kind::Satellite => scenario.in_pass(scene, world::stations(seed, platform), seed),
+            Kind::Wheels | Kind::Rotors | Kind::Wing => scenario.in_world(scene, seed),
+        };
+        let scenario = placed.map_err(|e| {
             let name = scenario.name.as_str();
             Failure::new(Exit::Usage, format!("`{name}` is in no drawn world: {e}; leave out --world"))
         })?;

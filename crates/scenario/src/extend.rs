@@ -20,7 +20,7 @@ use super::{Name, Problem, Problems, Scenario};
 const MAX_BASES: usize = 3;
 
 /// Keys that every file gives for itself.
-pub(super) const OWN: [&str; 19] = [
+pub(super) const OWN: [&str; 20] = [
     "schema_version",
     "name",
     "title",

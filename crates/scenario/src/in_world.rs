@@ -13,12 +13,14 @@ use serde::{Deserialize, Serialize};
 use super::operator::Step;
 use super::value::{List, Located, Real};
 use super::world::Chance;
-use super::{Point, Pose, Scenario, Scene};
+use super::{MAX_STATIONS, Point, Pose, Scenario, Scene, Station};
 
 /// Range of the time by which everything that the scenario does comes later, seconds: a mission takes minutes.
 const LATER_S: (f64, f64) = (0.0, 240.0);
 /// Least length of a trial that has no such time, seconds: a mission.
 const MISSION_S: f64 = 600.0;
+/// The same in a pass of a satellite, which has its region in sight for less than four minutes.
+const IN_PASS_S: ((f64, f64), f64) = ((0.0, 90.0), 200.0);
 /// Times that a route is driven before an attack finds the unit at its end, and most way points of a scene.
 const LAPS: usize = 3;
 const MOST_POINTS: usize = 64;
@@ -56,6 +58,8 @@ pub enum Homebound {
     Teammates,
     /// An object, the light or a place of its own scene is the attack.
     OwnScene,
+    /// Its times are those of its own contacts.
+    OwnContacts,
 }
 
 impl fmt::Display for Homebound {
@@ -64,6 +68,7 @@ impl fmt::Display for Homebound {
             Homebound::OfStacks => "it runs on the real stacks, which have no world",
             Homebound::Teammates => "its teammates have their places in its own scene",
             Homebound::OwnScene => "an object, the light or a place of its own scene is its attack",
+            Homebound::OwnContacts => "its times are those of its own contacts",
         })
     }
 }
@@ -76,31 +81,50 @@ impl Scenario {
     ///
     /// # Errors
     /// It has no meaning there.
-    pub fn in_world(&self, scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
-        self.check_for_worlds()?;
-        let mut scenario = self.clone();
-        (scenario.scene, scenario.scene_file) = (Some(scene), None);
-        let Some(scene) = &mut scenario.scene else { return Ok(scenario) };
+    pub fn in_world(&self, mut scene: Scene, seed: u64) -> Result<Scenario, Homebound> {
         if self.in_worlds == Drawn::OwnTime {
             scene.route = Located::nowhere(List::of([Located::nowhere(ahead_of(&scene.start))]));
+        } else if !self.windows().is_empty() {
+            let laps = (LAPS * scene.route.len()).min(MOST_POINTS);
+            scene.route = Located::nowhere(List::of(scene.route.iter().cycle().take(laps).cloned().collect::<Vec<_>>()));
+        }
+        self.placed(scene, seed, (LATER_S, MISSION_S))
+    }
+
+    /// The same in a pass of a satellite over the region `scene`, with these stations.
+    ///
+    /// # Errors
+    /// It has no meaning there.
+    pub fn in_pass(
+        &self,
+        scene: Scene,
+        station: List<Station, MAX_STATIONS>,
+        seed: u64,
+    ) -> Result<Scenario, Homebound> {
+        let mut scenario = self.placed(scene, seed, IN_PASS_S)?;
+        scenario.conditions.station = station;
+        Ok(scenario)
+    }
+
+    /// In a scene, everything so much later, and a mission so long.
+    fn placed(&self, scene: Scene, seed: u64, (later, mission_s): ((f64, f64), f64)) -> Result<Scenario, Homebound> {
+        self.check_for_worlds()?;
+        // Worlds of one seed differ by family, and so do these.
+        let later_s = Chance::new(ONSETS, seed, scene.ground.seed.into()).between(later.0, later.1);
+        let mut scenario = self.clone();
+        (scenario.scene, scenario.scene_file) = (Some(scene), None);
+        if self.in_worlds == Drawn::OwnTime {
             return Ok(scenario);
         }
-        // Worlds of one seed differ by family, and so do these.
-        let later_s = Chance::new(ONSETS, seed, scene.ground.seed.into()).between(LATER_S.0, LATER_S.1);
-        if !self.windows().is_empty() {
-            let points = scene.route.len();
-            let laps = scene.route.iter().cycle().take((LAPS * points).min(MOST_POINTS)).cloned().collect::<Vec<_>>();
-            scene.route = Located::nowhere(List::of(laps));
-        }
-        scenario.come_later(later_s);
+        scenario.come_later(later_s, mission_s);
         Ok(scenario)
     }
 
     /// Moves all but the start by so many seconds, without the orders that need a vehicle.
-    fn come_later(&mut self, later_s: f64) {
+    fn come_later(&mut self, later_s: f64, mission_s: f64) {
         let (from, to) = self.varies.phase_s();
         let own_s = self.duration_s.get();
-        let lasts_s = if self.windows().is_empty() { own_s.max(MISSION_S) } else { own_s + later_s };
+        let lasts_s = if self.windows().is_empty() { own_s.max(mission_s) } else { own_s + later_s };
         self.duration_s = Located::nowhere(Real::nearest(lasts_s));
         self.varies.injection_phase_s = Located::nowhere(List::of([from + later_s, to + later_s].map(Real::nearest)));
         let needs_none = |step: &&Step| !matches!(*step.verb, Verb::Arm | Verb::Confirm | Verb::Disarm);
@@ -123,6 +147,9 @@ impl Scenario {
         }
         if !self.unit.is_empty() {
             return Err(Homebound::Teammates);
+        }
+        if !self.conditions.station.is_empty() {
+            return Err(Homebound::OwnContacts);
         }
         let scene = self.scene();
         let deceives = scene.object.iter().any(|object| {

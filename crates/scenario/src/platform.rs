@@ -140,9 +140,10 @@ impl Platform {
         let limits = tables::limits(&self.guards, &self.vehicle);
         let [length, width, _] = self.extent();
         let body_mm = [length, width].map(|edge| (edge * 1000.0).round() as u32);
-        // A body without wheels has no axle that it could swing about, and no reverse gear.
+        // A body without wheels has no axle that it could swing about, and no reverse gear; rotors go back as fast as they turn.
         let free = self.is_free();
-        let [rear_axle_mm, reverse_mm_s] = if free { [0; 2] } else { [limits.rear_axle_mm, limits.reverse_mm_s] };
+        let back = if self.multirotor.is_some() { limits.turning_mm_s } else { 0 };
+        let [rear_axle_mm, reverse_mm_s] = if free { [0, back] } else { [limits.rear_axle_mm, limits.reverse_mm_s] };
         Limits { aloft, free, body_mm, rear_axle_mm, reverse_mm_s, ..limits }
     }
 }

@@ -27,8 +27,9 @@ pub(super) struct Args {
     /// A smoke check of a minute or two: every scenario and cell 3 times in the twin or on the stacks, and no live run.
     #[arg(long, conflicts_with_all = ["reproduce", "apart"])]
     quick: bool,
-    /// Every scenario of the ground platform in its own scene and in N drawn worlds of each family: which classes hold in both.
-    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "domain", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=100))]
+    /// Every scenario of the ground platform, or with --domain of another, in its own scene and in N drawn worlds of each family for
+    /// such a body: which classes hold in both.
+    #[arg(long, value_name = "N", group = "selects", conflicts_with_all = ["reproduce", "apart", "quick"], value_parser = clap::value_parser!(u64).range(1..=100))]
     worlds: Option<u64>,
     /// With --worlds: the honest faults of scenarios/honest and the attacks that they look like, or of the named ones, each at least 59 times
     /// in its own scene, side by side.
@@ -47,7 +48,8 @@ pub(super) struct Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(worlds) = args.worlds {
-        let asked = worlds::Asked { worlds, twins: args.twins, names: &args.of.scenarios };
+        let (platform, twins, names) = (args.domain.as_deref(), args.twins, &args.of.scenarios[..]);
+        let asked = worlds::Asked { worlds, platform, twins, names };
         return worlds::run(context, &asked, args.out.as_deref());
     }
     if args.reproduce { reproduce::run(context, &args.of) } else { reference::run(context, args) }

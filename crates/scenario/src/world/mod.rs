@@ -7,9 +7,12 @@
 
 mod aisles;
 mod chance;
+mod contacts;
 mod crossing;
 mod fair;
 mod held_out;
+mod inspection;
+mod kind;
 mod perimeter;
 mod plan;
 mod site;
@@ -21,8 +24,10 @@ mod yard;
 
 use core::fmt;
 
-use super::{Platform, Scene};
+use super::value::List;
+use super::{MAX_STATIONS, Platform, Scene, Station};
 pub(crate) use chance::Chance;
+pub use kind::{Kind, Misplaced};
 
 /// Most still things of a drawn world; a scene has room for 64 objects, and the moving ones need the rest.
 const MOST_STILL: usize = 54;
@@ -52,13 +57,17 @@ pub enum Family {
     Depot,
     /// Held out: buildings with paths between them.
     Campus,
+    /// In the air: rounds along the walls of structures.
+    Inspection,
+    /// In an orbit: a pass with a plan of the payload and several contacts.
+    Contacts,
     /// A large site with way points far apart.
     Site,
 }
 
 impl Family {
     /// Every family.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Street,
         Self::Aisles,
         Self::Perimeter,
@@ -67,6 +76,8 @@ impl Family {
         Self::Yard,
         Self::Depot,
         Self::Campus,
+        Self::Inspection,
+        Self::Contacts,
         Self::Site,
     ];
 
@@ -81,6 +92,8 @@ impl Family {
             Self::Yard => "yard",
             Self::Depot => "depot",
             Self::Campus => "campus",
+            Self::Inspection => "inspection",
+            Self::Contacts => "contacts",
             Self::Site => "site",
         }
     }
@@ -105,6 +118,8 @@ impl Family {
             Self::Yard => yard::plan(chance),
             Self::Depot => held_out::depot(chance),
             Self::Campus => held_out::campus(chance),
+            Self::Inspection => inspection::plan(chance),
+            Self::Contacts => contacts::plan(chance),
             Self::Site => site::plan(chance),
         }
     }
@@ -159,6 +174,11 @@ impl std::error::Error for Unfair {}
 pub fn draw(family: Family, seed: u64, body: &Body) -> Result<Scene, Unfair> {
     let fair = (0..MOST_DRAWS).map(|number| attempt(family, seed, number)).find(|scene| fair::holds(scene, body));
     fair.ok_or(Unfair { family, seed, draws: MOST_DRAWS, body: *body })
+}
+
+/// The ground stations of a world of [`Family::Contacts`] with this seed, for the orbit of a platform; none for one in no orbit.
+pub fn stations(seed: u64, platform: &Platform) -> List<Station, MAX_STATIONS> {
+    contacts::stations(seed, platform)
 }
 
 fn attempt(family: Family, seed: u64, number: u64) -> Scene {

@@ -202,7 +202,7 @@ pub(super) fn wander(chance: &mut Chance, start: At, mut next: impl FnMut(&mut C
     route
 }
 
-fn apart(a: At, b: At) -> f64 {
+pub(super) fn apart(a: At, b: At) -> f64 {
     libm::hypot(a[0] - b[0], a[1] - b[1])
 }
 

@@ -3,15 +3,29 @@
 use super::fair::{metres, still};
 use super::*;
 use crate::footprint::{At, Footprint};
-use crate::parse_scene;
+use crate::{Platform, find_root, load_platform, parse_scene};
 
 /// The ground platform's.
 const BODY: Body = Body { width_m: 0.9, fence_m: 1.5 };
 const DEVELOPED: [Family; 7] =
     [Family::Street, Family::Aisles, Family::Perimeter, Family::Crossing, Family::Trees, Family::Yard, Family::Site];
 
+/// The air platform's, and the point that a satellite looks at.
+fn body(family: Family) -> Body {
+    match family.kinds() {
+        [Kind::Rotors] => Body { width_m: 0.5, ..BODY },
+        [Kind::Satellite] => Body { width_m: 0.0, ..BODY },
+        _ => BODY,
+    }
+}
+
 fn drawn(family: Family, seed: u64) -> Scene {
-    draw(family, seed, &BODY).expect("a fair world")
+    draw(family, seed, &body(family)).expect("a fair world")
+}
+
+fn shipped(name: &str) -> Platform {
+    let root = find_root(std::path::Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+    load_platform(&root.join(format!("platforms/{name}.toml"))).unwrap()
 }
 
 /// Way points behind the start.
@@ -92,12 +106,12 @@ fn nobody_walks_through_a_still_thing() {
 
 #[test]
 fn fewer_than_a_fifth_of_draws_are_unfair() {
-    for family in DEVELOPED {
+    for family in DEVELOPED.into_iter().chain([Family::Inspection, Family::Contacts]) {
         // Cells of a site are a hundred times as many.
         let worlds = if family == Family::Site { 10 } else { 200 };
         let unfair = |seed: u64| {
             let mut draws = (0..MOST_DRAWS).map(|number| attempt(family, seed, number));
-            draws.position(|scene| fair::holds(&scene, &BODY)).expect("a fair draw")
+            draws.position(|scene| fair::holds(&scene, &body(family))).expect("a fair draw")
         };
         let refused: usize = (1..=worlds).map(unfair).sum();
         let share = refused as f64 / (worlds as f64 + refused as f64);
@@ -108,7 +122,7 @@ fn fewer_than_a_fifth_of_draws_are_unfair() {
 #[test]
 fn routes_are_long_with_things_in_the_way() {
     const WORLDS: usize = 20;
-    for family in DEVELOPED {
+    for family in DEVELOPED.into_iter().chain([Family::Inspection]) {
         let mut obstructed = 0;
         let longest = if family == Family::Site { 1500.0 } else { 800.0 };
         for seed in 1..=WORLDS as u64 {
@@ -120,6 +134,63 @@ fn routes_are_long_with_things_in_the_way() {
         }
         assert!(2 * obstructed > WORLDS, "{}: {obstructed}", family.name());
     }
+}
+
+/// The platform's floor allows for no more relief, and things between the floor's reach and its height are there, too.
+#[test]
+fn inspection_goes_along_walls() {
+    let mut heights = [0; 3];
+    for seed in 1..=40 {
+        let scene = drawn(Family::Inspection, seed);
+        assert!(scene.ground.amplitude_m.get() <= 0.35);
+        let walls: Vec<Footprint> =
+            scene.object.iter().zip(still(&scene)).filter(|(o, _)| is_structure(o)).map(|(_, w)| w).collect();
+        assert!((2..=5).contains(&walls.len()), "seed {seed}: {} structures", walls.len());
+        for point in scene.route.iter().map(|point| metres(point)) {
+            let distance = walls.iter().map(|wall| wall.distance(point)).fold(f64::MAX, f64::min);
+            assert!((2.1..4.0 * 1.5).contains(&distance), "seed {seed}: {distance} m at {point:?}");
+        }
+        for object in scene.object.iter() {
+            let top = object.size_m[2].get();
+            heights[usize::from(top > 1.9) + usize::from(top > 3.0)] += 1;
+        }
+    }
+    assert!(heights.iter().all(|things| *things > 40), "flown over, as high as it flies, higher: {heights:?}");
+}
+
+fn is_structure(object: &crate::scene::Object) -> bool {
+    object.speed_m_s.get() == 0.0 && object.size_m[2].get() >= 5.0 && object.size_m[0].get() >= 3.0
+}
+
+/// Each as long as it was drawn, to a second, with the orbit of the shipped satellite.
+#[test]
+fn pass_has_the_contacts_that_were_drawn() {
+    let space = shipped("space");
+    let wire::platform::Body::Satellite(numbers) = space.body() else { panic!("a satellite") };
+    let pass = sim::plant::pass(&numbers);
+    let orbit = spacecraft::orbit::Orbit::new(&pass.elements).unwrap();
+    for seed in 1..=40 {
+        let wanted = contacts::contacts(seed);
+        let stations = stations(seed, &space);
+        assert!((2..=3).contains(&stations.len()) && stations.len() == wanted.len());
+        for (station, (begin, end)) in stations.iter().zip(wanted) {
+            let seen = station.sees(&orbit, pass.start_s - 300.0, pass.start_s + 600.0);
+            let [window] = seen.as_slice() else { panic!("seed {seed}: {seen:?}") };
+            let off = [window.rise - pass.start_s - begin, window.set - pass.start_s - end];
+            assert!(off.iter().all(|off| off.abs() < 4.0), "seed {seed}: {off:?}");
+        }
+    }
+    assert!(stations(1, &shipped("air")).is_empty());
+}
+
+#[test]
+fn family_for_another_kind_of_body_is_refused_by_name() {
+    let refused = |family: Family, platform| family.check_for(&shipped(platform)).map_err(|why| why.to_string());
+    let expected = Err("worlds of `inspection` expect rotors, got wheels, `ground`".to_owned());
+    assert_eq!(refused(Family::Inspection, "ground"), expected);
+    assert!(refused(Family::Street, "space").is_err() && refused(Family::Street, "wing").is_err());
+    assert!(refused(Family::Contacts, "air").is_err());
+    assert_eq!((refused(Family::Street, "air"), refused(Family::Contacts, "space")), (Ok(()), Ok(())));
 }
 
 #[test]

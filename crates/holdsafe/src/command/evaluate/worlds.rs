@@ -1,5 +1,5 @@
-//! `evaluate --worlds N`: every shipped scenario of the ground platform in its own scene and in N drawn worlds of each family, and the
-//! table of what holds in both. Finished trials are kept, so that it resumes after any interruption.
+//! `evaluate --worlds N`: every shipped scenario of a platform in its own scene and in N drawn worlds of each family for its kind of body,
+//! and the table of what holds in both. Finished trials are kept, so that it resumes after any interruption.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,15 +11,15 @@ use results::report::{Apart, InWorlds, WorldsRow, worlds_table};
 use runner::batch::{self, Batch};
 use runner::failure::{Exit, Failure};
 use runner::kept::Kept;
-use runner::plan::{self, Planned, Wanted, Worlds, in_worlds};
+use runner::plan::{self, Chosen, Planned, Wanted, Worlds, in_worlds};
 use runner::{Context, lines, out};
-use scenario::Scenario;
-use scenario::world::Family;
+use scenario::world::{Family, Kind};
+use scenario::{Platform, Scenario, load_platform};
 
 /// File of the whole table, and of the result.
 const TABLE: &str = "table.txt";
 const RESULT: &str = "worlds.json";
-/// The platform that drives in them.
+/// The platform that drives in them where none is asked for.
 const PLATFORM: &str = "ground";
 
 /// Least number of trials of an honest fault or its attack in its own scene: none of 59 is at most 5 % at 95 %.
@@ -29,6 +29,8 @@ const TWIN_TRIALS: u64 = 59;
 pub(super) struct Asked<'a> {
     /// Worlds of each family.
     pub worlds: u64,
+    /// Another platform than the ground's.
+    pub platform: Option<&'a str>,
     /// Honest faults and the attacks that they look like.
     pub twins: bool,
     /// Scenarios; none for all.
@@ -37,15 +39,19 @@ pub(super) struct Asked<'a> {
 
 pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> Result<Exit, Failure> {
     let context = &context.with_fresh_seed();
-    let worlds = asked.worlds;
-    let in_each = worlds * families().len() as u64;
+    let (worlds, driven) = (asked.worlds, Driven::of(context, asked.platform.unwrap_or(PLATFORM))?);
+    let in_each = worlds * driven.families.len() as u64;
     let in_own = if asked.twins { in_each.max(TWIN_TRIALS) } else { in_each };
     if context.seed.checked_add(in_own).is_none() {
         return Err(Failure::new(Exit::Usage, format!("--seed {} leaves no seeds for {in_own} trials", context.seed)));
     }
-    let (planned, apart) = plan_all(context, asked)?;
+    let (planned, apart) = plan_all(context, asked, &driven)?;
     let runs = context.runs_folder()?;
-    let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join("worlds"))), "worlds")?;
+    let own = match asked.platform {
+        None => "worlds".to_owned(),
+        Some(_) => format!("worlds-{}", driven.platform.name.as_str()),
+    };
+    let dir = out::directory(&runs, Some(out.unwrap_or(&runs.join(own))), "worlds")?;
     let _lock = lines::lock(&dir, &context.stop)?;
     out::write_manifest(&dir, &out::Manifest::of(context, &planned)?)?;
 
@@ -59,19 +65,20 @@ pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> R
             dir.display()
         );
     }
-    let drawn = planned.iter().filter(|own| homebound(&own.variation.scenario).is_none()).count();
+    let drawn = planned.iter().filter(|own| driven.homebound(&own.variation.scenario).is_none()).count();
     let total = planned.len() * in_own as usize + drawn * in_each as usize;
     let evaluation = Evaluation {
         context,
         worlds,
         in_own,
+        driven: &driven,
         kept: Kept::below(&dir)?,
         progress: Progress::new("evaluate: trials", total, context.talk),
     };
     let rows = planned.iter().map(|own| evaluation.row(own)).collect::<Result<Vec<_>, _>>()?;
     evaluation.progress.finish();
 
-    let names: Vec<&str> = families().iter().map(|family| family.name()).collect();
+    let names: Vec<&str> = driven.families.iter().map(|family| family.name()).collect();
     let result = InWorlds::new(context.seed, worlds, &names, rows, apart);
     out::write_result(&dir, RESULT, "worlds", &result)?;
     out::write_text(&dir, TABLE, &worlds_table(&result))?;
@@ -84,13 +91,45 @@ pub(super) fn run(context: &Context, asked: &Asked<'_>, out: Option<&Path>) -> R
     Ok(if result.rows.is_empty() { Exit::NoEvidence } else { Exit::Fine })
 }
 
-/// Those that development drives in.
-fn families() -> Vec<Family> {
-    Family::ALL.into_iter().filter(|family| !family.is_held_out()).collect()
+/// The platform, and the families that development drives it in.
+struct Driven {
+    chosen: Chosen,
+    platform: Platform,
+    families: Vec<Family>,
+}
+
+impl Driven {
+    fn of(context: &Context, asked: &str) -> Result<Self, Failure> {
+        let chosen = plan::platform_of(context, asked)?;
+        let platform = load_platform(&chosen.file)?;
+        let families = Family::developed_for(Kind::of(&platform));
+        if families.is_empty() {
+            let expected = "expected a body on wheels or rotors, or a satellite";
+            let message = format!("`{}` has no family of worlds; {expected}", chosen.asked);
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        Ok(Self { chosen, platform, families })
+    }
+
+    /// True if the platform takes over the classes of a scenario of another.
+    fn shares(&self, scenario: &Scenario) -> bool {
+        self.platform.owes.as_ref().is_some_and(|owes| **owes == *scenario.platform)
+    }
+
+    /// Reason for which a scenario stays in its own scene.
+    fn homebound(&self, scenario: &Scenario) -> Option<String> {
+        let is_of_another = *scenario.platform != *self.platform.name && !self.shares(scenario);
+        let of_another = is_of_another.then(|| format!("it is not of the platform `{}`", self.platform.name.as_str()));
+        scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another)
+    }
 }
 
 /// The variations of every scenario that was asked for, and the scenarios that stay in their own scene, with the reason.
-fn plan_all(context: &Context, asked: &Asked<'_>) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
+fn plan_all(
+    context: &Context,
+    asked: &Asked<'_>,
+    driven: &Driven,
+) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
     let files = match (asked.names, asked.twins) {
         ([], false) => scenario::shipped(&context.root()?)?,
         ([], true) => with_attacks(context, scenario::honest(&context.root()?)?)?,
@@ -102,20 +141,16 @@ fn plan_all(context: &Context, asked: &Asked<'_>) -> Result<(Vec<Planned>, Vec<A
     let (mut all, mut apart) = (Vec::new(), Vec::new());
     for file in files {
         let scenario = context.scenario(&file)?;
-        let why = homebound(&scenario);
+        let why = driven.homebound(&scenario);
         if why.is_none() || asked.twins && !scenario.is_of_stacks() {
-            all.extend(plan::plan(context, &file, &Wanted::default())?.1);
+            let platform = driven.shares(&scenario).then(|| driven.chosen.clone());
+            let planned = plan::of_scenario(context, &scenario, &Wanted { platform, ..Wanted::default() })?;
+            // A scenario that states no class there says nothing of it.
+            all.extend(planned.into_iter().filter(|planned| !planned.variation.scenario.expected.is_empty()));
         }
         apart.extend(why.map(|why| Apart { scenario: scenario.name.as_str().to_owned(), why }));
     }
     Ok((all, apart))
-}
-
-/// Reason for which a scenario stays in its own scene.
-fn homebound(scenario: &Scenario) -> Option<String> {
-    let is_of_another = scenario.platform.as_str() != PLATFORM;
-    let of_another = is_of_another.then(|| format!("it is not of the platform `{PLATFORM}`"));
-    scenario.check_for_worlds().err().map(|why| why.to_string()).or(of_another)
 }
 
 /// Files of honest faults, and those of the attacks that they look like, each once.
@@ -136,6 +171,7 @@ struct Evaluation<'a> {
     worlds: u64,
     /// Trials in the own scene.
     in_own: u64,
+    driven: &'a Driven,
     kept: Kept,
     progress: Progress,
 }
@@ -144,7 +180,7 @@ impl Evaluation<'_> {
     /// The row of a variation: its trials in its own scene, and one in each world, with the world's seed.
     fn row(&self, own: &Planned) -> Result<WorldsRow, Failure> {
         let scenario = &own.variation.scenario;
-        let families = if homebound(scenario).is_none() { families() } else { Vec::new() };
+        let families = if self.driven.homebound(scenario).is_none() { &self.driven.families[..] } else { &[] };
         let own_trials = self.run(std::slice::from_ref(own), self.in_own, self.context.seed)?;
         let mut drawn: Vec<(&'static str, Planned, Trial)> = Vec::new();
         for seed in self.context.seed..self.context.seed + self.worlds {

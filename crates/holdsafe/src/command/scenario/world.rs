@@ -29,6 +29,9 @@ struct Drawn {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let family = Family::from_name(&args.family).expect("invariant: the parser takes the names of families alone");
     let platform = scenario::load_platform(&plan::platform_of(context, &args.platform)?.file)?;
+    family
+        .check_for(&platform)
+        .map_err(|e| Failure::new(Exit::Usage, format!("{e}; name another family or --platform")))?;
     let scene = world::draw(family, context.seed, &Body::of(&platform))
         .map_err(|unfair| Failure::new(Exit::Usage, format!("{unfair}; name another seed or a smaller platform")))?;
     let (schema_version, seed, held_out) = (SCHEMA_VERSION, context.seed, family.is_held_out());
