@@ -86,7 +86,8 @@ impl Scenario {
             scene.route = Located::nowhere(List::of([Located::nowhere(ahead_of(&scene.start))]));
         } else if !self.windows().is_empty() {
             let laps = (LAPS * scene.route.len()).min(MOST_POINTS);
-            scene.route = Located::nowhere(List::of(scene.route.iter().cycle().take(laps).cloned().collect::<Vec<_>>()));
+            scene.route =
+                Located::nowhere(List::of(scene.route.iter().cycle().take(laps).cloned().collect::<Vec<_>>()));
         }
         self.placed(scene, seed, (LATER_S, MISSION_S))
     }

@@ -26,11 +26,16 @@ pub(super) struct Mover {
     pub(super) back: bool,
     /// Time for which it has stood before the unit.
     stood: Span,
+    /// Steps before it departs, and those of one round, of a path that is closed.
+    round: Option<[i64; 2]>,
 }
 
 impl Mover {
-    pub(super) fn new(object: usize, body: RigidBodyHandle) -> Self {
-        Mover { object, body, gone: 0, back: false, stood: Span(0) }
+    /// Of the object with this index, in steps of length `step`.
+    pub(super) fn new(index: usize, object: &Object, body: RigidBodyHandle, step: Span) -> Self {
+        let steps = |seconds: f64| libm::round(seconds * 1e6 / step.0 as f64) as i64;
+        let round = object.round().map(|round| round.map(steps));
+        Mover { object: index, body, gone: 0, back: false, stood: Span(0), round }
     }
 
     /// Steps along its path so far.
@@ -51,7 +56,12 @@ impl Mover {
         if self.stood >= WAITS {
             (self.stood, self.back) = (Span(0), !self.back);
         } else if !stands {
-            self.gone = (self.gone + if self.back { -1 } else { 1 }).max(0);
+            self.gone += if self.back { -1 } else { 1 };
+            // A closed path leads on behind its first point. Without that, one that meets the unit there could go neither way.
+            if let Some([_, steps]) = self.round.filter(|[departs, _]| self.back && self.gone < *departs) {
+                self.gone += steps;
+            }
+            self.gone = self.gone.max(0);
         }
         self.back &= self.gone > 0;
     }

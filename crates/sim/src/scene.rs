@@ -266,14 +266,33 @@ impl Object {
         self.path.len() > 1 && self.speed > 0.0
     }
 
+    /// Parts of its path between neighbouring points, with the one back to the first where it is closed.
+    fn legs(&self) -> usize {
+        self.path.len() - usize::from(!self.closed)
+    }
+
+    /// Length of its path, metres.
+    fn way(&self) -> f64 {
+        let next = |i: usize| self.path[(i + 1) % self.path.len()];
+        (0..self.legs()).map(|i| length((self.path[i], next(i)))).sum()
+    }
+
+    /// Time for which it stands before it departs, and the time of one round; of a path that is not closed there is none. Seconds.
+    pub(crate) fn round(&self) -> Option<[f64; 2]> {
+        let goes_round = self.closed && self.moves() && self.way() > 0.0;
+        goes_round
+            .then(|| [self.departs, self.speed].map(f64::from))
+            .map(|[departs, speed]| [departs, self.way() / speed])
+    }
+
     /// Place and heading (radians) `seconds` after the start: a closed form, so no error accumulates.
     pub fn place(&self, seconds: f64) -> (Point, f32) {
         if !self.moves() {
             return (self.path[0], self.heading);
         }
-        let legs = self.path.len() - usize::from(!self.closed);
+        let legs = self.legs();
         let leg = |i: usize| (self.path[i], self.path[(i + 1) % self.path.len()]);
-        let total: f64 = (0..legs).map(|i| length(leg(i))).sum();
+        let total = self.way();
         let gone = (seconds - f64::from(self.departs)).max(0.0) * f64::from(self.speed);
         let mut left = if self.closed && total > 0.0 { gone % total } else { gone.min(total) };
         for i in 0..legs {

@@ -94,7 +94,7 @@ impl World {
             if object.moves() {
                 let body = RigidBodyBuilder::kinematic_position_based().pose(pose_of(&placement));
                 let (handle, _) = self.physics.insert(body, collider);
-                self.movers.push(Mover::new(index, handle));
+                self.movers.push(Mover::new(index, object, handle, STEP));
             } else {
                 self.physics.insert_collider(collider.position(pose_of(&placement)), None);
             }
@@ -280,12 +280,19 @@ mod tests {
     use crate::fidelity::Fidelity;
     use crate::plant::{Plant, SetPoint};
 
-    /// Distance that a walker gets on a way through a unit that stands or drives off at this speed, metres, and the touches.
+    /// Distance to the north that a walker gets on a way through a unit that stands or drives off at this speed, metres, and the touches.
     fn walked(yields: bool, seconds: u64, speed: f32) -> (f32, usize) {
+        let start = Scene::default().start;
+        let [east, north] = [start.east + 1.0, start.north - 5.0];
+        walked_along((vec![[east, north], [east, north + 25.0]], false), yields, seconds, speed)
+    }
+
+    /// The same on this path, closed or not, from its first point on.
+    fn walked_along((path, closed): (Vec<[f32; 2]>, bool), yields: bool, seconds: u64, speed: f32) -> (f32, usize) {
         let mut scene = Scene::default();
         let mut walker = scene.objects.iter().find(|object| object.moves()).unwrap().clone();
-        let [east, north] = [scene.start.east + 1.0, scene.start.north - 5.0];
-        (walker.path, walker.closed, walker.yields) = (vec![[east, north], [east, north + 25.0]], false, yields);
+        let north = path[0][1];
+        (walker.path, walker.closed, walker.yields) = (path, closed, yields);
         scene.objects = vec![walker];
         let mut world = World::new(Arc::new(scene.clone()));
         let mut plant = Plant::new(&mut world, &scene.start, &Vehicle::GROUND, &Fidelity::SHIPPED);
@@ -304,6 +311,18 @@ mod tests {
         // It has stood for ten seconds once the unit's springs have come to rest.
         let (stops, back) = (walked(true, 10, 0.0).0, walked(true, 13, 0.0).0);
         assert!((1.5..2.5).contains(&stops) && back < stops - 0.5, "{stops} {back}");
+    }
+
+    /// Its first point lies before the unit, and its path leads on past it.
+    #[test]
+    fn who_meets_the_unit_where_it_starts_goes_round_the_other_way() {
+        let start = Scene::default().start;
+        let [east, north] = [start.east, start.north - 2.5];
+        let round = || (vec![[east, north], [east, north + 9.0], [east + 9.0, north + 9.0], [east + 9.0, north]], true);
+        let (stands, _) = walked_along(round(), true, 9, 0.0);
+        assert!(stands.abs() < 0.5, "{stands}");
+        let (goes, touches) = walked_along(round(), true, 24, 0.0);
+        assert!(goes > 2.0 && touches == 0, "{goes} {touches}");
     }
 
     #[test]

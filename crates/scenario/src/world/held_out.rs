@@ -1,5 +1,6 @@
 //! The held-out families. Their ranges were fixed before anything drove in them and are not changed by a result. No person there
-//! walks through a still thing, as in every family; that rule came later, and also before anything drove in them.
+//! walks through a still thing, as in every family; that rule came later, and also before anything drove in them. Of the first run in them
+//! (docs/researcher/worlds.md) came one: a person's path leads somewhere.
 
 use super::chance::Chance;
 use super::plan::{Plan, wander};

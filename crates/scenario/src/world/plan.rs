@@ -84,8 +84,8 @@ impl Plan {
         true
     }
 
-    /// A person who walks the points of `path` for ever, from a time on. Of the paths that are drawn the first that leads through no still thing;
-    /// none where all do.
+    /// A person who walks the points of `path` for ever, from a time on. Of the paths that are drawn the first that leads anywhere and through no still
+    /// thing; none where there is none.
     pub(super) fn person<const POINTS: usize>(
         &mut self,
         chance: &mut Chance,
@@ -94,7 +94,8 @@ impl Plan {
         let kind = (Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40]);
         // Normal walking is 1.34 ± 0.26 m/s (Helbing and Molnár 1995).
         let speed = chance.between(0.8, 1.8);
-        let path = (0..PATHS).map(|_| path(chance)).find(|path| self.is_free(path, kind.1[1] / 2.0));
+        let path =
+            (0..PATHS).map(|_| path(chance)).find(|path| leads_away(path) && self.is_free(path, kind.1[1] / 2.0));
         if let Some(path) = path {
             self.goes(chance, kind, &path, speed);
         }
@@ -200,6 +201,11 @@ pub(super) fn wander(chance: &mut Chance, start: At, mut next: impl FnMut(&mut C
         route.push(furthest);
     }
     route
+}
+
+/// True if a path is more than a place: a person who walked nowhere could stand on a way point for ever.
+fn leads_away(path: &[At]) -> bool {
+    path.iter().any(|at| apart(*at, path[0]) > 1.0)
 }
 
 pub(super) fn apart(a: At, b: At) -> f64 {

@@ -81,7 +81,7 @@ const APART: [(&str, &str, &str); 47] = [
     ("lowest_deg = -15.0", "lowest_deg = -20", "the LiDAR stage's thresholds are derived for 16 rings"),
     ("ring_step_deg = 2.0", "ring_step_deg = 1", "the LiDAR stage's thresholds are derived for 16 rings"),
     ("reaction_ms = 150", "reaction_ms = 149", "the unit reacts no sooner"),
-    ("fix_gate_mm = 500", "fix_gate_mm = 841", "a jump of fixes that passes the gate"),
+    ("fix_gate_mm = 500", "fix_gate_mm = 761", "a jump of fixes that passes the gate"),
     ("unobserved_mm = 2500", "unobserved_mm = 2399", "without odometry the unit gets further before it stands"),
     ("comfort_mm_s2 = 1000", "comfort_mm_s2 = 3001", "driving plans with stronger brakes than `braking_mm_s2`"),
     ("turning_mm_s = 800", "turning_mm_s = 3001", "turning is faster than the largest speed"),
@@ -128,7 +128,7 @@ fn values_at_their_limit_are_taken() {
         ("designation_mm = 2000", "designation_mm = 1800"),
         ("teammate_slack_mm = 1500", "teammate_slack_mm = 1440"),
         ("exclusion_mm = 1500", "exclusion_mm = 1600"),
-        ("fix_gate_mm = 500", "fix_gate_mm = 840"),
+        ("fix_gate_mm = 500", "fix_gate_mm = 760"),
         ("unobserved_mm = 2500", "unobserved_mm = 2400"),
         ("corridor_mm = 1200", "corridor_mm = 450"),
     ] {

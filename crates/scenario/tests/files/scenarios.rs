@@ -67,7 +67,7 @@ const MISTAKES: [(&str, &str, &str, &str); 36] = [
         "no strength of a perturbation",
         "[8.5]",
     ),
-    ("[-8.0, -5.0]", "[51.0, -5.0]", "51 is out of range, expected -50 to 50", "51.0"),
+    ("[-8.0, -5.0]", "[501.0, -5.0]", "501 is out of range, expected -500 to 500", "501.0"),
     (
         "[[loss]]",
         "[[teammate]]\nform = \"verbatim\"\nc = \"silent\"\nat_s = 4\nduration_s = 1\n[[unit]]\nname = \"unit-b\"\n\

@@ -125,11 +125,7 @@ impl Driven {
 }
 
 /// The variations of every scenario that was asked for, and the scenarios that stay in their own scene, with the reason.
-fn plan_all(
-    context: &Context,
-    asked: &Asked<'_>,
-    driven: &Driven,
-) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
+fn plan_all(context: &Context, asked: &Asked<'_>, driven: &Driven) -> Result<(Vec<Planned>, Vec<Apart>), Failure> {
     let files = match (asked.names, asked.twins) {
         ([], false) => scenario::shipped(&context.root()?)?,
         ([], true) => with_attacks(context, scenario::honest(&context.root()?)?)?,
