@@ -3,7 +3,7 @@
 //!
 //! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
 //! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
-//! along it and away, not nearer. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
+//! along it and away, not nearer, and not at all within that of a person. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
 //! back: at no moment of that may the two meet. Past a person who stands it goes so slowly that it stands before they meet if that one walks off, or creeps. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
 //! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
 
@@ -93,6 +93,9 @@ fn within_room<const ARCS: usize>(
     let (move_by, stand): (Vec<&Obstacle>, Vec<&Obstacle>) =
         things.iter().filter(near).partition(|thing| thing.moves());
     let walk_off: Vec<&Obstacle> = stand.iter().copied().filter(|thing| thing.may_walk).collect();
+    if walk_off.iter().any(|person| body_of(motion, limits).grown(SPARE_MM).overlaps(&person.extent)) {
+        return 0.0;
+    }
     let stand: Vec<&Extent> = stand.into_iter().map(|thing| &thing.extent).collect();
     let free = arcs.into_iter().map(|arc| free_along(motion, (arc, step), reach, limits, &stand)).fold(reach, f64::min);
     let free = if free >= reach { speed } else { stops_within(free, brakes.comfort, brakes.reaction).min(speed) };
@@ -108,9 +111,7 @@ fn within_room<const ARCS: usize>(
 
 /// True if the body, braking from `speed` on an arc after its reaction, and something that moves can be at one place at one time.
 fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brakes: Brakes, limits: &Limits) -> bool {
-    let (sin, cos) = libm::sincos(motion.yaw);
-    let [length, width] = limits.body_mm.map(f64::from);
-    let mut body = Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) };
+    let mut body = body_of(motion, limits);
     let (mut passed, mut left) = (0.0, speed.abs());
     while left > 0.0 {
         passed += TICK_S;
@@ -125,6 +126,13 @@ fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brak
     false
 }
 
+/// The body where it is.
+fn body_of(motion: &Motion, limits: &Limits) -> Extent {
+    let (sin, cos) = libm::sincos(motion.yaw);
+    let [length, width] = limits.body_mm.map(f64::from);
+    Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) }
+}
+
 /// The body `step` further on an arc. Wheels that do not steer do not slide: their axle follows the heading, and the middle swings about it.
 fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
     let (sin, cos) = libm::sincos(curvature * step);
@@ -136,9 +144,7 @@ fn moved(body: &Extent, step: f64, curvature: f64, limits: &Limits) -> Extent {
 
 /// Length of the arc that the body can follow, in steps of `step`, before it touches something that stands; at most `reach`.
 fn free_along(motion: &Motion, (curvature, step): (f64, f64), reach: f64, limits: &Limits, things: &[&Extent]) -> f64 {
-    let (sin, cos) = libm::sincos(motion.yaw);
-    let [length, width] = limits.body_mm.map(f64::from);
-    let mut body = Extent { at: motion.at, axis: (cos, sin), half: (length / 2.0, width / 2.0) };
+    let mut body = body_of(motion, limits);
     let kept: Vec<Kept> = things.iter().map(|thing| Kept::to(thing, &body)).collect();
     let steps = libm::ceil(reach / STEP_MM) as u32;
     for taken in 1..=steps {
@@ -284,6 +290,22 @@ mod tests {
     }
 
     /// A car that is seen from its side, turned anyhow.
+    /// A thing may be left along its side; a person may step aside, and where one stands is known to a decimetre.
+    #[test]
+    fn unit_does_not_move_within_the_margin_of_a_person() {
+        let beside = |may_walk, away: f64| {
+            let extent = Extent::around((0.0, -450.0 - away - 300.0), 300.0);
+            let person = [Obstacle { extent, velocity: (0.0, 0.0), may_walk }];
+            let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &person, brakes(), &Limits::GROUND);
+            let ahead = speed_along(&from(0.0, 0.0), (500.0, 0.0, 0.0), &person, brakes(), &Limits::GROUND);
+            (ahead, back)
+        };
+        assert_eq!(beside(true, 200.0), (0.0, 0.0));
+        let (ahead, back) = beside(false, 200.0);
+        assert!(ahead > 0.0 && back > 0.0, "{ahead} {back}");
+        assert_eq!(beside(true, 300.0), (CREEPS_MM_S, CREEPS_MM_S));
+    }
+
     #[test]
     fn unit_within_a_greatest_extent_may_only_leave_it() {
         let car = [standing(Extent::around((1800.0, 1200.0), 2000.0))];

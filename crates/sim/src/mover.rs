@@ -63,7 +63,7 @@ impl Mover {
             }
             self.gone = self.gone.max(0);
         }
-        self.back &= self.gone > 0;
+        self.back &= self.gone > 0 || self.round.is_some();
     }
 }
 
