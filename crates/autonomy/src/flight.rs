@@ -101,7 +101,7 @@ pub(crate) mod tests {
         let way = navigation::SetPoint { speed: 0.0, curvature: 0.0004 };
         let turns = |height| match velocity(way, height, (800.0, (0.0, 0.0))) {
             SetPoint::Velocity { turn_mrad_s, .. } => turn_mrad_s,
-            other => panic!("{other:?}"),
+            other @ (SetPoint::Course { .. } | SetPoint::Rest) => panic!("{other:?}"),
         };
         assert_eq!((turns(Some((&LIMITS, 2500.0))), turns(None)), (320, 0), "in the air; a line of sight");
     }

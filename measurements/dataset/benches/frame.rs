@@ -134,7 +134,7 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
             odometry: None,
             spatial: None,
         });
-        let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar };
+        let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar, grain: None };
         let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all, disputed));
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         let (tracking, ()) = timed(|| tracker.update(frame, stamp, ego.at(stamp, STEP).as_ref(), &sightings));
