@@ -46,7 +46,7 @@ impl Extent {
     }
 
     /// The way from the nearest of its points to a point, 0 inside.
-    pub fn away(&self, p: Point) -> Point {
+    pub fn offset_to(&self, p: Point) -> Point {
         let (along, across) = self.within(p);
         let beyond = |part: f64, half: f64| part - part.clamp(-half, half);
         let (along, across) = (beyond(along, self.half.0), beyond(across, self.half.1));

@@ -44,7 +44,7 @@ pub fn velocity(way: navigation::SetPoint, height: Option<(&Aloft, f64)>, (turni
 /// move a hover sideways.
 pub fn off_walls<'a>(motion: &Motion, radius: f64, walls: impl Iterator<Item = &'a Extent>) -> Point {
     let near = walls.filter(|wall| wall.near(motion.at, radius + KEEPS_OFF_MM)).map(|wall| {
-        let (east, north) = wall.away(motion.at);
+        let (east, north) = wall.offset_to(motion.at);
         let distance = libm::hypot(east, north).max(1.0);
         let missing = (KEEPS_OFF_MM + radius - distance).max(0.0);
         (east / distance * missing * KEEPS_OFF, north / distance * missing * KEEPS_OFF)

@@ -21,9 +21,8 @@ const LATER_S: (f64, f64) = (0.0, 240.0);
 const MISSION_S: f64 = 600.0;
 /// The same in a pass of a satellite, which has its region in sight for less than four minutes.
 const IN_PASS_S: ((f64, f64), f64) = ((0.0, 90.0), 200.0);
-/// Times that a route is driven before an attack finds the unit at its end, and most way points of a scene.
+/// Times that a route is driven before an attack finds the unit at its end; fewer where a scene has no room for so many way points.
 const LAPS: usize = 3;
-const MOST_POINTS: usize = 64;
 /// Way to the one way point of a scenario that keeps its time, metres: within the room that each start has, and more than ten metres before the
 /// vehicle in sight of it.
 const AHEAD_M: f64 = 1.0;
@@ -85,9 +84,8 @@ impl Scenario {
         if self.in_worlds == Drawn::OwnTime {
             scene.route = Located::nowhere(List::of([Located::nowhere(ahead_of(&scene.start))]));
         } else if !self.windows().is_empty() {
-            let laps = (LAPS * scene.route.len()).min(MOST_POINTS);
-            scene.route =
-                Located::nowhere(List::of(scene.route.iter().cycle().take(laps).cloned().collect::<Vec<_>>()));
+            let points = LAPS * scene.route.len();
+            scene.route = Located::nowhere(List::of(scene.route.iter().cycle().take(points).cloned()));
         }
         self.placed(scene, seed, (LATER_S, MISSION_S))
     }

@@ -280,9 +280,7 @@ impl Object {
     /// Time for which it stands before it departs, and the time of one round; of a path that is not closed there is none. Seconds.
     pub(crate) fn round(&self) -> Option<[f64; 2]> {
         let goes_round = self.closed && self.moves() && self.way() > 0.0;
-        goes_round
-            .then(|| [self.departs, self.speed].map(f64::from))
-            .map(|[departs, speed]| [departs, self.way() / speed])
+        goes_round.then(|| [f64::from(self.departs), self.way() / f64::from(self.speed)])
     }
 
     /// Place and heading (radians) `seconds` after the start: a closed form, so no error accumulates.

@@ -38,8 +38,8 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
     }
     let lines = around(chance, start, walls);
     plan.route = rounds(chance, &lines);
-    between(chance, &mut plan, half);
-    below(chance, &mut plan, half);
+    add_obstacles(chance, &mut plan, half);
+    add_low_things(chance, &mut plan, half);
     plan
 }
 
@@ -85,7 +85,7 @@ fn around(chance: &mut Chance, start: At, mut walls: Vec<Footprint>) -> Vec<At> 
 }
 
 /// Masts, and things as high as the body flies: containers and sheds.
-fn between(chance: &mut Chance, plan: &mut Plan, half: At) {
+fn add_obstacles(chance: &mut Chance, plan: &mut Plan, half: At) {
     for _ in 0..chance.integer(1, 4) {
         let (side, high) = (chance.between(0.3, 0.6), chance.between(8.0, 20.0));
         let at = inside(chance, half, 4.0);
@@ -98,8 +98,8 @@ fn between(chance: &mut Chance, plan: &mut Plan, half: At) {
     }
 }
 
-/// What is flown over: parked cars and crates; people, and a vehicle that drives about.
-fn below(chance: &mut Chance, plan: &mut Plan, half: At) {
+/// Things that are flown over: parked cars and crates; people, and a vehicle that drives about.
+fn add_low_things(chance: &mut Chance, plan: &mut Plan, half: At) {
     for _ in 0..chance.integer(0, 3) {
         let (at, heading) = (inside(chance, half, 5.0), chance.between(-3.0, 3.0));
         plan.car(chance, at, heading);

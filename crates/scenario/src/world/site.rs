@@ -9,7 +9,7 @@ use crate::footprint::At;
 
 /// Distance of way points and things from the fence, metres.
 const INSIDE: f64 = 20.0;
-/// Longest round, metres: what is driven in ten minutes.
+/// Shortest and longest circumference of the ellipse that way points lie on or somewhat inside, metres: driven in ten minutes.
 const ROUND_M: [f64; 2] = [800.0, 1300.0];
 
 pub(super) fn plan(chance: &mut Chance) -> Plan {
@@ -23,10 +23,10 @@ pub(super) fn plan(chance: &mut Chance) -> Plan {
     // The last way point is the start: a thing leaves room around both.
     plan.park_in_sight(chance, -4.5);
     for (from, to) in legs(&places) {
-        beside(chance, &mut plan, (from, to));
+        add_things(chance, &mut plan, (from, to));
     }
     for (from, to) in legs(&places) {
-        cross(chance, &mut plan, (from, to));
+        add_movers(chance, &mut plan, (from, to));
     }
     plan
 }
@@ -62,7 +62,7 @@ fn place((from, to): (At, At), share: f64, left: f64) -> At {
 }
 
 /// A thing on the line of six legs in ten, and two beside each: crates, parked cars and, further away, sheds.
-fn beside(chance: &mut Chance, plan: &mut Plan, leg: (At, At)) {
+fn add_things(chance: &mut Chance, plan: &mut Plan, leg: (At, At)) {
     if chance.happens(0.6) {
         let (share, left) = (chance.between(0.3, 0.7), chance.between(-0.8, 0.8));
         thing(chance, plan, place(leg, share, left));
@@ -91,7 +91,7 @@ fn thing(chance: &mut Chance, plan: &mut Plan, at: At) {
 }
 
 /// A person who crosses four legs in ten, and on one in ten a cart that passes beside the line.
-fn cross(chance: &mut Chance, plan: &mut Plan, leg: (At, At)) {
+fn add_movers(chance: &mut Chance, plan: &mut Plan, leg: (At, At)) {
     if chance.happens(0.4) {
         plan.person(chance, |chance| {
             let share = chance.between(0.2, 0.8);
