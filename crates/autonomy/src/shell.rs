@@ -170,23 +170,14 @@ impl Kept {
             return Kept::Room(*thing, SPARE_MM);
         }
         if body.overlaps(thing) {
+            // A body whose middle is in it shows that the thing is smaller, and not on which side.
             let distance = thing.distance(body.at);
-            return if distance > 0.0 { Kept::Middle(*thing, distance) } else { Kept::of_smaller(thing, body) };
+            let middle = Extent { half: (0.0, 0.0), ..*thing };
+            let inside = Kept::Middle(middle, middle.distance(body.at));
+            return if distance > 0.0 { Kept::Middle(*thing, distance) } else { inside };
         }
         let free = most(SPARE_MM, |room| !body.grown(room).overlaps(thing));
         Kept::Room(*thing, (free - SWING_MM).max(LEAST_MM.min(free)))
-    }
-
-    /// An extent is an upper bound: a body whose middle is in it shows that the thing is smaller.
-    fn of_smaller(thing: &Extent, body: &Extent) -> Kept {
-        let shrunk = |by: f64| Extent { half: ((thing.half.0 - by).max(0.0), (thing.half.1 - by).max(0.0)), ..*thing };
-        let whole = thing.half.0.max(thing.half.1);
-        if body.overlaps(&shrunk(whole)) {
-            let middle = shrunk(whole);
-            return Kept::Middle(middle, middle.distance(body.at));
-        }
-        let left = most(whole, |left| !body.overlaps(&shrunk(whole - left)));
-        Kept::Room(shrunk(whole - left + SWING_MM), 0.0)
     }
 
     fn is_broken(&self, body: &Extent) -> bool {
@@ -289,7 +280,6 @@ mod tests {
         assert!((CREEPS_MM_S + 1.0..2500.0).contains(&between), "{between}");
     }
 
-    /// A car that is seen from its side, turned anyhow.
     /// A thing may be left along its side; a person may step aside, and where one stands is known to a decimetre.
     #[test]
     fn unit_does_not_move_within_the_margin_of_a_person() {
@@ -306,6 +296,7 @@ mod tests {
         assert_eq!(beside(true, 300.0), (CREEPS_MM_S, CREEPS_MM_S));
     }
 
+    /// A car that is seen from its side, turned anyhow.
     #[test]
     fn unit_within_a_greatest_extent_may_only_leave_it() {
         let car = [standing(Extent::around((1800.0, 1200.0), 2000.0))];
@@ -314,6 +305,15 @@ mod tests {
         assert!(along(0.4e-3) < 100.0, "{}", along(0.4e-3));
         let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &car, brakes(), &Limits::GROUND);
         assert_eq!(back, 500.0);
+    }
+
+    /// LiDAR shows the middle and the width of its side, and the unit's middle is within that of both.
+    #[test]
+    fn car_that_stopped_across_the_nose_is_not_driven_into() {
+        let car = [standing(Extent::around((1000.0, 1000.0), 2100.0))];
+        let ahead = speed_along(&from(0.0, 0.0), (1000.0, 0.0, 0.0), &car, brakes(), &Limits::GROUND);
+        assert!(ahead < 100.0, "{ahead}");
+        assert_eq!(speed_back(&from(0.0, 0.0), (500.0, 0.0), &car, brakes(), &Limits::GROUND), 500.0);
     }
 
     #[test]
