@@ -3,7 +3,7 @@
 //!
 //! Things are the map's and those that were perceived ([`crate::things`]), each with its extent. The body is its rectangle, grown by a spare
 //! margin. The way is left to `navigation` and to guests; a unit that stands already within the margin of something may move
-//! along it and away, not nearer, and not at all within that of a person. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
+//! along it and away, not nearer, and within that of a person only away. Of a thing that moves is asked where it can be while the unit brakes as hard as it surely can, whether it goes on, stops or turns
 //! back: at no moment of that may the two meet. Past a person who stands it goes so slowly that it stands before they meet if that one walks off, or creeps. The unit stands before they can, which is passive safety (Bouraine, Fraichard and Salhi, *Provably safe navigation for mobile robots with limited field-of-views in
 //! dynamic environments*, Autonomous Robots 32, 2012). World frame, millimetres.
 
@@ -22,6 +22,8 @@ const SWING_MM: f64 = 30.0;
 const LEAST_MM: f64 = 60.0;
 /// Between two places of the body along an arc: less than the thinnest thing that counts, with the margin on both sides.
 const STEP_MM: f64 = 150.0;
+/// Way by which a step away from a person comes away at least: a third of it.
+const LEAVES_MM: f64 = 50.0;
 /// Between two moments of braking, seconds: in 0.1 s the two come nearer by less than the margin.
 const TICK_S: f64 = 0.1;
 /// Speed with which a person who stands is passed however near, mm/s: the body stands within 0.03 m.
@@ -93,7 +95,8 @@ fn within_room<const ARCS: usize>(
     let (move_by, stand): (Vec<&Obstacle>, Vec<&Obstacle>) =
         things.iter().filter(near).partition(|thing| thing.moves());
     let walk_off: Vec<&Obstacle> = stand.iter().copied().filter(|thing| thing.may_walk).collect();
-    if walk_off.iter().any(|person| body_of(motion, limits).grown(SPARE_MM).overlaps(&person.extent)) {
+    let stays = |person: &&Obstacle| arcs.iter().any(|arc| stays_beside(motion, (*arc, step), &person.extent, limits));
+    if walk_off.iter().any(stays) {
         return 0.0;
     }
     let stand: Vec<&Extent> = stand.into_iter().map(|thing| &thing.extent).collect();
@@ -124,6 +127,13 @@ fn meets(motion: &Motion, (speed, curvature): (f64, f64), thing: &Obstacle, brak
         }
     }
     false
+}
+
+/// True if the body is within the margin of a person and the first step of the arc does not lead away.
+fn stays_beside(motion: &Motion, (curvature, step): (f64, f64), person: &Extent, limits: &Limits) -> bool {
+    let body = body_of(motion, limits);
+    let gap = body.distance(person.at) - person.half.0;
+    gap < SPARE_MM && moved(&body, step, curvature, limits).distance(person.at) - person.half.0 < gap + LEAVES_MM
 }
 
 /// The body where it is.
@@ -220,6 +230,10 @@ mod tests {
         Obstacle { extent, velocity: (0.0, 0.0), may_walk: false }
     }
 
+    fn standing_person(at: (f64, f64)) -> Obstacle {
+        Obstacle { may_walk: true, ..standing(Extent::around(at, 300.0)) }
+    }
+
     #[test]
     fn car_beside_the_centre_line_is_not_passed_through() {
         // Its middle is 2 m beside the way, its side reaches over it.
@@ -282,10 +296,9 @@ mod tests {
 
     /// A thing may be left along its side; a person may step aside, and where one stands is known to a decimetre.
     #[test]
-    fn unit_does_not_move_within_the_margin_of_a_person() {
+    fn unit_moves_only_away_within_the_margin_of_a_person() {
         let beside = |may_walk, away: f64| {
-            let extent = Extent::around((0.0, -450.0 - away - 300.0), 300.0);
-            let person = [Obstacle { extent, velocity: (0.0, 0.0), may_walk }];
+            let person = [Obstacle { may_walk, ..standing_person((0.0, -450.0 - away - 300.0)) }];
             let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &person, brakes(), &Limits::GROUND);
             let ahead = speed_along(&from(0.0, 0.0), (500.0, 0.0, 0.0), &person, brakes(), &Limits::GROUND);
             (ahead, back)
@@ -294,6 +307,10 @@ mod tests {
         let (ahead, back) = beside(false, 200.0);
         assert!(ahead > 0.0 && back > 0.0, "{ahead} {back}");
         assert_eq!(beside(true, 300.0), (CREEPS_MM_S, CREEPS_MM_S));
+        let behind = [standing_person((-1300.0, 200.0))];
+        let ahead = speed_along(&from(0.0, 0.0), (500.0, 0.0, 0.0), &behind, brakes(), &Limits::GROUND);
+        let back = speed_back(&from(0.0, 0.0), (500.0, 0.0), &behind, brakes(), &Limits::GROUND);
+        assert_eq!((ahead, back), (CREEPS_MM_S, 0.0), "it leaves");
     }
 
     /// A car that is seen from its side, turned anyhow.
