@@ -21,6 +21,9 @@ pub(super) struct Args {
     /// Only this platform: every scenario that it shares with the ground platform, and its own; also live.
     #[arg(long, value_name = "PLATFORM", conflicts_with = "reproduce")]
     domain: Option<String>,
+    /// With --domain: simulated trials with rendered sensors and the detector, too, where networks ship for the platform's views.
+    #[arg(long, requires = "domain", conflicts_with = "worlds")]
+    rendered: bool,
     /// Only the live runs, with the hosts in network namespaces of their own, on a wire with the adversary at its bridge.
     #[arg(long, conflicts_with = "reproduce")]
     apart: bool,

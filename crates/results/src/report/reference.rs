@@ -76,6 +76,9 @@ pub struct ReferenceRow {
     pub counts: bool,
     /// Twin or live.
     pub mode: Mode,
+    /// True if the sensors were rendered and the detector ran.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub rendered: bool,
     /// The classes that were expected.
     pub expected: Vec<Outcome>,
     /// Judged trials outside them.
@@ -105,11 +108,11 @@ pub struct LiveLatency {
 }
 
 impl ReferenceRow {
-    /// One row of `trials`, all of the same scenario, cell and mode, on its own platform or another one.
+    /// One row of `trials`, all of the same scenario, cell, mode and sensing, on its own platform or another one.
     pub fn new(
         scenario: &Scenario,
         (platform, cell): (Option<String>, Option<String>),
-        mode: Mode,
+        (mode, rendered): (Mode, bool),
         trials: &[&Trial],
     ) -> Self {
         let expected = scenario.expected.to_vec();
@@ -128,6 +131,7 @@ impl ReferenceRow {
             evidence,
             counts,
             mode,
+            rendered,
             expected,
             unexpected,
             accepted,

@@ -267,7 +267,7 @@ mod tests {
         let scenario = scenario::load(&root.join("scenarios/telemetry/loss.toml")).unwrap();
         let trials: Vec<&Trial> = trials.iter().collect();
         let places = [(None, None), (Some("air".to_owned()), Some("verbatim/present/session-only".to_owned()))];
-        places.into_iter().map(|place| ReferenceRow::new(&scenario, place, Mode::Twin, &trials)).collect()
+        places.into_iter().map(|place| ReferenceRow::new(&scenario, place, (Mode::Twin, false), &trials)).collect()
     }
 
     #[test]

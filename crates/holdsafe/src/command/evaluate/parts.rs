@@ -60,7 +60,7 @@ impl Part {
 /// A file of them cannot be used, or there is none.
 pub(super) fn plan_parts(context: &Context, args: &Args) -> Result<Vec<Part>, Failure> {
     let mut parts = match &args.domain {
-        Some(name) => plan_on(context, &plan::platform_of(context, name)?, true)?,
+        Some(name) => plan_on(context, &plan::platform_of(context, name)?, (args.rendered, true))?,
         None => plan_everywhere(context)?,
     };
     for part in &mut parts {
@@ -93,15 +93,19 @@ fn plan_everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
     for file in scenario::platform_files(&context.root()?)? {
         if load_platform(&file)?.owes.is_some() {
             let asked = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let shared = plan_on(context, &Chosen { asked, file }, false)?;
+            let shared = plan_on(context, &Chosen { asked, file }, (false, false))?;
             parts.extend(shared.into_iter().filter(|part| part.platform.is_some()));
         }
     }
     Ok(parts)
 }
 
-/// The scenarios of `chosen` and those that it shares with the platform of which it owes the classes, live too if wanted.
-fn plan_on(context: &Context, chosen: &Chosen, also_live: bool) -> Result<Vec<Part>, Failure> {
+/// The scenarios of `chosen` and those that it shares with the platform of which it owes the classes, rendered and live too if wanted.
+fn plan_on(
+    context: &Context,
+    chosen: &Chosen,
+    (rendered, also_live): (bool, bool),
+) -> Result<Vec<Part>, Failure> {
     let platform = load_platform(&chosen.file)?;
     let mut parts = Vec::new();
     for file in scenario::shipped(&context.root()?)? {
@@ -113,7 +117,8 @@ fn plan_on(context: &Context, chosen: &Chosen, also_live: bool) -> Result<Vec<Pa
         if scenario.is_of_stacks() || !(own || shared) {
             continue;
         }
-        let wanted = Wanted { platform: shared.then(|| chosen.clone()), ..Wanted::default() };
+        let platform_of_owed = shared.then(|| chosen.clone());
+        let wanted = Wanted { platform: platform_of_owed, rendered, where_trained: rendered, ..Wanted::default() };
         let mut simulated = plan::of_scenario(context, &scenario, &wanted)?;
         // A scenario that states no class there says nothing of it.
         simulated.retain(|planned| !planned.variation.scenario.expected.is_empty());

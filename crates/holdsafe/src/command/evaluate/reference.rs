@@ -59,7 +59,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn make_directory(context: &Context, args: &Args) -> Result<PathBuf, Failure> {
     let runs = context.runs_folder()?;
     let domain = args.domain.as_deref().map(|name| plan::stem(Path::new(name)));
-    let more = [domain, args.apart.then(|| "apart".to_owned()), args.quick.then(|| "quick".to_owned())];
+    let rendered = args.rendered.then(|| "rendered".to_owned());
+    let more = [domain, rendered, args.apart.then(|| "apart".to_owned()), args.quick.then(|| "quick".to_owned())];
     let name: Vec<String> = ["reference".to_owned()].into_iter().chain(more.into_iter().flatten()).collect();
     let default = runs.join(name.join("-"));
     out::directory(&runs, Some(args.out.as_deref().unwrap_or(&default)), "reference")

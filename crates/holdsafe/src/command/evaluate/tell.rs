@@ -37,7 +37,8 @@ impl Judged {
     pub(super) fn new(part: &Part, planned: &Planned, mode: Mode, trials: &[Trial]) -> Self {
         let variation = &planned.variation;
         let place = (part.platform.clone(), variation.cell.clone());
-        let row = ReferenceRow::new(&variation.scenario, place, mode, &trials.iter().collect::<Vec<_>>());
+        let sensing = (mode, planned.setup.rendered);
+        let row = ReferenceRow::new(&variation.scenario, place, sensing, &trials.iter().collect::<Vec<_>>());
         let judged = trials.iter().filter(|trial| trial.host_stall_ms.is_none());
         let unexpected = judged.filter(|trial| {
             trial.outcome.is_unexpected(&row.expected) && !AcceptedRate::covers(&row.accepted, trial.outcome)
