@@ -5,6 +5,7 @@
 //! attack: a passive adversary in the path. Turning a scenario into plans is left to `topology`; the effect of
 //! an action on bytes, to `relay` and `insider`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
 use wire::setup::NoChannel;
@@ -26,7 +27,7 @@ pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, OrderForgery};
 pub use gateway::{FeedAction, FeedForgery, InsiderGatewayConfig};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
 pub use medium::{MAX_STRETCHES, Medium, Stretch};
-pub use order::Kind;
+pub use order::OrderKind;
 pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
 pub use recorder::Tampering;
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
@@ -108,13 +109,13 @@ pub enum PlanError {
     },
 }
 
-/// Which way datagrams or bytes go.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Direction of the datagrams or bytes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Direction {
-    /// From the side that opened the path to the side that listens.
+    /// From the platform to the gateway.
     Up,
-    /// The other way.
+    /// From the gateway to the platform.
     Down,
     /// Both ways.
     #[default]
@@ -129,6 +130,15 @@ impl Direction {
             | (Direction::Up, Side::Server)
             | (Direction::Down, Side::Client) => true,
             (Direction::Up, Side::Client) | (Direction::Down, Side::Server) => false,
+        }
+    }
+
+    /// The side that datagrams and publications of this direction go to; either without one.
+    pub fn side(self) -> Option<Side> {
+        match self {
+            Direction::Up => Some(Side::Server),
+            Direction::Down => Some(Side::Client),
+            Direction::Both => None,
         }
     }
 

@@ -365,7 +365,11 @@ mod tests {
         assert_eq!(domains(&both).status, Status::Reproduced);
         let air = domains(&sensed(&[("air", 0, true), ("space", 0, false)]));
         assert_eq!(air.status, Status::PartlyReproduced);
-        assert!(air.lines.iter().any(|line| line.starts_with("space: no row is of rendered sensors")), "{:?}", air.lines);
+        assert!(
+            air.lines.iter().any(|line| line.starts_with("space: no row is of rendered sensors")),
+            "{:?}",
+            air.lines
+        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Tampering with the evidence by an insider in control of the recorder.
 
+use adversary::plan::Tampering;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,29 +10,5 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Tamper {
     /// The change.
-    pub does: Tampered,
-}
-
-/// Change to a recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Tampered {
-    /// One bit of one entry is flipped.
-    Edit,
-    /// Two entries that came one after the other change places.
-    Swap,
-    /// An entry is taken out.
-    Delete,
-    /// Everything from some entry on is taken away.
-    Truncate,
-    /// An entry is left out and every chain and seal written anew around the gap.
-    Omit,
-    /// An entry says another time and every chain and seal is written anew.
-    Rechain,
-    /// The recording ends at a seal, closed as if the run had ended there.
-    CutAtSeal,
-    /// A service is given an earlier life that never was, and every seal is written anew.
-    Feign,
-    /// An entry is kept under another time than that at which it came.
-    Retime,
+    pub does: Tampering,
 }

@@ -61,18 +61,7 @@ pub(super) fn gateway(s: &Scenario, phase: u64) -> Option<InsiderGatewayConfig> 
 /// Manipulation of the recorder's insider: one of the scenario's, in turn by the seed, at a place that the seed draws.
 pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
     let at = (seed % s.tamper.len().max(1) as u64) as usize;
-    let does = match s.tamper.get(at)?.does {
-        scenario::Tampered::Edit => Tampering::Edit,
-        scenario::Tampered::Swap => Tampering::Swap,
-        scenario::Tampered::Delete => Tampering::Delete,
-        scenario::Tampered::Truncate => Tampering::Truncate,
-        scenario::Tampered::Omit => Tampering::Omit,
-        scenario::Tampered::Rechain => Tampering::Rechain,
-        scenario::Tampered::CutAtSeal => Tampering::CutAtSeal,
-        scenario::Tampered::Feign => Tampering::Feign,
-        scenario::Tampered::Retime => Tampering::Retime,
-    };
-    Some((does, seed))
+    Some((s.tamper.get(at)?.does, seed))
 }
 
 /// The link's own weather, carried out by the same relay; `planned` does not know it.

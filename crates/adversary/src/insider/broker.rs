@@ -19,7 +19,7 @@ use wire::time::{Instant, Span};
 use super::forgery::Forger;
 use crate::opening::Opening;
 use crate::outbox::Outbox;
-use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError, Timed};
+use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, OrderKind, PlanError, Timed};
 
 /// Most publications remembered; the oldest goes first.
 const MAX_SEEN: usize = 256;
@@ -114,7 +114,7 @@ impl InsiderBroker {
             self.acknowledge(now, unit, bytes);
         }
         let open: Vec<BrokerAction> = if self.outbox.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
-        let about = |only: Option<Kind>| only.is_none() || only == kind;
+        let about = |only: Option<OrderKind>| only.is_none() || only == kind;
         if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
             return self.told(now, Action::Drop, &publication, Span::ZERO);
         }

@@ -25,7 +25,7 @@ use wire::time::{Instant, Span};
 use super::voice::under_signature;
 use crate::opening::Opening;
 use crate::outbox::Outbox;
-use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, Kind, PlanError, Timed};
+use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, OrderKind, PlanError, Timed};
 
 /// Most messages of the feed held back at once; further ones are withheld.
 const MAX_HELD: usize = 256;
@@ -173,7 +173,9 @@ impl InsiderGateway {
     fn asked(&mut self, now: Instant, bytes: &[u8]) {
         let intent = body(bytes).and_then(intent_of);
         let swallowed = |action: &FeedAction| match (action, &intent) {
-            (FeedAction::Swallow { only }, Some(intent)) => only.is_none_or(|kind| kind == Kind::from(intent.kind)),
+            (FeedAction::Swallow { only }, Some(intent)) => {
+                only.is_none_or(|kind| kind == OrderKind::from(intent.kind))
+            }
             _ => false,
         };
         match intent.filter(|_| self.open(now).iter().any(swallowed)) {

@@ -1,8 +1,9 @@
 //! Plan of the hostile broker: actions on publications at the broker that every client dials.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, Kind, MAX_COPIES, MAX_HOLD_MS, PlanError, Timed, at_most, repeats, within};
+use super::{Direction, MAX_COPIES, MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, repeats, within};
 
 /// Plan of the holder of the broker's certificate and key. Without actions it is an honest broker.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -21,14 +22,14 @@ pub enum BrokerAction {
     /// They are not passed on.
     Drop {
         /// Only those about an order of this kind.
-        only: Option<Kind>,
+        only: Option<OrderKind>,
     },
     /// They are passed on later.
     Delay {
         /// By how much.
         ms: u64,
         /// Only those about an order of this kind.
-        only: Option<Kind>,
+        only: Option<OrderKind>,
     },
     /// Each is held until the next of its direction has passed.
     Reorder {
@@ -52,7 +53,7 @@ pub enum BrokerAction {
     /// Orders of the broker's own making.
     Invent {
         /// Command that they ask for.
-        kind: Kind,
+        kind: OrderKind,
         /// Material that they are made of.
         forgery: OrderForgery,
         /// Number of orders.
@@ -67,9 +68,9 @@ pub enum BrokerAction {
     },
 }
 
-/// Material that an invented order is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Kind of an invented order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum OrderForgery {
     /// A new intent in the operator's name, with the newest nonce seen, both steps under the broker's own key.
     OwnKey,
@@ -79,9 +80,9 @@ pub enum OrderForgery {
     Spliced,
 }
 
-/// Material that a forged acknowledgement is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Kind of a forged acknowledgement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum AckForgery {
     /// A new one under the broker's own key.
     OwnKey,

@@ -1,9 +1,10 @@
 //! Plan of the gateway insider: actions on messages of the gateway to the console, and on requests of the console.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::mode::Mode;
 
-use super::{Kind, MAX_HOLD_MS, PlanError, Timed, at_most, within};
+use super::{MAX_HOLD_MS, OrderKind, PlanError, Timed, at_most, within};
 
 /// Plan of the holder of the gateway's keys. Without actions it passes everything.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -42,17 +43,17 @@ pub enum FeedAction {
     /// Requests of the operator do not reach the honest half.
     Swallow {
         /// Only this.
-        only: Option<Kind>,
+        only: Option<OrderKind>,
     },
 }
 
-/// Forged content of a report.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Kind of a forged report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum FeedForgery {
-    /// Another mode under the unit's old signature.
+    /// Another state under the unit's old signature.
     Altered,
-    /// Another mode under the gateway's own signature.
+    /// Another state under the gateway's own signature.
     ReSigned,
     /// As it is, as another unit's.
     Relabelled,

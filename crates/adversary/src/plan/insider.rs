@@ -1,5 +1,6 @@
 //! Plan of the insider who is a teammate and forwards a third unit's telemetry.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::peer::{Confusion, Falsehood, Resend};
@@ -73,15 +74,15 @@ fn yes() -> bool {
     true
 }
 
-/// Content of a forwarded report, and the signature it is under.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Form in which B forwards C's telemetry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Form {
-    /// C's report as it came: it says C and is C's.
+    /// The record says C and is C's.
     Verbatim,
-    /// It says B, with B's boot, sequence and stamp, and keeps C's signature, which can no longer verify.
+    /// The record says B, C's signature is kept.
     Relabelled,
-    /// It says B, with B's boot, sequence and stamp, and B signed it.
+    /// The record says B and is signed by B.
     ReSigned,
 }
 
@@ -102,9 +103,9 @@ pub struct Malformed {
     pub step: Option<Step>,
 }
 
-/// Flaw of a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Flaw of a malformed record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Flaw {
     /// Longer than any record may be.
     Length,

@@ -1,5 +1,6 @@
 //! Plans of an admitted teammate's statements that are old, untrue or of another kind.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::sensor::ProductMode;
 
@@ -41,14 +42,14 @@ pub struct Falsehood {
 }
 
 /// Relation of the claimed motion to the claimed place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Motion {
-    /// The place drifts, the claimed motion is the true one.
+    /// The place drifts; speed and heading are the true ones.
     Hidden,
-    /// The place drifts, and the claimed motion is the one that goes with it.
+    /// The place drifts; speed and heading are those that go with it.
     Owned,
-    /// The place is the true one, the motion is not.
+    /// The place is the true one; speed and heading are not.
     Feigned,
 }
 
@@ -66,13 +67,13 @@ pub struct Confusion {
     pub clock_ms: i64,
 }
 
-/// A product mode in a plan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Claimed origin of a report's content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Product {
-    /// Live.
+    /// Made now.
     Live,
-    /// Synthetic.
+    /// Made by a generator.
     Synthetic,
     /// Played back.
     Replayed,

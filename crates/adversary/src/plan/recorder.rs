@@ -1,10 +1,11 @@
 //! Manipulations of a recording by an insider who controls the recorder.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// One thing done to a recording, at a place that the seed draws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Change to a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tampering {
     /// One bit of one entry is flipped.
     Edit,
@@ -20,8 +21,8 @@ pub enum Tampering {
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,
-    /// A service is given an earlier life, under a boot that never was, and every seal is written anew.
+    /// A service is given an earlier life that never was, and every seal is written anew.
     Feign,
-    /// An entry is kept as it was written, under another time.
+    /// An entry is kept under another time than that at which it came.
     Retime,
 }

@@ -1,5 +1,6 @@
 //! Plans of the two relays: actions on telemetry datagrams and on pieces of the command stream.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Direction, MAX_COPIES, MAX_HOLD_MS, Medium, PlanError, Timed, at_most, repeats, share, within};
@@ -99,17 +100,17 @@ pub enum DatagramAction {
     },
 }
 
-/// Change of a datagram.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Change to a datagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Damage {
     /// One random bit flipped.
     Flip,
     /// Cut short at a random length.
     Truncate,
-    /// 1 to 32 random bytes added.
+    /// Random bytes added.
     Extend,
-    /// Head of this one, tail of the one before in the same direction; a flip where there is none.
+    /// Head of this one, tail of the one before.
     Splice,
 }
 

@@ -1,11 +1,12 @@
 //! Plan of the rogue station: it gives orders under a key that is not its own.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::settings::Settings;
 use wire::setup::Secret;
 
-use super::{Kind, MAX_MS, PlanError, Step, at_most, repeats, step, within};
+use super::{MAX_MS, OrderKind, PlanError, Step, at_most, repeats, step, within};
 
 /// Plan of the rogue station.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +38,7 @@ pub struct RogueOrders {
     /// Claimed sender.
     pub claim: NodeId,
     /// Command asked for.
-    pub order: Kind,
+    pub order: OrderKind,
     /// The values, where it asks to set some.
     #[serde(default)]
     pub values: Option<Settings>,
@@ -55,9 +56,9 @@ pub struct RogueOrders {
     pub step: Option<Step>,
 }
 
-/// Under which id a rogue orders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Id of a rogue's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum OrderId {
     /// The next.
     #[default]
@@ -68,9 +69,9 @@ pub enum OrderId {
     OlderBoot,
 }
 
-/// On which track a rogue orders.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Track of a rogue's order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum OrderTrack {
     /// To arm the most confident vehicle, to confirm the one that authority is held on.
     #[default]

@@ -5,7 +5,7 @@ use evidence::Planned;
 use instrument::Action;
 
 use super::{Act, Attack, Injection, attacks, during, publications};
-use crate::{Millis, Order};
+use crate::{Millis, OrderKind};
 
 attacks! {
     /// Publications are passed on later.
@@ -14,13 +14,13 @@ attacks! {
         by_ms: Millis,
         /// Only those about an order that asks this.
         #[serde(default)]
-        only: Option<Order>,
+        only: Option<OrderKind>,
     }
 }
 
 impl Attack for BrokerDelay {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let action = BrokerAction::Delay { ms: self.by_ms.unsigned(), only: self.only.map(Order::kind) };
+        let action = BrokerAction::Delay { ms: self.by_ms.unsigned(), only: self.only };
         Some(Act::Broker(during(self, self.direction, phase_ms, action)))
     }
 

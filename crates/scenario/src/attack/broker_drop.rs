@@ -5,25 +5,20 @@ use evidence::Planned;
 use instrument::Action;
 
 use super::{Act, Attack, Injection, attacks, during, publications};
-use crate::Order;
+use crate::OrderKind;
 
 attacks! {
     /// Publications are not passed on.
     BrokerDrop needs Insider {
         /// Only those about an order that asks this.
         #[serde(default)]
-        only: Option<Order>,
+        only: Option<OrderKind>,
     }
 }
 
 impl Attack for BrokerDrop {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        Some(Act::Broker(during(
-            self,
-            self.direction,
-            phase_ms,
-            BrokerAction::Drop { only: self.only.map(Order::kind) },
-        )))
+        Some(Act::Broker(during(self, self.direction, phase_ms, BrokerAction::Drop { only: self.only })))
     }
 
     fn injection(&self) -> Option<Injection> {

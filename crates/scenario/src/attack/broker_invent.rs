@@ -1,21 +1,19 @@
 //! `[[broker_invent]]`: the hostile broker publishes orders of its own making.
 
-use adversary::plan::{self, BrokerAction};
+use adversary::plan::{BrokerAction, Direction, OrderForgery, OrderKind};
 use evidence::Planned;
 use instrument::Action;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::{Act, Attack, Injection, captured, during};
 use crate::timed::timed;
-use crate::{Count, Direction, Millis, Order};
+use crate::{Count, Millis};
 
 timed! {
     /// Orders of the broker's own making.
     BrokerInvent needs Insider sees OnPath {
         /// The order.
         #[serde(rename = "do")]
-        verb: Order,
+        verb: OrderKind,
         /// Kind of the forgery.
         forgery: OrderForgery,
         /// Count of the orders.
@@ -27,13 +25,8 @@ timed! {
 
 impl Attack for BrokerInvent {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let forgery = match self.forgery {
-            OrderForgery::OwnKey => plan::OrderForgery::OwnKey,
-            OrderForgery::Altered => plan::OrderForgery::Altered,
-            OrderForgery::Spliced => plan::OrderForgery::Spliced,
-        };
         let (count, every_ms) = (self.count.unsigned() as u32, self.every_ms.unsigned());
-        let action = BrokerAction::Invent { kind: self.verb.kind(), forgery, count, every_ms };
+        let action = BrokerAction::Invent { kind: self.verb, forgery: self.forgery, count, every_ms };
         Some(Act::Broker(during(self, Direction::Down, phase_ms, action)))
     }
 
@@ -45,16 +38,4 @@ impl Attack for BrokerInvent {
             OrderForgery::Altered | OrderForgery::Spliced => Some(injection.taking(captured(Direction::Down))),
         }
     }
-}
-
-/// Kind of an invented order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum OrderForgery {
-    /// A new intent in the operator's name, with the newest nonce seen, both steps under the broker's own key.
-    OwnKey,
-    /// The newest captured intent, asking something else under a later id, with the signature it had.
-    Altered,
-    /// The newest captured intent with the confirmation of another.
-    Spliced,
 }

@@ -1,10 +1,8 @@
 //! `[[corrupt]]`: the relay without a key changes telemetry datagrams on the way.
 
-use adversary::plan::{self, DatagramAction};
+use adversary::plan::{Damage, DatagramAction};
 use evidence::{Planned, Takes};
 use instrument::Action;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::{Act, Attack, Injection, attacks, during};
 use crate::Share;
@@ -21,31 +19,11 @@ attacks! {
 
 impl Attack for Corrupt {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let damage = match self.damage {
-            Damage::Flip => plan::Damage::Flip,
-            Damage::Truncate => plan::Damage::Truncate,
-            Damage::Extend => plan::Damage::Extend,
-            Damage::Splice => plan::Damage::Splice,
-        };
-        let action = DatagramAction::Corrupt { permille: self.share.permille(), damage };
+        let action = DatagramAction::Corrupt { permille: self.share.permille(), damage: self.damage };
         Some(Act::Datagram(during(self, self.direction, phase_ms, action)))
     }
 
     fn injection(&self) -> Option<Injection> {
         Some(Injection::of(Planned::Action(Action::Corrupt)).taking(Takes::Records(self.direction.side())))
     }
-}
-
-/// Change to a datagram.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Damage {
-    /// One random bit flipped.
-    Flip,
-    /// Cut short at a random length.
-    Truncate,
-    /// Random bytes added.
-    Extend,
-    /// Head of this one, tail of the one before.
-    Splice,
 }

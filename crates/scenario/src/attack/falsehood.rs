@@ -1,6 +1,6 @@
 //! `[[falsehood]]`: an admitted teammate claims a place or a motion that is not its own.
 
-use adversary::plan;
+use adversary::plan::{self, Motion};
 use evidence::Planned;
 use evidence::trial::Knowledge;
 use instrument::Action;
@@ -48,27 +48,11 @@ impl Attack for Falsehood {
             duration_ms: self.length_ms(),
             drift_mm_s: (self.drift_m_s.get() * 1000.0) as u32,
             towards_mrad: (self.towards_rad.get() * 1000.0) as i32,
-            motion: match self.motion {
-                Motion::Hidden => plan::Motion::Hidden,
-                Motion::Owned => plan::Motion::Owned,
-                Motion::Feigned => plan::Motion::Feigned,
-            },
+            motion: self.motion,
         })))
     }
 
     fn injection(&self) -> Option<Injection> {
         Some(Injection::of(Planned::Action(Action::Lie)))
     }
-}
-
-/// Relation of the claimed motion to the claimed place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Motion {
-    /// The place drifts; speed and heading are the true ones.
-    Hidden,
-    /// The place drifts; speed and heading are those that go with it.
-    Owned,
-    /// The place is the true one; speed and heading are not.
-    Feigned,
 }

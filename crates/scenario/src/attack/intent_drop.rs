@@ -5,7 +5,7 @@ use evidence::{Planned, Takes};
 
 use super::{Act, Attack, Injection, during};
 use crate::timed::timed;
-use crate::{Direction, Order, Seconds};
+use crate::{Direction, OrderKind, Seconds};
 
 timed! {
     /// Requests of the operator do not reach the gateway.
@@ -14,17 +14,17 @@ timed! {
         duration_s: Seconds,
         /// Only this.
         #[serde(default)]
-        only: Option<Order>,
+        only: Option<OrderKind>,
     }
 }
 
 impl Attack for IntentDrop {
     fn act(&self, phase_ms: u64) -> Option<Act> {
-        let action = FeedAction::Swallow { only: self.only.map(Order::kind) };
+        let action = FeedAction::Swallow { only: self.only };
         Some(Act::Feed(during(self, Direction::Both, phase_ms, action)))
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Swallowed).taking(Takes::Orders(self.only.map(Order::asked))))
+        Some(Injection::of(Planned::Swallowed).taking(Takes::Orders(self.only.map(OrderKind::request))))
     }
 }

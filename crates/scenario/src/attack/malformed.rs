@@ -1,9 +1,7 @@
 //! `[[malformed]]`: an admitted teammate sends records that are authenticated and broken.
 
-use adversary::plan;
+use adversary::plan::{self, Flaw};
 use evidence::Planned;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use super::{Act, Attack, Deceit, Injection};
 use crate::timed::timed;
@@ -25,7 +23,7 @@ impl Attack for Malformed {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         Some(Act::Teammate(Deceit::Malformed(plan::Malformed {
             at_ms: self.start_ms(phase_ms),
-            flaws: self.flaws.iter().copied().map(flaw).collect(),
+            flaws: self.flaws.to_vec(),
             count: self.count.unsigned() as u32,
             every_ms: self.every_ms.unsigned(),
             step: self.actor_step(),
@@ -34,46 +32,5 @@ impl Attack for Malformed {
 
     fn injection(&self) -> Option<Injection> {
         Some(Injection::of(Planned::Malformed).longer_by(self.count.unsigned() * self.every_ms.unsigned()))
-    }
-}
-
-/// Flaw of a malformed record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Flaw {
-    /// Longer than any record may be.
-    Length,
-    /// Not the schema.
-    Schema,
-    /// Not the one canonical encoding.
-    NonCanonical,
-    /// A value outside its range.
-    Range,
-    /// A list that claims more elements than there are bytes.
-    Count,
-    /// Random bytes.
-    Noise,
-    /// Sound, but for the session that it says it is of.
-    Session,
-    /// Sound, but of another version of the session layer.
-    Version,
-    /// Sound, its sequence far ahead of the one before; the sender goes on from there.
-    Jump,
-    /// Sound, around a report that says it is of an identity that is no vehicle.
-    Origin,
-}
-
-fn flaw(flaw: Flaw) -> plan::Flaw {
-    match flaw {
-        Flaw::Length => plan::Flaw::Length,
-        Flaw::Schema => plan::Flaw::Schema,
-        Flaw::NonCanonical => plan::Flaw::NonCanonical,
-        Flaw::Range => plan::Flaw::Range,
-        Flaw::Count => plan::Flaw::Count,
-        Flaw::Noise => plan::Flaw::Noise,
-        Flaw::Session => plan::Flaw::Session,
-        Flaw::Version => plan::Flaw::Version,
-        Flaw::Jump => plan::Flaw::Jump,
-        Flaw::Origin => plan::Flaw::Origin,
     }
 }

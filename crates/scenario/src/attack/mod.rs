@@ -54,7 +54,7 @@ use evidence::{Planned, Takes};
 use wire::id::NodeId;
 
 use super::finding::Finding;
-use super::{Channel, Direction, Holder, Order, Scenario, Windowed};
+use super::{Channel, Direction, Holder, OrderKind, Scenario, Windowed};
 
 /// Appends a list of tables for each attack to [`Scenario`]: key, type, most tables, and a line for the schema. Actors and
 /// receipts come in the order of the rows.
@@ -252,18 +252,12 @@ impl Injection {
 
 /// An action for the length of a table, on a path.
 fn during<A>(of: &dyn Windowed, direction: Direction, phase_ms: u64, action: A) -> Timed<A> {
-    Timed {
-        start_ms: of.start_ms(phase_ms),
-        duration_ms: of.length_ms(),
-        direction: direction.planned(),
-        step: of.actor_step(),
-        action,
-    }
+    Timed { start_ms: of.start_ms(phase_ms), duration_ms: of.length_ms(), direction, step: of.actor_step(), action }
 }
 
 /// Publications that come by while a broker acts: all of a direction, or those about one order.
-fn publications(direction: Direction, only: Option<Order>) -> Takes {
-    Takes::Publications { to: direction.side(), asks: only.map(Order::asked), ever: false }
+fn publications(direction: Direction, only: Option<OrderKind>) -> Takes {
+    Takes::Publications { to: direction.side(), asks: only.map(OrderKind::request), ever: false }
 }
 
 /// Publications that a broker has captured at any time before.

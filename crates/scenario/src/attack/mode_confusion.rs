@@ -1,6 +1,6 @@
 //! `[[mode_confusion]]`: an admitted teammate's reports are no live product, or in another time base.
 
-use adversary::plan::{self, Confusion};
+use adversary::plan::{Confusion, Product};
 use evidence::Planned;
 use evidence::trial::Knowledge;
 use instrument::Action;
@@ -44,11 +44,7 @@ impl Attack for ModeConfusion {
         Some(Act::Teammate(Deceit::Confusion(Confusion {
             at_ms: self.start_ms(phase_ms),
             duration_ms: self.length_ms(),
-            product: match self.product {
-                Product::Live => plan::Product::Live,
-                Product::Synthetic => plan::Product::Synthetic,
-                Product::Replayed => plan::Product::Replayed,
-            },
+            product: self.product,
             clock_ms: self.clock_ms.get(),
         })))
     }
@@ -56,16 +52,4 @@ impl Attack for ModeConfusion {
     fn injection(&self) -> Option<Injection> {
         Some(Injection::of(Planned::Action(Action::Confuse)))
     }
-}
-
-/// Claimed origin of a report's content.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Product {
-    /// Made now.
-    Live,
-    /// Made by a generator.
-    Synthetic,
-    /// Played back.
-    Replayed,
 }

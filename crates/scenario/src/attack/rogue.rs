@@ -3,7 +3,7 @@
 //! It holds another identity's signing key and gives orders with it: through a station of its own at the gateway, or under a
 //! certificate at the broker. It is an identity of its own; no service knows that it is a rogue.
 
-use adversary::plan::{self, RogueOrders};
+use adversary::plan::{OrderId, OrderKind, OrderTrack, RogueOrders};
 use evidence::Planned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use wire::id::NodeId;
 use super::{Act, Attack, Injection};
 use crate::finding::{Finding, finding, unknown};
 use crate::timed::timed;
-use crate::{Count, Located, Millis, Name, Order, Scenario, Values, Whole, Windowed};
+use crate::{Count, Located, Millis, Name, Scenario, Values, Whole, Windowed};
 
 timed! {
     /// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
@@ -28,7 +28,7 @@ timed! {
         #[serde(default)]
         claims: Option<Located<Name>>,
         /// The order.
-        order: Order,
+        order: OrderKind,
         /// Count of the orders.
         count: Count,
         /// Time between them.
@@ -56,18 +56,11 @@ impl Attack for Rogue {
             count: self.count.unsigned() as u32,
             every_ms: self.every_ms.unsigned(),
             claim: NodeId::from_name(claims.as_str())?,
-            order: self.order.kind(),
+            order: self.order,
             values: self.values.map(Values::settings),
             ahead: self.ahead.unsigned(),
-            id: match self.id {
-                OrderId::Next => plan::OrderId::Next,
-                OrderId::Last => plan::OrderId::Last,
-                OrderId::OlderBoot => plan::OrderId::OlderBoot,
-            },
-            track: match self.track {
-                OrderTrack::Seen => plan::OrderTrack::Seen,
-                OrderTrack::Other => plan::OrderTrack::Other,
-            },
+            id: self.id,
+            track: self.track,
             step: self.actor_step(),
         }))
     }
@@ -84,7 +77,7 @@ impl Attack for Rogue {
     fn check(&self, whole: &Scenario) -> Vec<Finding> {
         let names = [Some(&self.holds), self.claims.as_ref(), self.certificate.as_ref()].into_iter().flatten();
         let mut found: Vec<Finding> = names.filter_map(unknown).collect();
-        if self.order == Order::Configure && self.values.is_none() {
+        if self.order == OrderKind::Configure && self.values.is_none() {
             found.push(finding(&self.at_s, "no values to set", "add `values`"));
         }
         if whole.rogue.first().is_some_and(|first| !self.is_one_with(first)) {
@@ -110,28 +103,4 @@ pub enum Way {
     Station,
     /// Publications at the broker, past the gateway.
     Broker,
-}
-
-/// Id of a rogue's order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum OrderId {
-    /// The next.
-    #[default]
-    Next,
-    /// The one that the unit counted last, of another order.
-    Last,
-    /// The next number in a boot before the operator's.
-    OlderBoot,
-}
-
-/// Track of a rogue's order.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum OrderTrack {
-    /// To arm the most confident vehicle, to confirm the one that authority is held on.
-    #[default]
-    Seen,
-    /// The most confident vehicle on which no authority is held.
-    Other,
 }

@@ -14,7 +14,7 @@ timed! {
     /// An admitted teammate B forwards a third unit C's telemetry: the paper's central finding.
     Teammate lasts duration_s needs Insider sees Insider {
         /// Form of the forwarding.
-        form: Forwarding,
+        form: Form,
         /// Presence of C's own reports meanwhile.
         c: ThirdUnit,
         /// Length.
@@ -28,15 +28,11 @@ timed! {
 impl Attack for Teammate {
     fn act(&self, phase_ms: u64) -> Option<Act> {
         Some(Act::Teammate(Deceit::Forward(Forward {
-            form: match self.form {
-                Forwarding::Verbatim => Form::Verbatim,
-                Forwarding::Relabelled => Form::Relabelled,
-                Forwarding::ReSigned => Form::ReSigned,
-            },
+            form: self.form,
             at_ms: self.start_ms(phase_ms),
             duration_ms: self.length_ms(),
             lag_ms: self.lag_ms.unsigned(),
-            own_reports: self.form == Forwarding::Verbatim,
+            own_reports: self.form == Form::Verbatim,
             step: self.actor_step(),
         })))
     }
@@ -44,18 +40,6 @@ impl Attack for Teammate {
     fn injection(&self) -> Option<Injection> {
         Some(Injection::of(Planned::Action(Action::Forward)).longer_by(self.lag_ms.unsigned()))
     }
-}
-
-/// Form in which B forwards C's telemetry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Forwarding {
-    /// The record says C and is C's.
-    Verbatim,
-    /// The record says B, C's signature is kept.
-    Relabelled,
-    /// The record says B and is signed by B.
-    ReSigned,
 }
 
 /// Presence of C's reports while B forwards its telemetry.

@@ -212,7 +212,7 @@ fn teammate_table_has_every_form_presence_and_policy() {
     assert_eq!(scenario.variations(Some("session-bound")).len(), 6);
     let last = cells.last().unwrap();
     assert_eq!(last.cell.as_deref(), Some("re-signed/silent/origin-signed"));
-    assert_eq!(last.scenario.teammate[0].form, Forwarding::ReSigned);
+    assert_eq!(last.scenario.teammate[0].form, Form::ReSigned);
     assert_eq!(last.scenario.policy.as_str(), "origin-signed");
 }
 

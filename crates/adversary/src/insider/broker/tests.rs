@@ -9,7 +9,7 @@ use wire::mode::Mode;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 
 use super::InsiderBroker;
-use crate::plan::{AckForgery, BrokerAction, Direction, InsiderBrokerConfig, Kind, OrderForgery, Timed};
+use crate::plan::{AckForgery, BrokerAction, Direction, InsiderBrokerConfig, OrderForgery, OrderKind, Timed};
 use crate::testing::{at, setup, times, turn};
 
 const COMMAND: Subject = Subject::Command(UnitId::A);
@@ -25,7 +25,7 @@ fn without_a_plan_it_is_a_broker() {
 
 #[test]
 fn it_keeps_back_the_holds_alone() {
-    let drop = action(Direction::Down, BrokerAction::Drop { only: Some(Kind::Hold) });
+    let drop = action(Direction::Down, BrokerAction::Drop { only: Some(OrderKind::Hold) });
     let mut broker = broker(vec![drop]);
     let (hold, arm) = (order(1, CommandKind::Hold), order(2, CommandKind::Arm(TrackId(3))));
     assert_eq!(say(&mut broker, 10, COMMAND, &hold), []);
@@ -82,7 +82,7 @@ fn repeats_come_at_once_later_and_on_connect() {
 #[test]
 fn no_invented_order_carries_two_operator_signatures() {
     for forgery in [OrderForgery::OwnKey, OrderForgery::Altered, OrderForgery::Spliced] {
-        let invent = BrokerAction::Invent { kind: Kind::Confirm, forgery, count: 1, every_ms: 0 };
+        let invent = BrokerAction::Invent { kind: OrderKind::Confirm, forgery, count: 1, every_ms: 0 };
         let mut broker = broker(vec![Timed { start_ms: 500, duration_ms: 0, ..action(Direction::Down, invent) }]);
         say(&mut broker, 10, COMMAND, &order(1, CommandKind::Enable));
         say(&mut broker, 20, COMMAND, &order(2, CommandKind::Arm(TrackId(3))));
@@ -106,7 +106,7 @@ fn no_invented_order_carries_two_operator_signatures() {
 fn no_forged_acknowledgement_verifies_for_that_order() {
     let hold = order(7, CommandKind::Hold);
     for forgery in [AckForgery::OwnKey, AckForgery::Altered, AckForgery::Replayed] {
-        let drop = action(Direction::Down, BrokerAction::Drop { only: Some(Kind::Hold) });
+        let drop = action(Direction::Down, BrokerAction::Drop { only: Some(OrderKind::Hold) });
         let forge = Timed { start_ms: 500, ..action(Direction::Up, BrokerAction::Forge { forgery }) };
         let mut broker = broker(vec![drop, forge]);
         say(&mut broker, 10, COMMAND, &order(1, CommandKind::Enable));

@@ -18,7 +18,7 @@ use wire::time::{PeerStamp, Span};
 use wire::trust::BusGate;
 
 use super::InsiderGateway;
-use crate::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, Kind, Timed};
+use crate::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, OrderKind, Timed};
 use crate::testing::{at, setup, turn};
 
 const FEED: ChannelKey = ChannelKey([4; 32]);
@@ -75,7 +75,7 @@ fn no_changed_report_carries_its_units_signature() {
 
 #[test]
 fn planned_requests_are_swallowed_others_pass() {
-    let mut insider = insider(vec![FeedAction::Swallow { only: Some(Kind::Hold) }]);
+    let mut insider = insider(vec![FeedAction::Swallow { only: Some(OrderKind::Hold) }]);
     let mut said = Vec::new();
     for (kind, passed) in [(CommandKind::Hold, false), (CommandKind::Enable, true)] {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };

@@ -101,11 +101,7 @@ fn plan_everywhere(context: &Context) -> Result<Vec<Part>, Failure> {
 }
 
 /// The scenarios of `chosen` and those that it shares with the platform of which it owes the classes, rendered and live too if wanted.
-fn plan_on(
-    context: &Context,
-    chosen: &Chosen,
-    (rendered, also_live): (bool, bool),
-) -> Result<Vec<Part>, Failure> {
+fn plan_on(context: &Context, chosen: &Chosen, (rendered, also_live): (bool, bool)) -> Result<Vec<Part>, Failure> {
     let platform = load_platform(&chosen.file)?;
     let mut parts = Vec::new();
     for file in scenario::shipped(&context.root()?)? {
