@@ -3,8 +3,8 @@
 //!
 //! It measures and prints; no test asserts its numbers. Rounds go through all rows, so that each sees the same machine;
 //! a row's figure is the median of its rounds. The formats bound the length of a row: a scene has at most 64 objects, a
-//! perception keeps 16 tracks, a report carries 8, a gateway has two whole platforms (`ARCHITECTURE.md`, *What the twin
-//! costs*). Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left
+//! perception keeps 16 tracks, a report carries 8, a gateway has two whole platforms (`ARCHITECTURE.md`, *Cost of the
+//! twin*). Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left
 //! them.
 
 use crate::report::{Grown, Growth, GrowthRow, growth_table};
