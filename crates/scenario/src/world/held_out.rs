@@ -1,76 +1,79 @@
-//! The held-out families. Their ranges were fixed before anything drove in them and are not changed by a result. No person there
-//! walks through a still thing, as in every family; that rule came later, and also before anything drove in them. Of the first run in them
-//! (docs/researcher/worlds.md) came one: a person's path leads somewhere.
+//! The held-out families. Their ranges are fixed before anything drives in them and are not changed by a result.
+//!
+//! A family that was driven once is developed from then on, as `depot` and `campus` are, and moves to a file of its own.
 
 use super::chance::Chance;
 use super::plan::{Plan, wander};
 use crate::footprint::At;
 
-/// Rows of vans across lanes, with places free, fork lifts in the lanes, and a way along both ends.
-pub(super) fn depot(chance: &mut Chance) -> Plan {
-    let (lane, place) = (chance.between(5.0, 8.0), chance.between(3.0, 3.6));
-    let (rows, places) = (chance.integer(3, 5), chance.integer(8, 14));
-    let (van, taken, angle) = ([6.0, 2.1, 2.6], chance.between(0.5, 0.8), chance.between(-0.4, 0.4));
-    let pitch = lane + van[0] + 1.0;
-    let [width, depth] = [places as f64 * place, rows as f64 * pitch + lane];
-    let mut plan = Plan::new([-width / 2.0 - 8.0, 3.5 - depth / 2.0], 0.0, [width / 2.0 + 13.0, depth / 2.0 + 5.0]);
-    let lanes: Vec<f64> = (0..=rows).map(|row| row as f64 * pitch + lane / 2.0 - depth / 2.0).collect();
-    plan.route = wander(chance, plan.start.0, |chance| {
-        [chance.between(-width / 2.0, width / 2.0), lanes[chance.integer(0, lanes.len() - 1)]]
-    });
-    plan.park_in_sight(chance, -5.5);
-    for row in 0..rows {
-        let north = row as f64 * pitch + lane + (pitch - lane) / 2.0 - depth / 2.0;
-        for number in 0..places {
-            let at = [(number as f64 + 0.5) * place - width / 2.0, north];
-            if chance.happens(taken) {
-                plan.parked(chance, van, at, core::f64::consts::FRAC_PI_2 + angle);
-            }
+/// An open square between two rows of houses, with kiosks, pillars and flower tubs anywhere, and people who cross it on ways of their own.
+pub(super) fn plaza(chance: &mut Chance) -> Plan {
+    let half = [chance.between(20.0, 30.0), chance.between(16.0, 24.0)];
+    let mut plan = Plan::new([-half[0], -half[1]], 0.0, [half[0] + 6.0, half[1] + 12.0]);
+    let anywhere = |chance: &mut Chance| half.map(|side| chance.between(-side, side));
+    plan.route = wander(chance, plan.start.0, anywhere);
+    plan.park_in_sight(chance, -3.6);
+    for side in [-1.0, 1.0] {
+        let mut east = -half[0];
+        while east < half[0] {
+            let [length, depth] = [chance.between(6.0, 12.0), chance.between(4.0, 7.0)];
+            plan.wall([length, depth, 9.0], [east + length / 2.0, side * (half[1] + 4.0 + depth / 2.0)], 0.0);
+            east += length + chance.between(0.0, 5.0);
         }
     }
-    for _ in 0..chance.integer(1, 3) {
-        let north = lanes[chance.integer(0, lanes.len() - 1)] + chance.side() * (lane / 2.0 - 1.2);
-        let speed = chance.between(0.8, 2.0);
-        plan.cart(chance, [2.2, 1.1, 2.0], &[[-width / 2.0, north], [width / 2.0, north]], speed);
+    for _ in 0..chance.integer(3, 7) {
+        let size = [chance.between(1.8, 4.0), chance.between(1.8, 3.0), chance.between(2.2, 3.0)];
+        let (at, heading) = (anywhere(chance), chance.between(-1.5, 1.5));
+        plan.block(size, at, heading);
+    }
+    for _ in 0..chance.integer(6, 18) {
+        let (width, height) = (chance.between(0.4, 1.2), chance.between(0.8, 4.0));
+        let at = anywhere(chance);
+        plan.block([width, width, height], at, 0.0);
+    }
+    for _ in 0..chance.integer(3, 9) {
+        plan.person(chance, |chance| [anywhere(chance), anywhere(chance), anywhere(chance)]);
+    }
+    if chance.happens(0.5) {
+        let (from, to, speed) = (anywhere(chance), anywhere(chance), chance.between(2.0, 4.0));
+        plan.cart(chance, [1.8, 0.6, 1.6], &[from, to], speed);
     }
     plan
 }
 
-/// Buildings of different sizes on a lattice, benches and bollards on the paths between them, people and bicycles.
-pub(super) fn campus(chance: &mut Chance) -> Plan {
-    let path = chance.between(6.0, 9.0);
-    let pitch = path + chance.between(12.0, 15.0);
-    let paths = [-1.5, -0.5, 0.5, 1.5].map(|number| number * pitch);
-    let end = 1.5 * pitch;
-    let mut plan = Plan::new([-end, -end], 0.0, [end + 6.0, end + 6.0]);
-    let meeting = |chance: &mut Chance| [paths[chance.integer(0, 3)], paths[chance.integer(0, 3)]];
-    plan.route = wander(chance, plan.start.0, meeting);
-    plan.park_in_sight(chance, -3.6);
-    let middle = |number: usize| (number as f64 - 1.0) * pitch;
-    for (column, row) in (0..3).flat_map(|column| (0..3).map(move |row| (column, row))) {
-        if chance.happens(0.85) {
-            let [length, width] = [(); 2].map(|()| chance.between(7.0, pitch - path));
-            let turned = chance.between(-0.1, 0.1);
-            plan.block([length, width, 8.0], [middle(column), middle(row)], turned);
+/// Two lanes along a quay with stacks of containers between them, lorries on one, legs of cranes and people on the other beside the edge.
+pub(super) fn quay(chance: &mut Chance) -> Plan {
+    let (half, lane) = (chance.between(35.0, 60.0), chance.between(6.0, 9.0));
+    let stacks = chance.integer(1, 3);
+    let depth = stacks as f64 * 3.2;
+    let apart = (depth + lane) / 2.0;
+    let mut plan = Plan::new([-half, -apart], 0.0, [half + 8.0, apart + lane / 2.0 + 2.5]);
+    plan.route = wander(chance, plan.start.0, |chance| [chance.between(-half, half), chance.side() * apart]);
+    plan.park_in_sight(chance, -(lane / 2.0 - 0.6));
+    let mut east = -half + lane;
+    while east < half - lane {
+        let length = if chance.happens(0.6) { 12.2 } else { 6.1 };
+        for row in 0..stacks {
+            let north = (row as f64 + 0.5) * 3.2 - depth / 2.0;
+            if chance.happens(0.85) {
+                plan.block([length, 2.44, 2.6 * chance.integer(1, 3) as f64], [east + length / 2.0, north], 0.0);
+            }
         }
+        east += length + if chance.happens(0.4) { chance.between(3.0, 8.0) } else { 0.5 };
     }
-    for _ in 0..chance.integer(8, 20) {
-        let along = chance.between(-end, end);
-        let beside = paths[chance.integer(0, 3)] + chance.between(-path / 2.0, path / 2.0);
-        let at: At = if chance.happens(0.5) { [along, beside] } else { [beside, along] };
-        let size = [chance.between(0.3, 1.8), chance.between(0.3, 0.6), 0.9];
-        let heading = chance.between(-1.5, 1.5);
-        plan.block(size, at, heading);
-    }
-    for _ in 0..chance.integer(3, 7) {
-        plan.person(chance, |chance| {
-            let corners = [meeting(chance), meeting(chance)];
-            [corners[0], [corners[1][0], corners[0][1]], corners[1], [corners[0][0], corners[1][1]]]
-        });
+    for _ in 0..chance.integer(2, 5) {
+        let leg: At = [chance.between(-half, half), apart + chance.side() * (lane / 2.0 - 0.8)];
+        plan.block([1.4, 1.2, 8.0], leg, 0.0);
     }
     for _ in 0..chance.integer(0, 2) {
-        let (beside, speed) = (paths[chance.integer(0, 3)] + 1.5, chance.between(2.5, 4.0));
-        plan.cart(chance, [1.8, 0.6, 1.6], &[[-end, beside], [end, beside]], speed);
+        let (north, speed) = (chance.side() * (lane / 2.0 - 1.6) - apart, chance.between(1.5, 3.5));
+        plan.cart(chance, [5.0, 2.2, 2.8], &[[half, north], [10.0 - half, north]], speed);
+    }
+    for _ in 0..chance.integer(1, 5) {
+        plan.person(chance, |chance| {
+            let place = |chance: &mut Chance| [chance.between(-half, half), apart + chance.between(-2.0, 2.0)];
+            [place(chance), place(chance)]
+        });
     }
     plan
 }

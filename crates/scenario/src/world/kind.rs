@@ -55,7 +55,9 @@ impl Family {
             | Self::Yard
             | Self::Depot
             | Self::Campus
-            | Self::Site => &[Kind::Wheels, Kind::Rotors],
+            | Self::Site
+            | Self::Plaza
+            | Self::Quay => &[Kind::Wheels, Kind::Rotors],
         }
     }
 

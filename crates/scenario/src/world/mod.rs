@@ -2,13 +2,15 @@
 //!
 //! A *family* is a rule with ranges, a *draw* a scene that the rule and a seed give: the same on every machine. A draw stands only if a body of the
 //! platform's width gets from the start to every way point (`fair`), and is repeated otherwise. `plan` has the parts of a world, each family a file;
-//! `held_out` has the two with ranges that were fixed before any run and which stay away from development. Actors keep to their paths; in three worlds of four
+//! `held_out` has the two with ranges that are fixed before any run and which stay away from development. Actors keep to their paths; in three worlds of four
 //! they stop before the unit.
 
 mod aisles;
+mod campus;
 mod chance;
 mod contacts;
 mod crossing;
+mod depot;
 mod fair;
 mod held_out;
 mod inspection;
@@ -53,9 +55,9 @@ pub enum Family {
     Trees,
     /// A yard with things on the way.
     Yard,
-    /// Held out: rows of parked vans.
+    /// Rows of parked vans.
     Depot,
-    /// Held out: buildings with paths between them.
+    /// Buildings with paths between them.
     Campus,
     /// In the air: rounds along the walls of structures.
     Inspection,
@@ -63,11 +65,15 @@ pub enum Family {
     Contacts,
     /// A large site with way points far apart.
     Site,
+    /// Held out: an open square with people.
+    Plaza,
+    /// Held out: lanes along a quay between containers.
+    Quay,
 }
 
 impl Family {
     /// Every family.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Street,
         Self::Aisles,
         Self::Perimeter,
@@ -79,6 +85,8 @@ impl Family {
         Self::Inspection,
         Self::Contacts,
         Self::Site,
+        Self::Plaza,
+        Self::Quay,
     ];
 
     /// Its name on the command line.
@@ -95,6 +103,8 @@ impl Family {
             Self::Inspection => "inspection",
             Self::Contacts => "contacts",
             Self::Site => "site",
+            Self::Plaza => "plaza",
+            Self::Quay => "quay",
         }
     }
 
@@ -105,7 +115,7 @@ impl Family {
 
     /// True if it is kept for one run at the end, and no number of the program is chosen by it.
     pub fn is_held_out(self) -> bool {
-        matches!(self, Self::Depot | Self::Campus)
+        matches!(self, Self::Plaza | Self::Quay)
     }
 
     fn plan(self, chance: &mut Chance) -> plan::Plan {
@@ -116,11 +126,13 @@ impl Family {
             Self::Crossing => crossing::plan(chance),
             Self::Trees => trees::plan(chance),
             Self::Yard => yard::plan(chance),
-            Self::Depot => held_out::depot(chance),
-            Self::Campus => held_out::campus(chance),
+            Self::Depot => depot::plan(chance),
+            Self::Campus => campus::plan(chance),
             Self::Inspection => inspection::plan(chance),
             Self::Contacts => contacts::plan(chance),
             Self::Site => site::plan(chance),
+            Self::Plaza => held_out::plaza(chance),
+            Self::Quay => held_out::quay(chance),
         }
     }
 }

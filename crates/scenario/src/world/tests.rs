@@ -7,8 +7,17 @@ use crate::{Platform, find_root, load_platform, parse_scene};
 
 /// The ground platform's.
 const BODY: Body = Body { width_m: 0.9, fence_m: 1.5 };
-const DEVELOPED: [Family; 7] =
-    [Family::Street, Family::Aisles, Family::Perimeter, Family::Crossing, Family::Trees, Family::Yard, Family::Site];
+const DEVELOPED: [Family; 9] = [
+    Family::Street,
+    Family::Aisles,
+    Family::Perimeter,
+    Family::Crossing,
+    Family::Trees,
+    Family::Yard,
+    Family::Site,
+    Family::Depot,
+    Family::Campus,
+];
 
 /// The air platform's, and the point that a satellite looks at.
 fn body(family: Family) -> Body {
