@@ -52,7 +52,8 @@ impl Mover {
         passed: Span,
     ) {
         let stands = unit.is_some_and(|unit| unit.stops(object, centre, facing));
-        self.stood = if stands { self.stood + passed } else { Span(0) };
+        // Whoever follows a unit that rolls away by millimetres has stood all the same.
+        self.stood = if stands { self.stood + passed } else { Span(self.stood.0.saturating_sub(passed.0)) };
         if self.stood >= WAITS {
             (self.stood, self.back) = (Span(0), !self.back);
         } else if !stands {

@@ -123,10 +123,11 @@ impl Kept {
         matches!(self.number, Number::Track(..)) && alike && between(self.at, nearby.at) < self.half + BESIDE_MM
     }
 
-    /// LiDAR shows it: it is there, as large as the side that it shows, and where no track shows it now as fast.
+    /// LiDAR shows it: it is there, as large as the side that it shows, and where no track shows it now as fast. A person has the size of a person.
     pub(super) fn is_shown(&mut self, nearby: &Kept) {
         let before = *self;
-        (self.at, self.half, self.confirmed, self.missed) = (nearby.at, nearby.half, true, Span(0));
+        let size = if self.is_person() { half(Class::Person) } else { nearby.half };
+        (self.at, self.half, self.confirmed, self.missed) = (nearby.at, size, true, Span(0));
         if self.seen < nearby.seen {
             (self.velocity, self.pace, self.seen) = (nearby.velocity, nearby.pace, nearby.seen);
             self.goes_on_from(&before);
