@@ -336,6 +336,7 @@ mod tests {
             let all = things.obstacles(now, [0.0; 2], core::iter::empty());
             assert_eq!(all.len(), 1, "{tick}: {all:?}");
             assert_eq!(all[0].extent.at.0, f64::from(seen.x_mm));
+            assert_eq!(all[0].extent.half.0, half(Class::Person), "wide returns make no wide person");
         }
     }
 

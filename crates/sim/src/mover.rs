@@ -102,3 +102,29 @@ impl UnitBody {
         beside && local.z.abs() < self.half.z + height / 2.0
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    /// Every second the unit has rolled far enough for one step.
+    #[test]
+    fn walker_before_a_unit_that_rolls_away_turns_back() {
+        const STEP: Span = Span::ms(10);
+        let scene = Scene::default();
+        let object = Object { yields: false, ..scene.objects.iter().find(|object| object.moves()).unwrap().clone() };
+        let unit = UnitBody {
+            at: Vector::new(1.0, 0.0, 0.0),
+            rotation: Rotation::IDENTITY,
+            half: Vector::new(0.8, 0.45, 0.4),
+        };
+        let before = (Vector::new(0.0, 0.0, 0.0), [1.0, 0.0]);
+        let mut mover = Mover::new(0, &object, RigidBodyHandle::invalid(), STEP);
+        let steps = (1..).find(|number| {
+            mover.step(&object, before, (number % 100 != 0).then_some(&unit), STEP);
+            mover.back
+        });
+        assert!((1000..1200).contains(&steps.unwrap()), "{steps:?}");
+    }
+}
