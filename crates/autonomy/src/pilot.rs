@@ -144,7 +144,7 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
         looped: config.looped,
         fence: config.geofence.iter().map(place).collect(),
         obstacles: config.obstacles.iter().map(disc).collect(),
-        blocks: config.obstacles.iter().map(block).collect(),
+        blocks: Some(config.obstacles.iter().map(block).collect()),
     })))
 }
 

@@ -157,7 +157,7 @@ fn start() -> Start {
         looped: false,
         fence: corners.into_iter().map(|(x, y)| Place(x, y)).collect(),
         obstacles: [Disc { at, radius_mm: 500 }].into_iter().collect(),
-        blocks: [Block { at, half_mm: [500, 300], heading_mrad: 0 }].into_iter().collect(),
+        blocks: Some([Block { at, half_mm: [500, 300], heading_mrad: 0 }].into_iter().collect()),
     }
 }
 

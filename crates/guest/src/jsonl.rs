@@ -200,7 +200,7 @@ fn start_of(start: &wired::Start) -> Start {
         looped: start.looped,
         fence: start.fence.iter().map(place).collect(),
         obstacles: start.obstacles.iter().map(|d| Disc { at: place(&d.at), radius_m: metres(d.radius_mm) }).collect(),
-        blocks: start.blocks.iter().map(block).collect(),
+        blocks: start.blocks.iter().flat_map(|blocks| blocks.iter()).map(block).collect(),
     }
 }
 
