@@ -16,7 +16,7 @@
 // - none: 20.0 m to the goal, IDLE from 10.95 s. With `--mission blocked`, a disc on the way: around it, IDLE from 11.10 s.
 // - freeze (the fix repeats itself, odometry goes on): drives on for 30.1 s and 60.7 m at 2 m/s, past the goal, in NAVIGATING. Then
 //   the navigator's own alarm "not approaching the target", 30 s by default, ends in NAV_ERROR and a stop.
-// - drift (0.5 m/s to the north): follows it, and is IDLE, its goal reached, 8.8 m beside the goal.
+// - drift (0.5 m/s to the north): follows it, and is IDLE, its goal reached, 8.6 m beside the goal.
 // - dropout (no fix): NAV_ERROR and a stop at the first step without one.
 
 #include <mrpt/config/CConfigFile.h>
