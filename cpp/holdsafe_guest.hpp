@@ -52,6 +52,16 @@ struct Disc {
     double radius_m = 0.0;
 };
 
+/// An obstacle by its length and width.
+struct Block {
+    /// Its middle.
+    Place at;
+    /// Half of length and width, m.
+    double half_length_m = 0.0, half_width_m = 0.0;
+    /// Direction of its length, rad.
+    double heading_rad = 0.0;
+};
+
 /// The mission and its surroundings, told once.
 struct Start {
     /// Time of the vehicle's clock, s.
@@ -68,8 +78,10 @@ struct Start {
     bool looped = false;
     /// Corners of the area that must not be left, in order.
     std::vector<Place> fence;
-    /// Obstacles on the map.
+    /// Obstacles on the map as discs that reach to their ends, the first 64.
     std::vector<Disc> obstacles;
+    /// The same obstacles by length and width; empty from a core that does not tell them.
+    std::vector<Block> blocks;
 };
 
 /// A position fix.
@@ -343,11 +355,18 @@ class Field {
     Field(const Value& value, std::string at) : value_(value), at_(std::move(at)) {}
 
     Field operator[](std::string_view name) const {
+        const std::optional<Field> field = maybe(name);
+        if (!field) throw ProtocolError(at_ + ": the field `" + std::string(name) + "` is missing");
+        return *field;
+    }
+
+    /// The field of this name, if there is one.
+    std::optional<Field> maybe(std::string_view name) const {
         const Value& object = of(Value::Kind::object, "an object");
         for (std::size_t i = 0; i < object.names.size(); ++i) {
             if (object.names[i] == name) return Field(object.items[i], at_ + "." + std::string(name));
         }
-        throw ProtocolError(at_ + ": the field `" + std::string(name) + "` is missing");
+        return std::nullopt;
     }
 
     bool null() const { return value_.kind == Value::Kind::null; }
@@ -363,9 +382,9 @@ class Field {
         return static_cast<std::uint32_t>(value);
     }
 
-    Place place() const {
-        const Value& list = of(Value::Kind::list, "[east, north]");
-        if (list.items.size() != 2) throw ProtocolError(at_ + ": [east, north] expected");
+    Place place(const std::string& expected = "[east, north]") const {
+        const Value& list = of(Value::Kind::list, expected);
+        if (list.items.size() != 2) throw ProtocolError(at_ + ": " + expected + " expected");
         return {Field(list.items[0], at_).number(), Field(list.items[1], at_).number()};
     }
 
@@ -393,13 +412,20 @@ class Field {
 inline Place place_of(const Field& f) { return f.place(); }
 inline Disc disc_of(const Field& f) { return {f["at"].place(), f["radius_m"].number()}; }
 
+inline Block block_of(const Field& f) {
+    const Place half = f["half_m"].place("[length, width]");
+    return {f["at"].place(), half.east, half.north, f["heading_rad"].number()};
+}
+
 inline Start start_of(const Field& f) {
     if (f["protocol"].text() != PROTOCOL) {
         throw ProtocolError("protocol " + std::string(PROTOCOL) + " expected, got " + f["protocol"].text().substr(0, 40));
     }
+    const std::optional<Field> blocks = f.maybe("blocks");
     return {f["time_s"].number(),         f["period_s"].number(),     f["max_speed_m_s"].number(),
             f["braking_m_s2"].number(),   f["route"].many(place_of),  f["looped"].flag(),
-            f["fence"].many(place_of),    f["obstacles"].many(disc_of)};
+            f["fence"].many(place_of),    f["obstacles"].many(disc_of),
+            blocks ? blocks->many(block_of) : std::vector<Block>()};
 }
 
 inline Track track_of(const Field& f) {

@@ -20,7 +20,8 @@ void expect(bool right, const std::string& what) {
 
 const std::string START =
     R"({"start":{"protocol":"jsonl/1","time_s":3600,"period_s":0.05,"max_speed_m_s":3.0,"braking_m_s2":3.0,"route":[[1,2]],)"
-    R"("looped":false,"fence":[],"obstacles":[{"at":[1e1,-2.5],"radius_m":0.5}]}})";
+    R"("looped":false,"fence":[],"obstacles":[{"at":[1e1,-2.5],"radius_m":0.5}],)"
+    R"("blocks":[{"at":[1e1,-2.5],"half_m":[0.5,0.3],"heading_rad":-1.5}]}})";
 const std::string STEP =
     R"({"step":{"number":1,"time_s":3600.05,"limit_m_s":3.0,"mode":"READY","fix":{"stamp_s":3600.05,"at":[1.5,0],"yaw_rad":-0.5,)"
     R"("sigma_m":0.04,"receiver_s":3600.05},"odometry":null,"tracks":[{"id":7,"class":"person","at":[1,2],"velocity":[0.5,0],)"
@@ -29,6 +30,11 @@ const std::string STEP =
 struct Probe : Guest {
     Reply reply;
     explicit Probe(Reply reply) : reply(std::move(reply)) {}
+    void start(const Start& start) override {
+        if (start.blocks.empty()) return;
+        const Block& block = start.blocks[0];
+        expect(block.at.north == -2.5 && block.half_width_m == 0.3 && block.heading_rad == -1.5, "the start's block");
+    }
     Reply step(const Step& step) override {
         expect(step.fix && step.fix->at.east == 1.5 && step.fix->yaw_rad == -0.5 && !step.odometry, "the step's navigation");
         expect(step.tracks.at(0).id == 7 && step.tracks[0].class_name == "person", "the step's tracks");
@@ -73,6 +79,7 @@ void wrong_lines_are_refused_by_name() {
         {STEP.substr(0, STEP.size() - 1), "`,` or `}`"},
         {with(START, "jsonl/1", "jsonl/2"), "protocol jsonl/1 expected, got jsonl/2"},
         {with(START, "0.5", "null"), "start.obstacles[0].radius_m: a number expected, got null"},
+        {with(START, "[0.5,0.3]", "[0.5]"), "start.blocks[0].half_m: [length, width] expected"},
         {std::string(MAX_LINE, ' '), "at most 65536 bytes"},
     };
     for (const auto& [line, message] : cases) {
@@ -85,7 +92,9 @@ void wrong_lines_are_refused_by_name() {
 void replies_are_written_whole_and_within_range() {
     const std::string ready = "{\"ready\":{}}\n";
     const std::string both = START + "\n" + STEP + "\n";
-    expect(served(both) == ready + "{\"reply\":{\"number\":1,\"speed_m_s\":0.5,\"curvature_per_m\":-0.1}}\n", "a short reply");
+    const std::string short_reply = ready + "{\"reply\":{\"number\":1,\"speed_m_s\":0.5,\"curvature_per_m\":-0.1}}\n";
+    expect(served(both) == short_reply, "a short reply");
+    expect(served(with(both, "\"blocks\"", "\"later\"")) == short_reply, "a start without blocks");
     const Reply whole{1e-7, 0.0, "a\"\\\n", Place{1.0, -2.5}, 0.25};
     const std::string rest = R"("speed_m_s":1e-07,"curvature_per_m":0,"state":"a\"\\\u000a","place":[1,-2.5],"wake_s":0.25}})";
     expect(served(both, whole) == ready + "{\"reply\":{\"number\":1," + rest + "\n", served(both, whole));

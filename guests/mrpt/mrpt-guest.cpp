@@ -5,7 +5,8 @@
 // inputs here, and this adapter does not either: a fix is passed on as it comes, with its stamp.
 //
 // - Time is the vehicle's clock, through mrpt::Clock's simulated source and getNavigationTime().
-// - Discs of the map and tracks become rings of points; the fence and teammates are not passed on: the navigator has no notion of them.
+// - Blocks of the map become points along their edges (of a core that tells none, its discs rings of points), and tracks rings of points;
+//   a track on a block is that block. The fence and teammates are not passed on: the navigator has no notion of them.
 // - A missing fix is "false" from getCurrentPoseAndSpeeds, the interface's own word for it.
 // - Driving begins with the first fix and an operator's permission; without permission the navigator is suspended, and resumed with it.
 //
@@ -15,7 +16,7 @@
 // - none: 20.0 m to the goal, IDLE from 10.95 s. With `--mission blocked`, a disc on the way: around it, IDLE from 11.10 s.
 // - freeze (the fix repeats itself, odometry goes on): drives on for 30.1 s and 60.7 m at 2 m/s, past the goal, in NAVIGATING. Then
 //   the navigator's own alarm "not approaching the target", 30 s by default, ends in NAV_ERROR and a stop.
-// - drift (0.5 m/s to the north): follows it, and is IDLE, its goal reached, 8.8 m beside the goal.
+// - drift (0.5 m/s to the north): follows it, and is IDLE, its goal reached, 8.6 m beside the goal.
 // - dropout (no fix): NAV_ERROR and a stop at the first step without one.
 
 #include <mrpt/config/CConfigFile.h>
@@ -30,6 +31,7 @@
 
 namespace {
 
+using holdsafe::guest::Block;
 using holdsafe::guest::Disc;
 using holdsafe::guest::Fix;
 using holdsafe::guest::Odometry;
@@ -42,11 +44,19 @@ using mrpt::kinematics::CVehicleVelCmd_DiffDriven;
 using mrpt::math::TPose2D;
 using mrpt::nav::CAbstractNavigator;
 
-/// Distance between the points of a ring, m, and the fewest of them.
-constexpr double RING_M = 0.2;
+/// Largest distance between points along an edge or a ring, m, and the fewest of a ring.
+constexpr double SPACING_M = 0.2;
 constexpr int RING_LEAST = 8;
+/// Distance beyond which no path leads, m: refDistance of the parameters with the body.
+constexpr double FAR_M = 10.0;
+/// Distance from a block at which a track is taken for it, m.
+constexpr double SAME_M = 0.5;
+/// Distance from a block at which no goal is set, m: half the body's length and its margin.
+constexpr double CLEAR_M = 1.5;
 /// Distance at which a way point counts as reached, and the last one, m.
 constexpr double REACHED_M = 1.0, ARRIVED_M = 0.5;
+/// Longest leg, m, as long as the paths: a goal far beyond them tells them hardly apart.
+constexpr double LEG_M = 8.0;
 /// Slowest speed that has a curvature, m/s.
 constexpr double CREEP = 0.01;
 
@@ -58,13 +68,64 @@ double radius_of(const std::string& class_name) {
 
 mrpt::system::TTimeStamp stamp(double seconds) { return mrpt::Clock::fromDouble(seconds); }
 
+/// A place of the block's own frame, its length along the first axis, in the world.
+Place in_world(const Block& block, double along, double across) {
+    const double c = std::cos(block.heading_rad), s = std::sin(block.heading_rad);
+    return {block.at.east + c * along - s * across, block.at.north + s * along + c * across};
+}
+
+/// True if the place is on the block or within a distance of it, m.
+bool near_block(const Block& block, const Place& place, double within) {
+    const double east = place.east - block.at.east, north = place.north - block.at.north;
+    const double c = std::cos(block.heading_rad), s = std::sin(block.heading_rad);
+    return std::abs(c * east + s * north) < block.half_length_m + within &&
+           std::abs(c * north - s * east) < block.half_width_m + within;
+}
+
+/// Points along the edges of a block.
+void outline(std::vector<Place>& points, const Block& block) {
+    const double length = block.half_length_m, width = block.half_width_m;
+    const int along = std::max(1, static_cast<int>(std::ceil(2.0 * length / SPACING_M)));
+    const int across = std::max(1, static_cast<int>(std::ceil(2.0 * width / SPACING_M)));
+    for (int i = 0; i <= along; ++i) {
+        for (const double side : {-width, width}) points.push_back(in_world(block, length * (2.0 * i / along - 1.0), side));
+    }
+    for (int i = 1; i < across; ++i) {
+        for (const double end : {-length, length}) points.push_back(in_world(block, end, width * (2.0 * i / across - 1.0)));
+    }
+}
+
+/// Points around a disc.
+void ring(std::vector<Place>& points, const Disc& disc) {
+    const int count = std::max(RING_LEAST, static_cast<int>(std::ceil(2.0 * M_PI * disc.radius_m / SPACING_M)));
+    for (int i = 0; i < count; ++i) {
+        const double angle = 2.0 * M_PI * i / count;
+        points.push_back({disc.at.east + disc.radius_m * std::cos(angle), disc.at.north + disc.radius_m * std::sin(angle)});
+    }
+}
+
 /// The robot as the navigator sees it: the newest step's contents, and the last command.
 class Robot : public mrpt::nav::CRobot2NavInterface {
    public:
-    Start mission;
     Step step;
     TPose2D odometry;
     double v = 0.0, w = 0.0;
+
+    const Start& mission() const { return mission_; }
+
+    void begin(const Start& start) {
+        mission_ = start;
+        for (const Block& block : start.blocks) outline(map_, block);
+        if (start.blocks.empty()) {
+            for (const Disc& disc : start.obstacles) ring(map_, disc);
+        }
+    }
+
+    /// True within a distance of a block of the map, m.
+    bool known(const Place& place, double within) const {
+        const auto near = [&](const Block& block) { return near_block(block, place, within); };
+        return std::any_of(mission_.blocks.begin(), mission_.blocks.end(), near);
+    }
 
     /// Takes the step, and adds its odometry to the way so far.
     void take(const Step& next) {
@@ -94,8 +155,18 @@ class Robot : public mrpt::nav::CRobot2NavInterface {
         points.clear();
         at = stamp(step.time_s);
         if (!step.fix) return false;
-        for (const Disc& disc : mission.obstacles) ring(points, disc);
-        for (const auto& track : step.tracks) ring(points, {track.at, radius_of(track.class_name)});
+        std::vector<Place> seen;
+        for (const auto& track : step.tracks) {
+            if (!known(track.at, SAME_M)) ring(seen, {track.at, radius_of(track.class_name)});
+        }
+        const TPose2D here(step.fix->at.east, step.fix->at.north, step.fix->yaw_rad);
+        for (const auto* places : {&map_, &seen}) {
+            for (const Place& place : *places) {
+                const mrpt::math::TPoint2D local = here.inverseComposePoint({place.east, place.north});
+                if (std::hypot(local.x, local.y) > FAR_M) continue;
+                points.insertPoint(static_cast<float>(local.x), static_cast<float>(local.y), 0.0f);
+            }
+        }
         return true;
     }
 
@@ -114,22 +185,13 @@ class Robot : public mrpt::nav::CRobot2NavInterface {
 
     CVehicleVelCmd::Ptr getEmergencyStopCmd() override { return getStopCmd(); }
     CVehicleVelCmd::Ptr getStopCmd() override { return CVehicleVelCmd::Ptr(new CVehicleVelCmd_DiffDriven()); }
-    double getNavigationTime() override { return step.time_s - mission.time_s; }
+    double getNavigationTime() override { return step.time_s - mission_.time_s; }
     void resetNavigationTimer() override {}
 
    private:
-    /// Points around a disc, in the frame of the fix.
-    void ring(mrpt::maps::CSimplePointsMap& points, const Disc& disc) const {
-        const TPose2D here(step.fix->at.east, step.fix->at.north, step.fix->yaw_rad);
-        const int count = std::max(RING_LEAST, static_cast<int>(std::ceil(2.0 * M_PI * disc.radius_m / RING_M)));
-        for (int i = 0; i < count; ++i) {
-            const double angle = 2.0 * M_PI * i / count;
-            const mrpt::math::TPoint2D point(disc.at.east + disc.radius_m * std::cos(angle),
-                                             disc.at.north + disc.radius_m * std::sin(angle));
-            const mrpt::math::TPoint2D local = here.inverseComposePoint(point);
-            points.insertPoint(static_cast<float>(local.x), static_cast<float>(local.y), 0.0f);
-        }
-    }
+    Start mission_;
+    /// Points of the map's blocks, in the world.
+    std::vector<Place> map_;
 };
 
 const char* name(CAbstractNavigator::TState state) {
@@ -148,7 +210,7 @@ class Navigator : public holdsafe::guest::Guest {
 
     void start(const Start& start) override {
         clock(start.time_s);
-        robot_.mission = start;
+        robot_.begin(start);
         robot_.setMinLoggingLevel(mrpt::system::LVL_WARN);
         navigator_.setMinLoggingLevel(mrpt::system::LVL_WARN);
         navigator_.loadConfigFile(mrpt::config::CConfigFile(parameters_));
@@ -191,8 +253,8 @@ class Navigator : public holdsafe::guest::Guest {
     /// Begins, suspends or resumes the navigation as the operator permits; a looped route begins anew at its end.
     void permit(bool permitted) {
         const auto state = navigator_.getCurrentState();
-        const bool ended = begun_ && robot_.mission.looped && state == CAbstractNavigator::IDLE;
-        if (permitted && robot_.step.fix && !robot_.mission.route.empty() && (!begun_ || ended)) {
+        const bool ended = begun_ && robot_.mission().looped && state == CAbstractNavigator::IDLE;
+        if (permitted && robot_.step.fix && !robot_.mission().route.empty() && (!begun_ || ended)) {
             begun_ = true;
             navigator_.navigateWaypoints(way());
         } else if (!permitted && state == CAbstractNavigator::NAVIGATING) {
@@ -203,11 +265,21 @@ class Navigator : public holdsafe::guest::Guest {
         }
     }
 
+    /// The route. Points between on long legs may be skipped.
     mrpt::nav::TWaypointSequence way() const {
         mrpt::nav::TWaypointSequence way;
-        const auto& route = robot_.mission.route;
+        const auto& route = robot_.mission().route;
+        Place from = place_;
         for (std::size_t i = 0; i < route.size(); ++i) {
-            const bool last = i + 1 == route.size() && !robot_.mission.looped;
+            const double east = route[i].east - from.east, north = route[i].north - from.north;
+            const int legs = std::max(1, static_cast<int>(std::ceil(std::hypot(east, north) / LEG_M)));
+            for (int leg = 1; leg < legs; ++leg) {
+                const Place between{from.east + east * leg / legs, from.north + north * leg / legs};
+                if (robot_.known(between, CLEAR_M)) continue;
+                way.waypoints.emplace_back(between.east, between.north, REACHED_M, true, std::nullopt, 1.0);
+            }
+            from = route[i];
+            const bool last = i + 1 == route.size() && !robot_.mission().looped;
             way.waypoints.emplace_back(route[i].east, route[i].north, last ? ARRIVED_M : REACHED_M, false, std::nullopt,
                                        last ? 0.0 : 1.0);
         }

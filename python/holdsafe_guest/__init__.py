@@ -3,6 +3,7 @@
 from .messages import (
     MAX_LINE,
     PROTOCOL,
+    Block,
     Disc,
     Fix,
     Odometry,
@@ -18,6 +19,7 @@ from .serve import Guest, run, serve
 __all__ = [
     "MAX_LINE",
     "PROTOCOL",
+    "Block",
     "Disc",
     "Fix",
     "Guest",

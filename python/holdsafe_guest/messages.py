@@ -6,7 +6,7 @@ an arbitrary zero. Fields that a request has beyond these are ignored. The loop 
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Callable, NoReturn, Optional, TypeVar, Union
 
 #: The protocol of this package.
@@ -38,6 +38,18 @@ class Disc:
 
 
 @dataclass(frozen=True)
+class Block:
+    """An obstacle by its length and width."""
+
+    #: Its middle.
+    at: Place
+    #: Half of length and width, m.
+    half_m: tuple[float, float]
+    #: Direction of its length, rad.
+    heading_rad: float
+
+
+@dataclass(frozen=True)
 class Start:
     """The mission and its surroundings, told once."""
 
@@ -55,8 +67,10 @@ class Start:
     looped: bool
     #: Corners of the area that must not be left, in order.
     fence: list[Place]
-    #: Obstacles on the map.
+    #: Obstacles on the map as discs that reach to their ends, the first 64.
     obstacles: list[Disc]
+    #: The same obstacles by length and width; empty from a core that does not tell them.
+    blocks: list[Block] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -205,6 +219,9 @@ class _Fields:
         self._value = value
         self._at = at
 
+    def has(self, name: str) -> bool:
+        return name in self._value
+
     def _get(self, name: str) -> Any:
         if name not in self._value:
             raise ProtocolError(f"{self._at}: the field `{name}` is missing")
@@ -231,6 +248,9 @@ class _Fields:
     def place(self, name: str) -> Place:
         return _place(self._get(name), f"{self._at}.{name}")
 
+    def pair(self, name: str, expected: str) -> tuple[float, float]:
+        return _place(self._get(name), f"{self._at}.{name}", expected)
+
     def places(self, name: str) -> list[Place]:
         values = enumerate(self._of(name, "a list", lambda v: isinstance(v, list)))
         return [_place(value, f"{self._at}.{name}[{i}]") for i, value in values]
@@ -256,9 +276,9 @@ def _kind(value: Any) -> str:
     return names.get(type(value), f"the number {str(value)[:40]}")
 
 
-def _place(value: Any, at: str) -> Place:
+def _place(value: Any, at: str, expected: str = "[east, north]") -> Place:
     if not isinstance(value, list) or len(value) != 2 or not all(map(_is_number, value)):
-        raise ProtocolError(f"{at}: [east, north] expected")
+        raise ProtocolError(f"{at}: {expected} expected")
     return float(value[0]), float(value[1])
 
 
@@ -275,7 +295,12 @@ def _start(fields: _Fields) -> Start:
         looped=fields.flag("looped"),
         fence=fields.places("fence"),
         obstacles=fields.many("obstacles", lambda f: Disc(f.place("at"), f.number("radius_m"))),
+        blocks=fields.many("blocks", _block) if fields.has("blocks") else [],
     )
+
+
+def _block(fields: _Fields) -> Block:
+    return Block(fields.place("at"), fields.pair("half_m", "[length, width]"), fields.number("heading_rad"))
 
 
 def _step(fields: _Fields) -> Step:

@@ -25,12 +25,13 @@ MAX_SPEED, ACCELERATION, BRAKING, MAX_CURVATURE = 3.0, 1.5, 4.0, 0.4
 
 Place = tuple[float, float]
 
-#: Missions by name: route, looped, obstacles as (east, north, radius).
-MISSIONS: dict[str, tuple[list[Place], bool, list[tuple[float, float, float]]]] = {
-    "straight": ([(10.0, 0.0), (20.0, 0.0)], False, [(10.0, 10.0, 0.5)]),
-    "corner": ([(12.0, 0.0), (15.0, 10.0), (5.0, 16.0)], False, [(6.0, 5.0, 0.5)]),
-    "blocked": ([(20.0, 0.0)], False, [(10.0, 0.0, 0.5)]),
-    "loop": ([(12.0, 0.0), (12.0, 12.0), (0.0, 12.0), (0.0, 0.0)], True, [(6.0, 6.0, 0.5)]),
+#: Missions by name: route, looped, obstacles as (east, north, half of the length to the east, half of the width).
+MISSIONS: dict[str, tuple[list[Place], bool, list[tuple[float, float, float, float]]]] = {
+    "straight": ([(10.0, 0.0), (20.0, 0.0)], False, [(10.0, 10.0, 0.5, 0.3)]),
+    "corner": ([(12.0, 0.0), (15.0, 10.0), (5.0, 16.0)], False, [(6.0, 5.0, 0.5, 0.3)]),
+    "blocked": ([(20.0, 0.0)], False, [(10.0, 0.0, 0.5, 0.5)]),
+    "loop": ([(12.0, 0.0), (12.0, 12.0), (0.0, 12.0), (0.0, 0.0)], True, [(6.0, 6.0, 0.5, 0.5)]),
+    "street": ([(20.0, 0.0)], False, [(10.0, 5.0, 7.0, 2.0), (10.0, -5.0, 7.0, 2.0)]),
 }
 FENCE: list[Place] = [(-10.0, -30.0), (60.0, -30.0), (60.0, 30.0), (-10.0, 30.0)]
 ATTACKS = ["none", "freeze", "drift", "dropout"]
@@ -103,7 +104,8 @@ def start_of(mission: str) -> dict[str, Any]:
             "route": route,
             "looped": looped,
             "fence": FENCE,
-            "obstacles": [{"at": [x, y], "radius_m": radius} for x, y, radius in obstacles],
+            "obstacles": [{"at": [x, y], "radius_m": max(half)} for x, y, *half in obstacles],
+            "blocks": [{"at": [x, y], "half_m": half, "heading_rad": 0.0} for x, y, *half in obstacles],
         }
     }
 

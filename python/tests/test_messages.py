@@ -3,7 +3,7 @@
 import json
 import unittest
 
-from holdsafe_guest import Disc, Fix, ProtocolError, Reply, Start, Step
+from holdsafe_guest import Block, Disc, Fix, ProtocolError, Reply, Start, Step
 from holdsafe_guest.messages import request
 
 from .driver import Vehicle, start_of, step_of
@@ -19,8 +19,16 @@ class Requests(unittest.TestCase):
         assert isinstance(start, Start)
         self.assertEqual(start.route, [(10.0, 0.0), (20.0, 0.0)])
         self.assertEqual(start.obstacles, [Disc((10.0, 10.0), 0.5)])
+        self.assertEqual(start.blocks, [Block((10.0, 10.0), (0.5, 0.3), 0.0)])
         self.assertEqual((start.time_s, start.period_s, start.looped), (3600.0, 0.05, False))
         self.assertEqual((start.max_speed_m_s, start.braking_m_s2, len(start.fence)), (3.0, 3.0, 4))
+
+    def test_a_start_without_blocks_has_none(self) -> None:
+        begun = start_of("straight")
+        del begun["start"]["blocks"]
+        start = request(line(begun))
+        assert isinstance(start, Start)
+        self.assertEqual(start.blocks, [])
 
     def test_a_step_is_read_whole(self) -> None:
         asked = step_of(2, Vehicle(x=1.0, yaw=-0.5, speed=2.0, curvature=0.1), Vehicle(x=1.0, yaw=-0.5), True)
@@ -61,6 +69,7 @@ class Requests(unittest.TestCase):
             (begun.replace("jsonl/1", "jsonl/2"), "protocol jsonl/1 expected, got jsonl/2"),
             (begun.replace("[20.0, 0.0]", '["20", 0.0]'), "start.route[1]: [east, north] expected"),
             (begun.replace('"radius_m": 0.5', '"radius_m": null'), "start.obstacles[0].radius_m: a number expected"),
+            (begun.replace('"half_m": [0.5, 0.3]', '"half_m": [0.5]'), "start.blocks[0].half_m: [length, width] expected"),
         ]
         for text, message in cases:
             with self.assertRaises(ProtocolError, msg=text[:80]) as caught:

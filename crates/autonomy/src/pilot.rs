@@ -9,7 +9,9 @@
 use wire::codec::{self, List, Text};
 use wire::core::Output;
 use wire::event::Event;
-use wire::guest::{Answer, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step};
+use wire::guest::{
+    Answer, Block, Declared, Disc, Fault, MAX_ANSWER, MAX_NAME, MAX_WHY, Place, Reply, Request, Start, Step,
+};
 use wire::mode::Mode;
 use wire::sensor::Navigation;
 use wire::setup::Setup;
@@ -128,6 +130,11 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
         let radius_mm = block.half_mm[0].max(block.half_mm[1]);
         Disc { at: Place(block.x_mm, block.y_mm), radius_mm }
     };
+    let block = |block: &crate::Block| Block {
+        at: Place(block.x_mm, block.y_mm),
+        half_mm: block.half_mm,
+        heading_mrad: block.heading_mrad,
+    };
     ask(Request::Start(Box::new(Start {
         now,
         period: Span::ms(setup.bounds.control_period_ms),
@@ -137,6 +144,7 @@ pub(crate) fn start(setup: &Setup, config: &AutonomyConfig, now: Instant) -> Out
         looped: config.looped,
         fence: config.geofence.iter().map(place).collect(),
         obstacles: config.obstacles.iter().map(disc).collect(),
+        blocks: Some(config.obstacles.iter().map(block).collect()),
     })))
 }
 

@@ -59,8 +59,11 @@ pub struct Start {
     pub looped: bool,
     /// Corners of the area that must not be left, in order.
     pub fence: Vec<Place>,
-    /// Obstacles on the map.
+    /// Obstacles on the map as discs that reach to their ends, the first 64.
     pub obstacles: Vec<Disc>,
+    /// The same obstacles by length and width; empty from a core that does not tell them.
+    #[serde(default)]
+    pub blocks: Vec<Block>,
 }
 
 /// A disc to keep clear of.
@@ -70,6 +73,17 @@ pub struct Disc {
     pub at: Place,
     /// Radius, m.
     pub radius_m: f64,
+}
+
+/// An obstacle by its length and width.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct Block {
+    /// Its middle.
+    pub at: Place,
+    /// Half of length and width, m.
+    pub half_m: [f64; 2],
+    /// Direction of its length, rad.
+    pub heading_rad: f64,
 }
 
 /// One control step.

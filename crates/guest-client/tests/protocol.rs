@@ -40,6 +40,7 @@ fn start() -> jsonl::Request {
         looped: true,
         fence: vec![[3.0, 4.0]],
         obstacles: vec![jsonl::Disc { at: [5.0, 6.0], radius_m: 0.5 }],
+        blocks: vec![jsonl::Block { at: [5.0, 6.0], half_m: [0.5, 0.3], heading_rad: -1.5 }],
     })
 }
 
@@ -86,6 +87,8 @@ fn requests_of_the_core_are_read_whole() {
     assert_eq!((begun.time_s, begun.period_s, begun.max_speed_m_s, begun.braking_m_s2), (3600.0, 0.05, 3.0, 2.5));
     assert_eq!((begun.route, begun.looped, begun.fence), (vec![[1.0, 2.0]], true, vec![[3.0, 4.0]]));
     assert_eq!((begun.obstacles[0].at, begun.obstacles[0].radius_m), ([5.0, 6.0], 0.5));
+    let block = begun.blocks[0];
+    assert_eq!((block.at, block.half_m, block.heading_rad), ([5.0, 6.0], [0.5, 0.3], -1.5));
     let step = &steps[0];
     assert_eq!((step.number, step.time_s, step.limit_m_s, step.mode.as_str()), (1, 3600.05, 2.0, "READY"));
     let (fix, odometry) = (step.fix.expect("a fix"), step.odometry.expect("odometry"));

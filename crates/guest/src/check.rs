@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::bounds::Bounds;
 use wire::codec::List;
-use wire::guest::{Answer, Disc, Place, Reply, Request, Start, Step};
+use wire::guest::{Answer, Block, Disc, Place, Reply, Request, Start, Step};
 use wire::mode::Mode;
 use wire::sensor::{Fix, Navigation, Odometry, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
@@ -146,6 +146,7 @@ fn wrapped(angle: f64) -> f64 {
 }
 
 fn start() -> Start {
+    let at = Place(10_000, 10_000);
     let corners = [(-10_000, -30_000), (60_000, -30_000), (60_000, 30_000), (-10_000, 30_000)];
     Start {
         now: ZERO,
@@ -155,7 +156,8 @@ fn start() -> Start {
         route: [Place(GOAL_MM / 2, 0), Place(GOAL_MM, 0)].into_iter().collect(),
         looped: false,
         fence: corners.into_iter().map(|(x, y)| Place(x, y)).collect(),
-        obstacles: [Disc { at: Place(10_000, 10_000), radius_mm: 500 }].into_iter().collect(),
+        obstacles: [Disc { at, radius_mm: 500 }].into_iter().collect(),
+        blocks: Some([Block { at, half_mm: [500, 300], heading_mrad: 0 }].into_iter().collect()),
     }
 }
 

@@ -54,8 +54,11 @@ pub struct Start {
     pub looped: bool,
     /// Corners of the area that must not be left, in order.
     pub fence: Vec<Place>,
-    /// Obstacles on the map.
+    /// Obstacles on the map as discs that reach to their ends, the first 64.
     pub obstacles: Vec<Disc>,
+    /// The same obstacles by length and width, at most 256.
+    #[serde(default)]
+    pub blocks: Vec<Block>,
 }
 
 /// A disc to keep clear of.
@@ -65,6 +68,17 @@ pub struct Disc {
     pub at: Place,
     /// Radius, m.
     pub radius_m: f64,
+}
+
+/// An obstacle by its length and width.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Block {
+    /// Its middle.
+    pub at: Place,
+    /// Half of length and width, m.
+    pub half_m: [f64; 2],
+    /// Direction of its length, rad.
+    pub heading_rad: f64,
 }
 
 /// One control step.
@@ -186,6 +200,7 @@ fn start_of(start: &wired::Start) -> Start {
         looped: start.looped,
         fence: start.fence.iter().map(place).collect(),
         obstacles: start.obstacles.iter().map(|d| Disc { at: place(&d.at), radius_m: metres(d.radius_mm) }).collect(),
+        blocks: start.blocks.iter().flat_map(|blocks| blocks.iter()).map(block).collect(),
     }
 }
 
@@ -228,6 +243,10 @@ fn track(track: &wire::track::Track) -> Track {
         confidence: metres(track.confidence),
         updated_s: seconds(track.updated),
     }
+}
+
+fn block(block: &wired::Block) -> Block {
+    Block { at: place(&block.at), half_m: block.half_mm.map(metres), heading_rad: metres(block.heading_mrad) }
 }
 
 fn place(place: &wired::Place) -> Place {

@@ -200,6 +200,7 @@ mod tests {
             looped: false,
             fence: List::default(),
             obstacles: List::default(),
+            blocks: None,
         }))
     }
 

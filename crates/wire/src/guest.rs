@@ -13,8 +13,10 @@ use crate::sensor::Navigation;
 use crate::time::{Instant, Span};
 use crate::track::Track;
 
-/// Most points of a route, corners of a fence or obstacles of a map.
+/// Most points of a route, corners of a fence or obstacles of a map that are told as discs.
 pub const MAX_POINTS: usize = 64;
+/// Most obstacles of a map that are told as blocks.
+pub const MAX_BLOCKS: usize = 256;
 /// Most places of teammates in a step.
 pub const MAX_TEAMMATES: usize = 4;
 /// Longest name of a guest or of one of its states, bytes.
@@ -22,7 +24,7 @@ pub const MAX_NAME: usize = 40;
 /// Longest reason of a failure, bytes.
 pub const MAX_WHY: usize = 120;
 /// Longest encoded request, bytes.
-pub const MAX_REQUEST: usize = 8 * 1024;
+pub const MAX_REQUEST: usize = 16 * 1024;
 /// Longest encoded answer, bytes.
 pub const MAX_ANSWER: usize = 512;
 
@@ -39,6 +41,20 @@ pub struct Disc {
     /// Radius, millimetres.
     #[n(1)]
     pub radius_mm: u32,
+}
+
+/// An obstacle of the map by its length and width.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Block {
+    /// Its middle.
+    #[n(0)]
+    pub at: Place,
+    /// Half of length and width, millimetres.
+    #[n(1)]
+    pub half_mm: [u32; 2],
+    /// Direction of its length, milliradians counter-clockwise from east.
+    #[n(2)]
+    pub heading_mrad: i32,
 }
 
 /// The mission and its surroundings, told once.
@@ -65,9 +81,12 @@ pub struct Start {
     /// Corners of the fence, in order.
     #[n(6)]
     pub fence: List<Place, MAX_POINTS>,
-    /// Obstacles on the map.
+    /// Obstacles on the map as discs that reach to their ends, the first [`MAX_POINTS`].
     #[n(7)]
     pub obstacles: List<Disc, MAX_POINTS>,
+    /// The same obstacles by length and width; none in a recording from before they were told.
+    #[n(8)]
+    pub blocks: Option<List<Block, MAX_BLOCKS>>,
 }
 
 /// What the unit knows at one control step.
@@ -222,4 +241,28 @@ pub enum Answer {
         #[n(1)]
         why: Text<MAX_WHY>,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec;
+
+    #[test]
+    fn the_largest_start_fits_into_a_request() {
+        let at = Place(i32::MIN, i32::MIN);
+        let block = Block { at, half_mm: [u32::MAX; 2], heading_mrad: i32::MIN };
+        let start = Start {
+            now: Instant(u64::MAX),
+            period: Span(u64::MAX),
+            max_speed_mm_s: u32::MAX,
+            braking_mm_s2: u32::MAX,
+            route: std::iter::repeat_n(at, MAX_POINTS).collect(),
+            looped: true,
+            fence: std::iter::repeat_n(at, MAX_POINTS).collect(),
+            obstacles: std::iter::repeat_n(Disc { at, radius_mm: u32::MAX }, MAX_POINTS).collect(),
+            blocks: Some(std::iter::repeat_n(block, MAX_BLOCKS).collect()),
+        };
+        assert!(codec::encode(&Request::Start(Box::new(start))).len() <= MAX_REQUEST);
+    }
 }

@@ -104,6 +104,7 @@ fn start() -> Request {
         looped: false,
         fence: [].into_iter().collect(),
         obstacles: [].into_iter().collect(),
+        blocks: None,
     }))
 }
 

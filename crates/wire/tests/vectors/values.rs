@@ -13,7 +13,7 @@ use wire::crop::{Crop, PIXELS, Pictured, Pixels};
 use wire::drive::{Act, Drive, SetPoint};
 use wire::event::{Account, Event, Freshness, Inconsistency, Interface, ShownAs};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::guest::{self, Answer, Declared, Disc, Fault, Place, Reply, Start};
+use wire::guest::{self, Answer, Block, Declared, Disc, Fault, Place, Reply, Start};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
@@ -571,6 +571,7 @@ fn outputs() -> Vec<Named> {
 
 fn guest_requests() -> Vec<Named> {
     let (now, at) = (Instant(3_600_000_000), Place(-1000, 2000));
+    let block = Block { at, half_mm: [500, 300], heading_mrad: -1571 };
     let start = |points: usize| Start {
         now,
         period: Span::ms(50),
@@ -580,6 +581,7 @@ fn guest_requests() -> Vec<Named> {
         looped: points > 1,
         fence: std::iter::repeat_n(at, points).collect(),
         obstacles: std::iter::repeat_n(Disc { at, radius_mm: 500 }, points).collect(),
+        blocks: (points > 0).then(|| std::iter::repeat_n(block, points).collect()),
     };
     let fix = Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3 }, sigma_mm: 40, time: ReceiverTime(9) };
     let step = |fixed: bool| guest::Step {
