@@ -32,48 +32,32 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod approach;
-mod arrived;
-mod conservation;
-mod contact;
-mod content;
-mod datagram;
-mod delivery;
-mod disguise;
-mod display;
-mod effect;
-mod guards;
-mod guest;
+mod facts;
 pub mod judged;
-mod life;
-mod link;
-mod masked;
 mod mission;
-mod motion;
-mod orders;
 mod outcome;
-pub mod peers;
-mod place;
-mod planes;
-pub mod process_fault;
-mod progress;
 mod properties;
-mod receipt;
-mod speed;
-mod stale;
-mod stream;
-mod takeover;
-mod timeline;
-mod view;
-mod window;
+mod receipts;
 
 use evidence::process_fault::Response;
 use evidence::{Evidence, Finding, Micros, Property, Verdict};
 use wire::bounds::Bounds;
 
+use facts::{contact, guest, link, motion, place, progress, sensor_fault as arrived, timeline};
+use properties::p1_authority::guards;
+use properties::p7_display::{age as stale, picture as display, sessions as takeover};
+use properties::p8_commands::effect;
+use properties::{p5_content as content, p6_conservation as conservation, speed};
+use receipts as receipt;
+use receipts::{broker as planes, feed as view, process_fault as life, rogue as orders};
+use receipts::{datagram, delivery, disguise, masked, stream, window};
+
 use arrived::Receipt;
 
 pub use approach::{AT_LIMIT, Approaches, Limit, approaches};
+pub use facts::peers;
 pub use outcome::stalled;
+pub use properties::process_fault;
 pub use timeline::Timeline;
 
 /// Time that one trip through the live host may add between an event and its trace time, and between a command leaving the

@@ -1,0 +1,3 @@
+//! P1.
+
+pub(crate) mod guards;

@@ -1,0 +1,5 @@
+//! P7.
+
+pub(crate) mod age;
+pub(crate) mod picture;
+pub(crate) mod sessions;

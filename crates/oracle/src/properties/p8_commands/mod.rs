@@ -1,0 +1,3 @@
+//! P8.
+
+pub(crate) mod effect;
