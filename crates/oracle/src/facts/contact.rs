@@ -7,15 +7,15 @@ use instrument::Any;
 use wire::event::Event;
 use wire::id::NodeId;
 
+use super::{SLACK, Span};
+
 /// Time before the end of a contact in which supervision may be given for the time until the next one.
 const NEAR: Micros = 2_000_000;
 /// Time into the next contact by which it has to be given anew.
 const ACQUISITION: Micros = 2_000_000;
-/// Slack of clocks and logs.
-const SLACK: Micros = 50_000;
 
 /// The planned contacts, at times of the run.
-fn windows(evidence: &Evidence) -> Vec<(Micros, Micros)> {
+fn planned_contacts(evidence: &Evidence) -> Vec<Span> {
     let started = evidence
         .entries
         .iter()
@@ -25,19 +25,19 @@ fn windows(evidence: &Evidence) -> Vec<(Micros, Micros)> {
 }
 
 /// The times without a planned contact: before the first, between two, after the last. None without a plan.
-pub(crate) fn gaps(evidence: &Evidence) -> Vec<(Micros, Micros)> {
-    let windows = windows(evidence);
-    let begins = std::iter::once(0).chain(windows.iter().map(|window| window.1));
-    let ends = windows.iter().map(|window| window.0).chain([evidence.duration]);
-    if windows.is_empty() { Vec::new() } else { begins.zip(ends).filter(|(from, to)| from < to).collect() }
+pub(crate) fn contact_gaps(evidence: &Evidence) -> Vec<Span> {
+    let contacts = planned_contacts(evidence);
+    let begins = std::iter::once(0).chain(contacts.iter().map(|contact| contact.1));
+    let ends = contacts.iter().map(|contact| contact.0).chain([evidence.duration]);
+    if contacts.is_empty() { Vec::new() } else { begins.zip(ends).filter(|(from, to)| from < to).collect() }
 }
 
 /// Time until which a unit may go on, last heard or led at `last`, where that is near the end of a planned contact; none elsewhere.
-pub(crate) fn spans(evidence: &Evidence, last: Micros) -> Option<Micros> {
+pub(crate) fn may_go_on_until(evidence: &Evidence, last: Micros) -> Option<Micros> {
     let heard = evidence.bounds.freshness_ms * 1000;
-    let windows = windows(evidence);
-    let pairs = windows.windows(2).map(|pair| (pair[0].1, pair[1].0));
-    let near = |end: Micros| last + NEAR + heard + SLACK >= end;
-    let mut gaps = pairs.filter(|(end, next)| near(*end) && last < *next);
+    let contacts = planned_contacts(evidence);
+    let pairs = contacts.windows(2).map(|pair| (pair[0].1, pair[1].0));
+    let is_near = |end: Micros| last + NEAR + heard + SLACK >= end;
+    let mut gaps = pairs.filter(|(end, next)| is_near(*end) && last < *next);
     gaps.next().map(|(_, next)| next + ACQUISITION + evidence.bounds.control_period_ms * 1000 + SLACK)
 }

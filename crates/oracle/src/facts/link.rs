@@ -1,22 +1,19 @@
-//! The telemetry link of the unit under test, as the guards at its two ends saw it: P3 when no timely record comes through, and
-//! the missing records when the relay says that it dropped some.
+//! The telemetry link of the unit under test, as the guards at its two ends saw it: timely records, silences, and missing records.
 //!
-//! Others have associations at the gateway too; their records are no sign of the unit. The owner of an association is told by its guard
-//! from the certificate that the handshake showed.
+//! A timely record passed the guard at the target, was not made or changed by the adversary, and came within *Tf* of being
+//! taken by the relay, if it was: all from the relay's and the guards' logs. Other units have associations at the gateway too; their
+//! records are no sign of this unit. The owner of an association is stated by its guard from the certificate that the handshake showed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use evidence::{Evidence, Finding, Micros, Property};
+use evidence::{Evidence, Micros};
 use instrument::{Any, GuardVerdict, Note};
 use wire::core::Side;
 use wire::id::{NodeId, PeerId};
-use wire::mode::Mode;
 
-use crate::arrived::Receipt;
-use crate::timeline::Timeline;
-use crate::{contact, finding, life, process_fault, stale};
+use super::{Facts, Span, process};
 
-/// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
+/// Silence that a link on which a record goes each way every tenth of a second does not show by itself.
 pub(crate) const SILENCE: Micros = 350_000;
 
 /// A protected record at one end.
@@ -50,69 +47,52 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
     found
 }
 
-/// Times at which records of that link came to the guard of `target`.
-pub(crate) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
+/// Times at which records of the link came to the guard of `target`.
+pub(crate) fn record_times(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
     arrivals(evidence, target).into_iter().map(|a| a.at).collect()
 }
 
-/// P3: when no timely record has come through for *Th*, in either direction, the unit holds; after the end of a planned contact, soon after the
-/// next one has begun.
-///
-/// A timely record passed the guard at the target, was not made or changed by the adversary, and came within *Tf* of being
-/// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and the response owed of a dead end is
-/// `process_fault`'s to judge: from the end of either to its next start, none is asked for here.
-pub(crate) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let th = evidence.bounds.to_hold_safe_ms * 1000;
-    let mut found = Vec::new();
-    for node in [NodeId::GATEWAY, evidence.under.node()] {
-        for (before, at) in silences(evidence, receipt, node) {
-            let due = contact::spans(evidence, before).unwrap_or(before + th);
-            if at <= due {
-                continue;
-            }
-            // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-            let mode = line.mode_at(process_fault::can_judge(evidence, evidence.under.node(), due));
-            if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
-                let silent = (due - before) / 1000;
-                let what = format!("nothing timely at {node} for {silent} ms and still {}", mode.name());
-                found.push(finding(Property::P3, due, what));
-            }
-        }
-    }
-    found
+/// Difference that two clocks and two logs may have.
+const CLOCKS: Micros = 1_000;
+
+/// Time that a record may have spent between the relay's log and a guard's, at most, to be fresh.
+pub(crate) fn fresh_for(evidence: &Evidence) -> Micros {
+    evidence.bounds.freshness_ms * 1000 + CLOCKS
 }
 
 /// Times of timely records at the guard of `node`, before the end of the run.
-pub(crate) fn timely(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<Micros> {
-    let limit = stale::limit(evidence);
+pub(crate) fn timely_times(facts: &Facts, node: NodeId) -> Vec<Micros> {
+    let Facts { evidence, relayed, .. } = facts;
+    let limit = fresh_for(evidence);
     let mut firsts = BTreeSet::new();
     let timely = arrivals(evidence, node).into_iter().filter(|a| {
-        let held = receipt.taken.get(&a.hash).map_or(0, |taken| a.at.saturating_sub(*taken));
+        let held = relayed.taken.get(&a.hash).map_or(0, |taken| a.at.saturating_sub(*taken));
         let passed = a.verdict == GuardVerdict::Passed;
-        passed && firsts.insert(a.hash) && held <= limit && !receipt.forged.contains_key(&a.hash)
+        passed && firsts.insert(a.hash) && held <= limit && !relayed.forged.contains_key(&a.hash)
     });
     timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect()
 }
 
 /// The times between which no timely record came to the guard of `node`, one after the other; without those in which either end
 /// was dead.
-pub(crate) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
-    let mut times = timely(evidence, receipt, node);
-    let dead: BTreeSet<(Micros, Micros)> =
-        [node, evidence.under.node()].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
+pub(crate) fn silences(facts: &Facts, node: NodeId) -> Vec<Span> {
+    let evidence = facts.evidence;
+    let mut times = timely_times(facts, node);
+    let dead: BTreeSet<Span> =
+        [node, evidence.under.node()].into_iter().flat_map(|n| process::dead_spans(evidence, n)).collect();
     for (from, to) in &dead {
         times.retain(|at| at < from || at > to);
         times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
     }
     times.extend([0, evidence.duration]);
     times.sort_unstable();
-    let lived = |(before, at): &(Micros, Micros)| !dead.iter().any(|(from, to)| before >= from && at <= to);
+    let lived = |(before, at): &Span| !dead.iter().any(|(from, to)| before >= from && at <= to);
     times.windows(2).map(|pair| (pair[0], pair[1])).filter(lived).collect()
 }
 
 /// True if a record is missing at the guard of the peer that `from` talks to, at about `at`: a gap in the record numbers, or
 /// silence for longer than the link is ever silent by itself.
-pub(crate) fn missed(evidence: &Evidence, from: Side, at: Micros) -> bool {
+pub(crate) fn record_missing(evidence: &Evidence, from: Side, at: Micros) -> bool {
     let target = if from == Side::Client { NodeId::GATEWAY } else { evidence.under.node() };
     let arrivals = arrivals(evidence, target);
     let came = arrivals.iter().any(|a| a.at > at && a.at <= at + SILENCE);

@@ -6,10 +6,10 @@ use evidence::Micros;
 
 /// A sample of the plant's truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Truth {
+pub(crate) struct Truth {
     /// Time of the sample.
     pub at: Micros,
-    /// The same by the plant's own clock, which keeps step with its world: a recorder takes an entry up at some later time.
+    /// Time of the sample by the plant's own clock, which keeps step with its world: a recorder takes an entry up at some later time.
     pub stamp: Micros,
     /// True place, east and north, mm.
     pub place: (i32, i32),
@@ -23,15 +23,15 @@ pub struct Truth {
     pub fence: i32,
     /// True if its motion is within the platform's safe set: it stands, or moves as the platform's safe motion does.
     pub safe: bool,
-    /// True if the set-point that it holds is.
+    /// True if the set-point that it holds is within that set.
     pub asked_safe: bool,
     /// Stored energy beyond the reserve, and distance to the surface below beyond the least, thousandths of each; where the platform has such limits.
-    pub kept: Option<Kept>,
+    pub reserves: Option<Reserves>,
 }
 
 /// Margins that a platform which leaves the ground has on top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kept {
+pub(crate) struct Reserves {
     /// Stored energy, beyond the reserve.
     pub energy: i32,
     /// Distance to the surface below, beyond the least.
@@ -44,9 +44,9 @@ pub(crate) const STANDING: i32 = 50;
 const APART: Micros = 80_000;
 
 /// Completes the samples: their speeds over ground, and whether one of a platform without a safe set of its own stands.
-pub(crate) fn settle(truth: &mut [Truth]) {
-    over_ground(truth);
-    for sample in truth.iter_mut().filter(|sample| sample.kept.is_none()) {
+pub(super) fn complete_samples(truth: &mut [Truth]) {
+    raise_to_ground_speed(truth);
+    for sample in truth.iter_mut().filter(|sample| sample.reserves.is_none()) {
         sample.safe = sample.speed <= STANDING;
         sample.asked_safe = sample.set_speed.abs() <= STANDING;
     }
@@ -54,14 +54,14 @@ pub(crate) fn settle(truth: &mut [Truth]) {
 
 /// Raises the speed of each sample to that over ground, where this is higher: the lower of the speeds since a sample before it
 /// and to one after it, so that a plant that has just come to rest is not taken to move still.
-fn over_ground(truth: &mut [Truth]) {
-    let speeds: Vec<i32> = (0..truth.len()).map(|k| along_places(truth, k)).collect();
+fn raise_to_ground_speed(truth: &mut [Truth]) {
+    let speeds: Vec<i32> = (0..truth.len()).map(|k| ground_speed(truth, k)).collect();
     for (sample, speed) in truth.iter_mut().zip(speeds) {
         sample.speed = sample.speed.max(speed);
     }
 }
 
-fn along_places(truth: &[Truth], k: usize) -> i32 {
+fn ground_speed(truth: &[Truth], k: usize) -> i32 {
     let sample = &truth[k];
     let before = truth[..k].iter().rev().find(|t| sample.stamp.saturating_sub(t.stamp) >= APART);
     let after = truth[k + 1..].iter().find(|t| t.stamp.saturating_sub(sample.stamp) >= APART);
@@ -92,7 +92,7 @@ mod tests {
             fence: 9000,
             safe: true,
             asked_safe: true,
-            kept: None,
+            reserves: None,
         };
         (0..5).map(sample).collect()
     }
@@ -100,7 +100,7 @@ mod tests {
     #[test]
     fn speed_over_ground_is_by_the_plants_own_clock() {
         let mut late = samples(|k| [0, 12_000, 11_000, 1_000, 0][k as usize]);
-        settle(&mut late);
+        complete_samples(&mut late);
         assert!(late.iter().all(|sample| sample.speed == 3000 && !sample.safe), "{late:?}");
     }
 }

@@ -11,10 +11,10 @@ use evidence::progress::{
 use evidence::{Evidence, Micros};
 use wire::mode::Mode;
 
-use crate::guest;
-use crate::motion::{STANDING, Truth};
-use crate::place::{Place, length, minus};
-use crate::timeline::Timeline;
+use super::guest;
+use super::motion::{STANDING, Truth};
+use super::place::{Place, length, minus};
+use super::timeline::Timeline;
 
 /// Part of the samples, from the first to before the last of it, in which the vehicle stayed within [`STUCK_MM`] of where it was.
 #[derive(Clone, Copy, Debug)]
@@ -24,10 +24,10 @@ struct Stay {
 }
 
 /// Progress of a run; none of a unit without a route, or without a truth.
-pub(crate) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
+pub(crate) fn along_route(evidence: &Evidence, timeline: &Timeline) -> Option<Progress> {
     let route = &evidence.route;
-    let within = line.truth.partition_point(|t| t.at <= evidence.duration);
-    let samples = &line.truth[..within];
+    let within = timeline.truth.partition_point(|t| t.at <= evidence.duration);
+    let samples = &timeline.truth[..within];
     let first = samples.first().filter(|_| !route.points_mm.is_empty())?;
     let mut way = Way::new(route, place(first));
     let mut drives = Vec::with_capacity(samples.len());
@@ -35,7 +35,7 @@ pub(crate) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
     for (at, sample) in samples.iter().enumerate() {
         let spent = if drives.last() == Some(&true) { sample.at - samples[at - 1].at } else { 0 };
         let before = way.passed;
-        let drive = way.go_on(place(sample)) && is_driving(line.mode_at(sample.at), route.in_degraded);
+        let drive = way.go_on(place(sample)) && is_driving(timeline.mode_at(sample.at), route.in_degraded);
         driving += spent;
         on_the_leg = if way.passed == before { on_the_leg + spent } else { 0 };
         drives.push(drive);
@@ -53,11 +53,11 @@ pub(crate) fn of(evidence: &Evidence, line: &Timeline) -> Option<Progress> {
     let longest = stuck.iter().rev().max_by_key(|stay| length(stay)).map(|stay| Stretch {
         from_ms: samples[stay.first].at as f64 / 1000.0,
         s: length(stay) as f64 / 1e6,
-        why: reason_of(evidence, line, &samples[stay.first..=stay.last]),
+        why: reason_of(evidence, timeline, &samples[stay.first..=stay.last]),
     });
     Some(Progress {
         passed: way.passed as u32,
-        of: way.of() as u32,
+        of: way.points_owed() as u32,
         covered: way.covered(),
         driving_s: driving as f64 / 1e6,
         farthest_m: farthest / 1000.0,
@@ -161,7 +161,8 @@ impl<'a> Way<'a> {
         (0..n).map(|n| self.leg(n)).sum()
     }
 
-    fn of(&self) -> usize {
+    /// Way points up to the end of the route, or of the lap.
+    fn points_owed(&self) -> usize {
         let all = self.route.points_mm.len();
         if self.route.looped { (self.passed / all + 1) * all } else { all }
     }
@@ -174,15 +175,15 @@ impl<'a> Way<'a> {
 }
 
 /// Reason for which it stayed where it was, for most of these samples.
-fn reason_of(evidence: &Evidence, line: &Timeline, samples: &[Truth]) -> Standstill {
+fn reason_of(evidence: &Evidence, timeline: &Timeline, samples: &[Truth]) -> Standstill {
     let most = |test: &dyn Fn(&Truth) -> bool| 2 * samples.iter().filter(|sample| test(sample)).count() > samples.len();
-    let unplaced = |sample: &Truth| line.went_by(sample.at, sample.at, |judged| !judged.placed);
+    let unplaced = |sample: &Truth| timeline.judged_by(sample.at, sample.at, |judgement| !judgement.placed);
     if most(&|sample| !sample.leased) {
         Standstill::NoSetPoint
     } else if most(&|sample| sample.set_speed.abs() > STANDING) {
         Standstill::NotFollowed
     } else if let Some(guest) = guest::engaged(evidence) {
-        let unlimited = guest.bare || guest::limited(evidence) == Some(0);
+        let unlimited = guest.bare || guest::limited_set_points(evidence) == Some(0);
         if unlimited { Standstill::Guest } else { Standstill::GuestOrGuards }
     } else if most(&unplaced) {
         Standstill::NoPlace
@@ -204,7 +205,7 @@ mod tests {
         let route = route(false);
         let mut way = Way::new(&route, (0.0, 0.0));
         assert!(way.go_on((10_000.0, 9_000.0)), "the second before the first");
-        assert_eq!((way.passed, way.of()), (0, 2));
+        assert_eq!((way.passed, way.points_owed()), (0, 2));
         assert!(way.go_on((8_500.0, 0.0)));
         assert_eq!((way.passed, way.covered()), (1, 0.5));
         assert!(!way.go_on((10_000.0, 8_500.0)), "none is left");
@@ -223,7 +224,7 @@ mod tests {
             fence: 9000,
             safe: true,
             asked_safe: true,
-            kept: None,
+            reserves: None,
         };
         (0..150).map(sample).collect()
     }
@@ -251,6 +252,6 @@ mod tests {
         for at in [(10_000.0, 0.0), (10_000.0, 10_000.0), (10_000.0, 0.0)] {
             assert!(way.go_on(at), "it begins anew");
         }
-        assert_eq!((way.passed, way.of(), way.covered()), (3, 4, 1.0));
+        assert_eq!((way.passed, way.points_owed(), way.covered()), (3, 4, 1.0));
     }
 }

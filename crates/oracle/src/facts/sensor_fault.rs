@@ -1,43 +1,28 @@
-//! Facts established about the injections of a trial: those that provably arrived, and the obstacles of the others.
+//! Sensor faults with both witnesses: the sim applied them, and the other side took in, to the last byte, a message that would
+//! read otherwise without them. Their effect is not asked for here.
 
-use std::collections::BTreeMap;
+use evidence::{Evidence, Micros};
+use instrument::{Any, FaultKind, Note, Sensor};
+use wire::id::NodeId;
 
-use evidence::{Mask, Micros, Plan};
-use instrument::{FaultKind, Sensor};
-
-/// Facts established about the injections.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Receipt {
-    /// One planned injection at least has both witnesses, and of each other the obstacle is known that kept it from arriving.
-    pub whole: bool,
-    /// Arrival of each planned injection, or the obstacle that kept it from arriving; none where neither is proven.
-    pub plans: Vec<(Plan, Option<Result<Micros, Mask>>)>,
-    /// The actor's first entry that has a second witness.
-    pub zero: Option<Micros>,
-    /// Sensor faults with receipts.
-    pub faults: Vec<Befallen>,
-    /// Time at which the relay took a datagram off its way, by its hash: to send it later, or never.
-    pub taken: BTreeMap<u64, Micros>,
-    /// Hashes that the adversary made or changed: never timely traffic.
-    pub forged: BTreeMap<u64, Micros>,
-}
+use super::core_input::core_took;
 
 /// A sensor fault that provably arrived.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Befallen {
-    /// Which sensor.
+pub(crate) struct SensorFault {
+    /// The sensor.
     pub sensor: Sensor,
     /// Kind of the fault.
     pub kind: FaultKind,
-    /// From.
+    /// Begin of the fault.
     pub start: Micros,
-    /// To.
+    /// End of the fault.
     pub end: Micros,
 }
 
-impl Befallen {
+impl SensorFault {
     /// True if the unit is without the sensor: it gives no reading, or shows the past under fresh stamps. No judgement rests on
-    /// odometry alone while fixes come, and the consequences of a frozen fix are `place`'s.
+    /// odometry alone while fixes come, and the consequences of a frozen fix show in the stated place (P3, P5).
     pub(crate) fn is_loss(&self) -> bool {
         match self.kind {
             FaultKind::Dropout => self.sensor != Sensor::Odometry,
@@ -48,5 +33,47 @@ impl Befallen {
             FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Scale | FaultKind::Wander => false,
             FaultKind::Chaff | FaultKind::Perturbation => false,
         }
+    }
+}
+
+/// Sensor faults that the sim applied and with readings that the other side took in.
+pub(super) fn arrived(evidence: &Evidence) -> Vec<SensorFault> {
+    let mut arrived = Vec::new();
+    for (i, w) in evidence.entries.iter().enumerate() {
+        let Any::Instrument(Note::Fault { sensor, kind, active: true, .. }) = w.entry.event else { continue };
+        if w.entry.node != evidence.under.sim {
+            continue;
+        }
+        let rest = &evidence.entries[i..];
+        let end = rest.iter().find_map(|e| match e.entry.event {
+            Any::Instrument(Note::Fault { sensor: s, kind: k, active: false, .. })
+                if (s, k) == (sensor, kind) && e.entry.node == evidence.under.sim =>
+            {
+                Some(e.at)
+            }
+            _ => None,
+        });
+        let end = end.unwrap_or(evidence.duration);
+        // A changed reading is logged while the fault lasts, and may come in a little later.
+        let mut changed = rest.iter().take_while(|e| e.at <= end).filter_map(|e| match e.entry.event {
+            Any::Instrument(Note::Altered { sensor: s, kind: k, hash })
+                if (s, k) == (sensor, kind) && e.entry.node == evidence.under.sim =>
+            {
+                Some((e.at, hash))
+            }
+            _ => None,
+        });
+        if changed.any(|(at, hash)| core_took(evidence, consumer(evidence, sensor), hash, at)) {
+            arrived.push(SensorFault { sensor, kind, start: w.at, end });
+        }
+    }
+    arrived
+}
+
+/// Receiver of the readings of `sensor`.
+fn consumer(evidence: &Evidence, sensor: Sensor) -> NodeId {
+    match sensor {
+        Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => evidence.under.perception,
+        Sensor::Odometry | Sensor::Localisation | Sensor::Height => evidence.under.node(),
     }
 }

@@ -1,277 +1,298 @@
-//! P1 to P4 and P8 to P12, one function each, as far as they are not in files of their own (`mod` says which). Every one has been seen to fail on a log in which it is broken
-//! (`tests/properties/oracle`).
+//! Properties P1 to P12: for each a row of [`PROPERTIES`] and a file.
+//!
+//! A check reads facts and no receipt, and reports what breaks its property. Every check has been seen to fail on a log in which its
+//! property is broken (`tests/properties/oracle`). Two modules serve several properties: `speed`, the limit of every mode (P2, P3, P4, P9), and
+//! `process_fault`, the responses owed when a process is killed (P2, P3, P10).
+//!
+//! A new property takes a variant and a row here, and its file; the class of a trial, the approach to limits, the remarks of a bare guest's
+//! run, the rules of a report and the list of an open-loop assessment follow from the row.
 
-pub(crate) mod p1_authority;
-pub(crate) mod p5_content;
-pub(crate) mod p6_conservation;
-pub(crate) mod p7_display;
-pub(crate) mod p8_commands;
+mod limit;
+mod p10_log;
+mod p11_object;
+mod p12_reserves;
+mod p1_authority;
+mod p2_loss;
+mod p3_trust;
+mod p4_envelope;
+mod p5_content;
+mod p6_conservation;
+mod p7_display;
+mod p8_commands;
+mod p9_recovery;
 pub mod process_fault;
-pub(crate) mod speed;
+mod speed;
 
-use std::collections::{BTreeMap, BTreeSet};
+use evidence::Micros;
+use serde::Serialize;
 
-use evidence::{Evidence, Finding, Micros, Plan, Planned, Property};
-use instrument::{Any, FaultKind, Note, Sensor};
-use wire::command::CommandKind;
-use wire::event::Event;
-use wire::id::ObjectId;
-use wire::mode::{Cause, Mode};
-use wire::sensor::Class;
+use crate::facts::{Facts, guest};
 
-use crate::arrived::{Befallen, Receipt};
-use crate::motion::STANDING;
-use crate::speed;
-use crate::timeline::{Change, Kept, Timeline};
-use crate::{SLACK, content, display, effect, finding, guards, link, planes, process_fault};
+pub(crate) use limit::LimitRow;
+pub use limit::{AT_LIMIT, Limit};
+pub(crate) use p3_trust::STATED_PLACE_NOT_JUDGED;
 
-/// Checks every property but conservation.
-pub(crate) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let mut found = Vec::new();
-    found.extend(acts(evidence, line));
-    found.extend(authority(evidence, line));
-    found.extend(subsystem_loss(evidence, line, receipt));
-    found.extend(lost_place(evidence, line, receipt));
-    found.extend(link::trust(evidence, line, receipt));
-    found.extend(speed::check(evidence, line));
-    found.extend(effect::check(evidence, line));
-    found.extend(guards::check(evidence, line, receipt));
-    found.extend(geofence(line));
-    found.extend(collision(line));
-    found.extend(reserves(line));
-    found.extend(content::check(evidence, line));
-    found.extend(display::check(evidence, line));
-    found.extend(planes::commands_shown(evidence, line));
-    found.extend(planes::operators_hold(evidence, line));
-    found.extend(commands(evidence, line));
-    found.extend(recovery(evidence, line));
-    found.extend(log(evidence));
-    found
+/// Properties of `ARCHITECTURE.md`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Property {
+    /// No act without authority, fresh confirmation and all guards.
+    P1,
+    /// Loss of a subsystem revokes authority and degrades in time.
+    P2,
+    /// Loss of trust reaches HOLD_SAFE in time.
+    P3,
+    /// Never outside the envelope, moving or not, never driving into an object or faster than the margins are made for.
+    P4,
+    /// No content of an unaccepted record influences state.
+    P5,
+    /// Conservation.
+    P6,
+    /// No value is shown fresh beyond its limit.
+    P7,
+    /// Commands execute at most once, never late.
+    P8,
+    /// Recovery only by the rules.
+    P9,
+    /// The log verifies, and the cores of a live run are functions of their input journals.
+    P10,
+    /// No authority or act on the wrong object.
+    P11,
+    /// Never below the reserve of energy, nor nearer than the least distance to the surface below; for platforms that leave the ground.
+    P12,
 }
 
-/// Checks the properties of a bare guest's run that truth supports: they need none of the guards and modes that it does not have.
-pub(crate) fn of_bare_guest(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let objects = acts(evidence, line).into_iter().chain(authority(evidence, line));
-    let mut found: Vec<Finding> = objects.filter(|finding| finding.property == Property::P11).collect();
-    found.extend(speed::check(evidence, line));
-    found.extend(geofence(line));
-    found.extend(collision(line));
-    found.extend(reserves(line));
-    found.extend(commands(evidence, line));
-    found.extend(log(evidence));
-    found
+impl Property {
+    /// Row of the property.
+    pub fn row(self) -> &'static PropertyRow {
+        &PROPERTIES[self as usize]
+    }
 }
 
-/// P10: the log, and the cores that wrote it.
-fn log(evidence: &Evidence) -> impl Iterator<Item = Finding> {
-    let flaws = evidence.log_flaws.iter().map(ToString::to_string);
-    let others = evidence.differences.iter().chain(&evidence.broken_log).cloned();
-    flaws.chain(others).map(|what| finding(Property::P10, evidence.duration, what))
+/// A property found broken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The property.
+    pub property: Property,
+    /// Time, microseconds of trace time.
+    pub at_us: Micros,
+    /// Expected and seen, in words.
+    pub what: String,
 }
 
-/// P1 and P11, from the plant's own record of the act.
-fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let mut found = Vec::new();
-    let acted: BTreeMap<u32, bool> = evidence
-        .entries
-        .iter()
-        .filter_map(|w| match w.entry.event {
-            Any::Service(Event::Acted { authority, failing, .. }) => Some((authority, failing.is_empty())),
-            _ => None,
-        })
-        .collect();
-    let mut used = BTreeSet::new();
-    for w in &evidence.entries {
-        let Any::Instrument(Note::PlantAct { authority, command, class, distance_mm, .. }) = w.entry.event else {
-            continue;
-        };
-        let minted = line.minted.iter().any(|(at, serial, _)| *serial == authority && *at <= w.at);
-        let revoked = line.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
-        if !minted || revoked || !used.insert(authority) {
-            found.push(finding(
-                Property::P1,
-                w.at,
-                format!("act under authority {authority}: minted {minted}, revoked {revoked}"),
-            ));
-        }
-        if acted.get(&authority) != Some(&true) {
-            found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
-        }
-        let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-        let confirmed = line.intended.iter().any(|(at, id, kind)| {
-            *id == command && matches!(kind, CommandKind::Confirm(_)) && *at <= w.at && w.at - *at <= limit
-        });
-        if !confirmed {
-            found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
-        }
-        if class != Some(Class::Vehicle) || distance_mm > evidence.bounds.designation_mm {
-            let what = format!(
-                "act on {class:?} at {distance_mm} mm, vehicle within {} mm expected",
-                evidence.bounds.designation_mm
-            );
-            found.push(finding(Property::P11, w.at, what));
+/// Consequence of a broken property for the class of a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Breach {
+    /// The trial is UNSAFE.
+    Unsafe,
+    /// The trial is LATE: a time bound was missed.
+    Late,
+    /// The trial is INVALID: its log is no evidence.
+    NoEvidence,
+}
+
+/// Check of a property: the findings that break it.
+type Check = fn(&Facts) -> Vec<Finding>;
+
+/// Judgement of a bare guest's run, which has none of the platform's guards and modes.
+struct BareGuest {
+    check: Check,
+    /// Part of the property that is not judged, and the reason.
+    not_judged: Option<(&'static str, &'static str)>,
+}
+
+/// A property: its name, its statement and its check.
+pub struct PropertyRow {
+    /// The property.
+    pub property: Property,
+    /// Name, as findings have it.
+    pub name: &'static str,
+    /// Statement in one sentence.
+    pub statement: &'static str,
+    /// Statement in few words.
+    pub brief: &'static str,
+    /// Consequence of a break.
+    pub breach: Breach,
+    check: Check,
+    bare_guest: BareGuest,
+    limits: &'static [LimitRow],
+}
+
+/// Every property that a run is judged by.
+pub const PROPERTIES: [PropertyRow; 12] = [
+    PropertyRow {
+        property: Property::P1,
+        name: "P1",
+        statement: "No act without authority, a fresh confirmation and all guards",
+        brief: "no act without authority",
+        breach: Breach::Unsafe,
+        check: p1_authority::check,
+        bare_guest: p1_authority::BARE_GUEST,
+        limits: &p1_authority::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P2,
+        name: "P2",
+        statement: "The loss of a subsystem revokes authority and degrades in time",
+        brief: "loss of a subsystem degrades in time",
+        breach: Breach::Late,
+        check: p2_loss::check,
+        bare_guest: p2_loss::BARE_GUEST,
+        limits: &p2_loss::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P3,
+        name: "P3",
+        statement: "The loss or inconsistency of trust reaches HOLD_SAFE in time",
+        brief: "loss of trust reaches HOLD_SAFE in time",
+        breach: Breach::Late,
+        check: p3_trust::check,
+        bare_guest: p3_trust::BARE_GUEST,
+        limits: &p3_trust::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P4,
+        name: "P4",
+        statement: "Never outside the envelope",
+        brief: "never outside the envelope",
+        breach: Breach::Unsafe,
+        check: p4_envelope::check,
+        bare_guest: p4_envelope::BARE_GUEST,
+        limits: &p4_envelope::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P5,
+        name: "P5",
+        statement: "No content of a record that was not accepted influences state",
+        brief: "no influence of unaccepted records",
+        breach: Breach::Unsafe,
+        check: p5_content::check,
+        bare_guest: p5_content::BARE_GUEST,
+        limits: &p5_content::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P6,
+        name: "P6",
+        statement: "The accounts balance: every record is accounted for once",
+        brief: "conservation",
+        breach: Breach::NoEvidence,
+        check: p6_conservation::check,
+        bare_guest: BareGuest { check: p6_conservation::check, not_judged: None },
+        limits: &[],
+    },
+    PropertyRow {
+        property: Property::P7,
+        name: "P7",
+        statement: "Nothing is shown fresh beyond its limit",
+        brief: "no stale value shown as fresh",
+        breach: Breach::Unsafe,
+        check: p7_display::check,
+        bare_guest: p7_display::BARE_GUEST,
+        limits: &p7_display::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P8,
+        name: "P8",
+        statement: "A command is executed at most once, and never late",
+        brief: "commands at most once, never late",
+        breach: Breach::Unsafe,
+        check: p8_commands::check,
+        bare_guest: p8_commands::BARE_GUEST,
+        limits: &p8_commands::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P9,
+        name: "P9",
+        statement: "Nothing recovers without the consent that it takes",
+        brief: "recovery by consent only",
+        breach: Breach::Unsafe,
+        check: p9_recovery::check,
+        bare_guest: p9_recovery::BARE_GUEST,
+        limits: &p9_recovery::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P10,
+        name: "P10",
+        statement: "The log verifies",
+        brief: "the log verifies and replays",
+        breach: Breach::NoEvidence,
+        check: p10_log::check,
+        bare_guest: p10_log::BARE_GUEST,
+        limits: &[],
+    },
+    PropertyRow {
+        property: Property::P11,
+        name: "P11",
+        statement: "No authority and no act on an object that was not designated",
+        brief: "no act on the wrong object",
+        breach: Breach::Unsafe,
+        check: p11_object::check,
+        bare_guest: BareGuest { check: p11_object::check, not_judged: None },
+        limits: &p11_object::LIMITS,
+    },
+    PropertyRow {
+        property: Property::P12,
+        name: "P12",
+        statement: "Energy for the way to safety and the least distance to the surface below are kept",
+        brief: "reserve of energy and least distance to the surface below",
+        breach: Breach::Unsafe,
+        check: p12_reserves::check,
+        bare_guest: BareGuest { check: p12_reserves::check, not_judged: None },
+        limits: &[],
+    },
+];
+
+// A property indexes the table.
+const _: () = {
+    let mut index = 0;
+    while index < PROPERTIES.len() {
+        assert!(PROPERTIES[index].property as usize == index, "the rows stand in the order of the properties");
+        index += 1;
+    }
+};
+
+/// Findings of every property: for a bare guest, of the parts that truth supports.
+pub(crate) fn check(facts: &Facts) -> Vec<Finding> {
+    let bare = guest::is_bare(facts.evidence);
+    let checks = PROPERTIES.iter().map(|row| if bare { row.bare_guest.check } else { row.check });
+    checks.flat_map(|check| check(facts)).collect()
+}
+
+/// Parts of the properties that are not judged in a bare guest's run, each with the reason.
+pub(crate) fn not_judged_of_bare_guest() -> impl Iterator<Item = (&'static str, &'static str)> {
+    PROPERTIES.iter().filter_map(|row| row.bare_guest.not_judged)
+}
+
+/// Limits of every property, each with the row of its property.
+pub(crate) fn limits() -> impl Iterator<Item = (&'static PropertyRow, &'static LimitRow)> {
+    PROPERTIES.iter().flat_map(|row| row.limits.iter().map(move |limit| (row, limit)))
+}
+
+pub(crate) fn finding(property: Property, at_us: Micros, what: impl Into<String>) -> Finding {
+    Finding { property, at_us, what: what.into() }
+}
+
+fn not_judged(_: &Facts) -> Vec<Finding> {
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_have_the_names_that_findings_show() {
+        for row in &PROPERTIES {
+            assert_eq!(row.name, format!("{:?}", row.property));
         }
     }
-    found
-}
 
-/// P1 and P11 of authority that is not used: it is held on the track that was ordered, and for no longer than it may live. A
-/// unit that is kept from running cannot end it in time, nor use it.
-fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let mut found = Vec::new();
-    for w in &evidence.entries {
-        let Any::Service(Event::Minted { track, command, .. }) = w.entry.event else { continue };
-        let ordered = line.executed.iter().any(|(_, id, kind)| *id == command && *kind == CommandKind::Arm(track));
-        if w.entry.node == evidence.under.node() && !ordered {
-            found.push(finding(
-                Property::P11,
-                w.at,
-                format!("authority on track {}, which {command} is not about", track.0),
-            ));
-        }
+    #[test]
+    fn every_limit_belongs_to_one_property() {
+        let mut limits: Vec<Limit> = limits().map(|(_, row)| row.limit).collect();
+        limits.sort_unstable();
+        let all = limits.len();
+        limits.dedup();
+        assert_eq!(limits.len(), all);
+        assert!(limits.iter().all(|limit| !limit.name().is_empty()));
     }
-    let kept = |plan: &Plan| matches!(plan.what, Planned::Suspend(node) | Planned::Kill(node) if node == evidence.under.node());
-    if evidence.planned.iter().any(kept) {
-        return found;
-    }
-    let limit = (evidence.bounds.authority_ms + evidence.bounds.control_period_ms) * 1000 + SLACK;
-    let ends = line.changes.iter().skip(1).map(|c| c.at).chain([evidence.duration]);
-    let held = line.changes.iter().zip(ends).filter(|(c, _)| c.to == Mode::PrepareToAct);
-    let long = held.filter(|(c, until)| until.saturating_sub(c.at) > limit);
-    found.extend(long.map(|(c, _)| {
-        let what = format!("authority is held for longer than {} ms", evidence.bounds.authority_ms);
-        finding(Property::P1, c.at + limit, what)
-    }));
-    found
-}
-
-/// P2: after a sensor is lost for good, or shows only the past, no authority and no nominal mode beyond *Td*.
-fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let td = evidence.bounds.to_degraded_ms * 1000;
-    let lost = receipt.faults.iter().filter(|f| f.is_loss());
-    let owed = lost.filter(|f| f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration);
-    let late = owed.filter(|f| matches!(line.mode_at(f.start + td), Mode::Ready | Mode::PrepareToAct));
-    late.map(|Befallen { sensor, start, .. }| {
-        let mode = line.mode_at(start + td).name();
-        finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
-    })
-    .collect()
-}
-
-/// P3: after localisation is lost for good, which driving depends on, the unit holds within *Th*.
-fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let th = evidence.bounds.to_hold_safe_ms * 1000;
-    let owed = receipt.faults.iter().filter(|f| {
-        let lost = f.kind == FaultKind::Dropout && f.sensor == Sensor::Localisation;
-        lost && f.end.saturating_sub(f.start) > th && f.start + th <= evidence.duration
-    });
-    owed.filter_map(|f| {
-        let mode = line.mode_at(process_fault::can_judge(evidence, evidence.under.node(), f.start + th));
-        let what = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
-        (!matches!(mode, Mode::HoldSafe | Mode::Idle)).then(|| finding(Property::P3, f.start + th, what))
-    })
-    .collect()
-}
-
-/// P4, from the true pose: outside is outside, whether the unit moves there or not.
-fn geofence(line: &Timeline) -> Option<Finding> {
-    let outside = line.truth.iter().find(|t| t.fence < 0)?;
-    Some(finding(Property::P4, outside.at, format!("{} mm outside the fence", -outside.fence)))
-}
-
-/// Time after a touch in which one more, with the unit on its way off, is the object's pushing: a body that is pushed hops.
-const PUSHES: Micros = 2_000_000;
-
-/// P4: drives into nothing. The unit's own speed along the contact counts, in either sense: an object that runs into a standing unit or
-/// into its side is no collision of the unit's, one that catches up with a driving unit is. One that pushes on is not: it has touched before.
-fn collision(line: &Timeline) -> Option<Finding> {
-    let pushes = |(at, object, speed): &(Micros, ObjectId, i32)| {
-        let before = line.collisions.iter().filter(|(first, other, _)| other == object && first < at);
-        *speed < 0 && before.map(|(first, ..)| at - first).min().is_some_and(|since| since <= PUSHES)
-    };
-    let counts = |touch: &&(Micros, ObjectId, i32)| touch.2.abs() > STANDING && !pushes(touch);
-    let (at, object, speed) = line.collisions.iter().find(counts)?;
-    Some(finding(Property::P4, *at, format!("drives into object {} at {speed} mm/s", object.0)))
-}
-
-/// P12: the stored energy takes the unit to safety at any time, and it keeps its distance to the surface below. Of a platform that leaves the ground.
-fn reserves(line: &Timeline) -> Vec<Finding> {
-    let first = |test: &dyn Fn(&Kept) -> bool, what: &str| {
-        let broken = line.truth.iter().find(|t| t.kept.as_ref().is_some_and(test))?;
-        Some(finding(Property::P12, broken.at, what))
-    };
-    let energy = first(&|kept| kept.energy < 0, "less energy than the way to safety takes");
-    let clearance = first(&|kept| kept.clearance < 0, "nearer than the least distance to the surface below");
-    energy.into_iter().chain(clearance).collect()
-}
-
-/// P8: at most once, never late, and none with a time tag outside its window.
-fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-    let mut once = BTreeSet::new();
-    let mut found = Vec::new();
-    for (at, id, kind) in &line.executed {
-        if !once.insert(*id) {
-            found.push(finding(Property::P8, *at, format!("{} {id} executed again", kind.name())));
-        }
-        let given = line.intended.iter().find(|(_, command, _)| command == id).map(|(given, _, _)| *given);
-        let Some(given) = given else { continue };
-        let due = line.due(*id, given);
-        // A time tag counts from a nonce that may have been issued earlier than the order was given, by the limit at most.
-        let within = line.tags.get(id).map_or(limit, |(_, within)| within.saturating_add(SLACK));
-        // A stored order to stop is made up for, and P3 judges its delay.
-        let within = if line.stored.contains_key(id) && kind.towards_safe() { Micros::MAX } else { within };
-        if at.saturating_sub(due) > within {
-            let what = format!("{} {id} executed more than {} ms late", kind.name(), within / 1000);
-            found.push(finding(Property::P8, *at, what));
-        }
-        let mut since = line.stored.get(id).into_iter().filter(|_| !kind.towards_safe());
-        let held = line.executed.iter().filter(|(.., kind)| *kind == CommandKind::Hold).map(|(at, ..)| *at);
-        let voided: Vec<Micros> = line.changes.iter().map(|c| c.at).chain(held).collect();
-        if since.any(|stored| voided.iter().any(|change| change > stored && change + SLACK < *at)) {
-            let what = format!("{} {id} executed though the mode has changed or a hold has come since", kind.name());
-            found.push(finding(Property::P8, *at, what));
-        }
-        if at.saturating_add(limit) < due {
-            let what = format!("{} {id} executed {} ms before it was due", kind.name(), (due - at) / 1000);
-            found.push(finding(Property::P8, *at, what));
-        }
-    }
-    found
-}
-
-/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only. That the unit executed one is
-/// half of it; the other is that an operator gave one of that kind.
-fn recovery(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let by = |wanted: fn(&CommandKind) -> bool, from: Micros, to: Micros| {
-        let mut near = line.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
-        near.any(|(at, id, kind)| wanted(kind) && line.gave(*id, *kind, *at))
-    };
-    let resume = |kind: &CommandKind| matches!(kind, CommandKind::Resume);
-    let enable = |kind: &CommandKind| matches!(kind, CommandKind::Enable);
-    let arm = |kind: &CommandKind| matches!(kind, CommandKind::Arm(_));
-    let mut found = Vec::new();
-    for change in &line.changes {
-        let near = change.at.saturating_sub(SLACK);
-        let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
-        if left_hold && !(change.cause == Cause::Operator && by(resume, near, change.at)) {
-            found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
-        }
-        let least = (evidence.bounds.hysteresis_ms * 1000).saturating_sub(SLACK);
-        let degraded = |c: &&Change| c.to == Mode::Degraded && c.at <= change.at;
-        let since = line.changes.iter().rev().find(degraded).map_or(0, |c| c.at);
-        if change.cause == Cause::Recovered && change.at - since < least {
-            let what = format!("DEGRADED left after less than {} ms", evidence.bounds.hysteresis_ms);
-            found.push(finding(Property::P9, change.at, what));
-        }
-        // A stop is safe from any mode.
-        let left_idle = change.from == Mode::Idle && !matches!(change.to, Mode::Idle | Mode::HoldSafe);
-        if left_idle && !(change.cause == Cause::Operator && by(enable, near, change.at)) {
-            found.push(finding(Property::P9, change.at, "IDLE left without an operator's enable"));
-        }
-        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && by(arm, near, change.at)) {
-            found.push(finding(Property::P9, change.at, "PREPARE_TO_ACT entered without an operator's arm"));
-        }
-    }
-    found
 }

@@ -2,22 +2,24 @@
 //! processes' accounts.
 //!
 //! Datagrams from outside of the run are in none of them: each end counts those apart. The kernel drops datagrams at a socket
-//! unread, so that their sender cannot be told; a sum that does not add up beside both is INVALID and says so.
+//! unread, so that their sender is not known; a sum that does not add up beside both is INVALID and says so.
 
 use std::collections::BTreeMap;
 
-use evidence::{Evidence, Finding, Property};
+use evidence::Evidence;
 use instrument::Any;
 use wire::core::Side;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 
-use crate::finding;
+use super::{Finding, Property, finding};
+use crate::facts::Facts;
 
 type Accounts = BTreeMap<(NodeId, Account), u64>;
 
-/// Adds up the closing accounts. A killed process owes none, and its path is left out.
-pub(crate) fn check(evidence: &Evidence) -> Vec<Finding> {
+/// Adds up the closing accounts. A killed process closes none, and its path is left out.
+pub(super) fn check(facts: &Facts) -> Vec<Finding> {
+    let evidence = facts.evidence;
     let accounts = accounts(evidence);
     let at = evidence.duration;
     let mut found = Vec::new();
@@ -41,13 +43,13 @@ pub(crate) fn check(evidence: &Evidence) -> Vec<Finding> {
             - n(relay, Account::RelayDropped(side));
         equal(&format!("relay, {from} to {to}"), forwarded, n(relay, Account::RelayOut(side.other())));
         let delivered = n(to, Account::Received(interface));
-        equal(&format!("{to} delivered and judged"), delivered, judged(&accounts, to, interface));
+        equal(&format!("{to} delivered and judged"), delivered, judged_records(&accounts, to, interface));
     }
     if alive(&[NodeId::RELAY_TELEMETRY, NodeId::INSIDER_B, NodeId::UNIT_C]) {
         for (from, to, side, _) in ends.into_iter().filter(|(from, to, ..)| alive(&[*from, *to])) {
-            let (left, arrived) = crossing(&accounts, to, side.other());
-            let beside = beside(&accounts, to);
-            equal(&format!("datagrams of relay and others, {from} to {to}{beside}"), left, arrived);
+            let (left, arrived) = crossed(&accounts, to, side.other());
+            let remark = outsiders_remark(&accounts, to);
+            equal(&format!("datagrams of relay and others, {from} to {to}{remark}"), left, arrived);
         }
     }
     for (node, guard) in [evidence.under.node(), NodeId::GATEWAY].into_iter().filter_map(|x| Some((x, x.guard()?))) {
@@ -64,9 +66,9 @@ pub(crate) fn check(evidence: &Evidence) -> Vec<Finding> {
     found
 }
 
-/// Datagrams that left for `to`, on `side` of the relay, and their fate there: each was before its guard, or is
+/// Number of datagrams that left for `to`, on `side` of the relay, and of those that came there: each was before its guard, or is
 /// counted where it was lost. Handshakes and unknown peers included; datagrams that others sent directly come in at the gateway.
-fn crossing(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
+fn crossed(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
     let n = |node: NodeId, account: Account| i128::from(*accounts.get(&(node, account)).unwrap_or(&0));
     let relay = NodeId::RELAY_TELEMETRY;
     let mut left = n(relay, Account::RelayOut(side)) - n(NodeId::CAMPAIGN, Account::RelayUnsent(side));
@@ -80,7 +82,7 @@ fn crossing(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
 }
 
 /// Remark on a sum in which the kernel may have dropped datagrams of outsiders.
-fn beside(accounts: &Accounts, to: NodeId) -> String {
+fn outsiders_remark(accounts: &Accounts, to: NodeId) -> String {
     let n = |account| *accounts.get(&(to.guard().unwrap_or(to), account)).unwrap_or(&0);
     match (n(Account::Outsiders), n(Account::KernelDropped)) {
         (0, _) | (_, 0) => String::new(),
@@ -100,7 +102,7 @@ fn accounts(evidence: &Evidence) -> Accounts {
     accounts
 }
 
-fn judged(accounts: &Accounts, node: NodeId, interface: Interface) -> i128 {
+fn judged_records(accounts: &Accounts, node: NodeId, interface: Interface) -> i128 {
     let of_interface = |account: &Account| match *account {
         Account::Accepted(i) | Account::Refused(i, _) => i == interface,
         Account::Sent

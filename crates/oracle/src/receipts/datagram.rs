@@ -6,8 +6,8 @@ use wire::core::Side;
 use wire::event::{Account, Event};
 use wire::id::NodeId;
 
-use crate::link;
-use crate::window::Window;
+use super::window::Window;
+use crate::facts::link;
 
 /// Longest time within which a guard logs the pieces of one datagram, and for which a datagram is on its way.
 const TOGETHER: Micros = 500;
@@ -16,7 +16,7 @@ const ON_THE_WAY: Micros = 200_000;
 const LEAST_DELAY: Micros = 10_000;
 
 /// Times at which any guard saw these bytes.
-fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
+fn guard_saw(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
     evidence.entries.iter().filter_map(move |w| match w.entry.event {
         Any::Instrument(Note::GuardSaw { hash, .. }) if hash == wanted => Some(w.at),
         _ => None,
@@ -27,7 +27,7 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
 pub(crate) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Attack { action: a, side, length, hash, delay })
-            if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.has(w.at) =>
+            if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.contains(w.at) =>
         {
             Some((w.at, side, length, hash, delay.0))
         }
@@ -38,11 +38,15 @@ pub(crate) fn receipt(evidence: &Evidence, action: Action, window: Window) -> Op
     let guarded = wrote(&|e| matches!(e, Any::Instrument(Note::GuardSaw { .. })))
         && wrote(&|e| matches!(e, Any::Service(Event::Count { account: Account::GuardIn, .. })));
     let confirmed = |(at, side, length, hash, delay): (Micros, Side, u16, u64, Micros)| match action {
-        Action::Drop => guarded && seen(evidence, hash).next().is_none() && link::missed(evidence, side, at),
-        Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
-        Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
-        Action::Corrupt => seen(evidence, hash).any(|s| s >= at) || in_pieces(evidence, at, side, length),
-        Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
+        Action::Drop => {
+            guarded && guard_saw(evidence, hash).next().is_none() && link::record_missing(evidence, side, at)
+        }
+        Action::Delay | Action::Reorder => delay >= LEAST_DELAY && guard_saw(evidence, hash).any(|s| s >= at + delay),
+        Action::Duplicate | Action::Replay => {
+            guard_saw(evidence, hash).any(|s| s >= at) && guard_saw(evidence, hash).count() > 1
+        }
+        Action::Corrupt => guard_saw(evidence, hash).any(|s| s >= at) || in_pieces(evidence, at, side, length),
+        Action::Inject | Action::Reoriginate => guard_saw(evidence, hash).any(|s| s >= at),
         Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
         Action::Resend | Action::Lie | Action::Confuse => false,
     };

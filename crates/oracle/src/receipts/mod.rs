@@ -1,12 +1,21 @@
-//! Receipts: did the fault provably reach its target?
+//! Receipts: did the injection provably reach its target?
 //!
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting time;
-//! for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
-//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; its
-//! effect on them is not asked here. A missing message that provably could not arrive is `masked`'s. Actions on a byte
-//! stream are `stream`'s, on publications `planes`', messages of insiders `delivery`'s, disguises `disguise`'s, process
-//! faults `life`'s.
+//! for one that was dropped, that it never showed them and that a record is missing there. For a sensor fault,
+//! perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it
+//! (`facts::sensor_fault`); its effect on them is not asked for here.
+//!
+//! No module of this folder reads `properties`.
+//!
+//! | module | receipts |
+//! |---|---|
+//! | `window` | the time of a planned action |
+//! | `datagram`, `stream`, `broker` | the relay's actions on datagrams and on byte streams; a hostile broker's on publications |
+//! | `delivery`, `feed`, `rogue`, `takeover` | messages of insiders; a gateway insider's actions on the feed; orders of a rogue; sessions that another took |
+//! | `process_fault` | a kill, a hang, a share of the time, a full disk |
+//! | `disguise` | objects that are made to look like another |
+//! | `masked` | the obstacle that kept an injection without a receipt from arriving |
 
 pub(crate) mod broker;
 pub(crate) mod datagram;
@@ -17,42 +26,56 @@ pub(crate) mod masked;
 pub(crate) mod process_fault;
 pub(crate) mod rogue;
 pub(crate) mod stream;
+pub(crate) mod takeover;
 pub(crate) mod window;
 
-use evidence::{Evidence, Micros, Planned};
-use instrument::{Action, Any, Note, Sensor, StepName};
+use evidence::{Evidence, Mask, Micros, Plan, Planned};
+use instrument::{Action, Any, Note, StepName};
 use wire::id::NodeId;
 
-use crate::arrived::{Befallen, Receipt};
-use crate::window::Window;
-use crate::{datagram, delivery, disguise, life, masked, orders, planes, stream, takeover, view};
+use crate::facts::Facts;
+use window::Window;
+
+/// Arrival of an injection, or the obstacle that kept it from arriving; none where neither is proven.
+pub(crate) type Arrival = Option<Result<Micros, Mask>>;
+
+/// Receipts of the injections of a trial.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Receipts {
+    /// True if at least one planned injection has both witnesses, and of each other the obstacle is known that kept it from arriving.
+    pub complete: bool,
+    /// Arrival of each planned injection.
+    pub arrivals: Vec<(Plan, Arrival)>,
+    /// The actor's first entry that has a second witness.
+    pub zero: Option<Micros>,
+}
 
 /// Looks for the receipts of everything planned.
-pub(crate) fn find(evidence: &Evidence) -> Receipt {
-    let mut receipt = Receipt { faults: faults(evidence), ..Receipt::default() };
-    note_datagrams(evidence, &mut receipt);
-    let mut whole = true;
+pub(crate) fn find(facts: &Facts) -> Receipts {
+    let evidence = facts.evidence;
+    let mut arrivals = Vec::new();
+    let mut complete = true;
     for plan in &evidence.planned {
-        // That a step began is its actor's word; what it did needs its own receipt, and only that counts as the start.
+        // The begin of a step is its actor's word; the actions of the step need receipts of their own, and only those count as the start.
         if let Planned::Step(step) = plan.what {
-            whole &= begun(evidence, step);
+            complete &= step_begun(evidence, step);
             continue;
         }
-        let fate = Window::of(evidence, plan).and_then(|window| {
-            let arrived = of(evidence, plan.what, window, &receipt.faults).map(Ok);
-            arrived.or_else(|| masked::by(evidence, plan, window, &receipt.faults).map(Err))
+        let arrival = Window::of_plan(evidence, plan).and_then(|window| {
+            let arrived = arrived_at(facts, plan.what, window).map(Ok);
+            arrived.or_else(|| masked::obstacle(facts, plan, window).map(Err))
         });
-        whole &= fate.is_some();
-        receipt.plans.push((*plan, fate));
+        complete &= arrival.is_some();
+        arrivals.push((*plan, arrival));
     }
-    receipt.zero = receipt.plans.iter().filter_map(|(_, fate)| (*fate)?.ok()).min();
-    // Where everything was masked nothing was injected, and the trial shows nothing.
-    receipt.whole = whole && (receipt.plans.is_empty() || receipt.zero.is_some());
-    receipt
+    let zero = arrivals.iter().filter_map(|(_, arrival)| (*arrival)?.ok()).min();
+    // Where everything was masked no injection took place, and the trial shows no result.
+    Receipts { complete: complete && (arrivals.is_empty() || zero.is_some()), arrivals, zero }
 }
 
 /// Time at which an action planned within `window` was first seen to be done.
-fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]) -> Option<Micros> {
+fn arrived_at(facts: &Facts, planned: Planned, window: Window) -> Option<Micros> {
+    let evidence = facts.evidence;
     match planned {
         Planned::Step(_) => None,
         Planned::Action(action @ (Action::Forward | Action::Resend | Action::Lie | Action::Confuse)) => {
@@ -63,100 +86,30 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
         }
         Planned::Malformed => delivery::receipt(evidence, Action::Inject, window, &[NodeId::INSIDER_B]),
         Planned::Action(action) => datagram::receipt(evidence, action, window),
-        Planned::Kill(node) => life::killed(evidence, node, window),
-        Planned::Suspend(node) => life::suspended(evidence, node, window),
-        Planned::Fill(node) => life::filled(evidence, node, window),
-        Planned::Disguise(object, class) => disguise::receipt(evidence, object, class, window),
+        Planned::Kill(node) => process_fault::killed(evidence, node, window),
+        Planned::Suspend(node) => process_fault::suspended(evidence, node, window),
+        Planned::Fill(node) => process_fault::disk_filled(evidence, node, window),
+        Planned::Disguise(object, class) => disguise::painted(evidence, object, class, window),
         Planned::Print(object, class) => disguise::printed(evidence, object, class, window),
         Planned::Perturbation(class) => disguise::perturbed(evidence, class, window),
-        Planned::Rogue => orders::receipt(evidence, window),
+        Planned::Rogue => rogue::receipt(evidence, window),
         Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),
-        Planned::Broker(action) => planes::broker(evidence, action, window),
-        Planned::Feed(action) => view::feed(evidence, action, window),
-        Planned::Late(by) => view::late(evidence, by, window),
-        Planned::Swallowed => view::swallowed(evidence, window),
+        Planned::Broker(action) => broker::receipt(evidence, action, window),
+        Planned::Feed(action) => feed::receipt(evidence, action, window),
+        Planned::Late(delay) => feed::delayed(evidence, delay, window),
+        Planned::Swallowed => feed::swallowed(evidence, window),
         Planned::Fault(sensor, kind) => {
-            let mut mine = faults.iter().filter(|f| (f.sensor, f.kind) == (sensor, kind) && window.has(f.start));
-            mine.next().map(|f| f.start)
-        }
-    }
-}
-
-fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
-    for w in &evidence.entries {
-        let Any::Instrument(Note::Attack { action, hash, .. }) = w.entry.event else { continue };
-        match action {
-            // What was dropped may be put back by another part of the same attack: it was held until then.
-            Action::Delay | Action::Reorder | Action::Drop => {
-                receipt.taken.entry(hash).or_insert(w.at);
-            }
-            Action::Corrupt | Action::Inject => {
-                receipt.forged.insert(hash, w.at);
-            }
-            // Only the first that comes of these bytes can be timely (`link::silences`), whatever is repeated.
-            Action::Duplicate
-            | Action::Replay
-            | Action::Reoriginate
-            | Action::Forward
-            | Action::Kill
-            | Action::Forge
-            | Action::Republish
-            | Action::Resend
-            | Action::Lie
-            | Action::Confuse => {}
+            let mut planned = facts.sensor_faults.iter().filter(|f| (f.sensor, f.kind) == (sensor, kind));
+            planned.find(|f| window.contains(f.start)).map(|f| f.start)
         }
     }
 }
 
 /// True if the actor of `wanted` says that it began.
-fn begun(evidence: &Evidence, wanted: StepName) -> bool {
+fn step_begun(evidence: &Evidence, wanted: StepName) -> bool {
     evidence
         .entries
         .iter()
         .any(|w| matches!(w.entry.event, Any::Instrument(Note::Step { step, begun: true }) if step == wanted))
-}
-
-/// Sensor faults that the sim applied and with readings that the other side took in.
-fn faults(evidence: &Evidence) -> Vec<Befallen> {
-    let mut found = Vec::new();
-    for (i, w) in evidence.entries.iter().enumerate() {
-        let Any::Instrument(Note::Fault { sensor, kind, active: true, .. }) = w.entry.event else { continue };
-        if w.entry.node != evidence.under.sim {
-            continue;
-        }
-        let rest = &evidence.entries[i..];
-        let end = rest.iter().find_map(|e| match e.entry.event {
-            Any::Instrument(Note::Fault { sensor: s, kind: k, active: false, .. })
-                if (s, k) == (sensor, kind) && e.entry.node == evidence.under.sim =>
-            {
-                Some(e.at)
-            }
-            _ => None,
-        });
-        let end = end.unwrap_or(evidence.duration);
-        // What a fault changed is told of while it lasts, and may come in a little later.
-        let changed = rest.iter().take_while(|e| e.at <= end).filter_map(|e| match e.entry.event {
-            Any::Instrument(Note::Altered { sensor: s, kind: k, hash })
-                if (s, k) == (sensor, kind) && e.entry.node == evidence.under.sim =>
-            {
-                Some((e.at, hash))
-            }
-            _ => None,
-        });
-        let arrived =
-            changed.into_iter().any(|(at, hash)| delivery::took(evidence, consumer(evidence, sensor), hash, at));
-        if arrived {
-            found.push(Befallen { sensor, kind, start: w.at, end });
-        }
-    }
-    found
-}
-
-/// Receiver of the readings of `sensor`.
-fn consumer(evidence: &Evidence, sensor: Sensor) -> NodeId {
-    match sensor {
-        Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => evidence.under.perception,
-        Sensor::Odometry | Sensor::Localisation | Sensor::Height => evidence.under.node(),
-    }
 }

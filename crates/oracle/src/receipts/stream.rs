@@ -1,6 +1,6 @@
 //! Receipts of actions on a byte stream: the relay's entry against the far end's ingress.
 //!
-//! The two share the name of the direction and the place in it (`wire::stream`). Held bytes must come in so much later;
+//! The two share the name of the direction and the place in it (`wire::stream`). Held bytes must come in later by their delay;
 //! damaged ones must come in damaged, byte for byte; a direction that was ended must be over at the place where it was
 //! ended, without this end having hung up first. A relay that says so and does otherwise has no receipt.
 
@@ -9,15 +9,16 @@ use instrument::{Any, Note, Sight, StreamEffect};
 use wire::core::Side;
 use wire::id::NodeId;
 
-use crate::window::Window;
+use super::window::Window;
+use crate::facts::stream::{StreamSighting, sightings};
 
-/// By how much of a delay the relay's clock may have run ahead of the trace's, as a divisor: clocks of hosts drift by
+/// Part of a delay by which the relay's clock may have run ahead of the trace's, as a divisor: clocks of hosts drift by
 /// 50 ppm at most, so a thousandth leaves room.
 const DRIFT: u64 = 1_000;
 
-/// A relay's entry: time, side, place and direction, action, and duration.
+/// A relay's entry: time, side, direction and place in it, and delay.
 #[derive(Clone, Copy)]
-struct Told {
+struct StreamClaim {
     at: Micros,
     side: Side,
     stream: u64,
@@ -27,65 +28,48 @@ struct Told {
     delay: Micros,
 }
 
-/// An entry of an ingress.
-#[derive(Clone, Copy)]
-struct Seen {
-    at: Micros,
-    sight: Sight,
-    offset: u64,
-    length: u32,
-    hash: u64,
-}
-
 /// The first entry of `wanted` within `window` that the ingress of its far end confirms.
 pub(crate) fn receipt(evidence: &Evidence, wanted: StreamEffect, window: Window) -> Option<Micros> {
-    let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
+    let claims = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::Tampered { deed, side, stream, offset, length, hash, delay })
-            if deed == wanted && w.entry.node == NodeId::RELAY_COMMAND && window.has(w.at) =>
+            if deed == wanted && w.entry.node == NodeId::RELAY_COMMAND && window.contains(w.at) =>
         {
-            Some(Told { at: w.at, side, stream, offset, length, hash, delay: delay.0 })
+            Some(StreamClaim { at: w.at, side, stream, offset, length, hash, delay: delay.0 })
         }
         _ => None,
     });
-    told.into_iter().find(|told| confirmed(evidence, wanted, *told)).map(|told| told.at)
+    claims.into_iter().find(|claim| confirmed(evidence, wanted, *claim)).map(|claim| claim.at)
 }
 
-fn confirmed(evidence: &Evidence, deed: StreamEffect, told: Told) -> bool {
-    let mut seen = seen(evidence, told);
+fn confirmed(evidence: &Evidence, deed: StreamEffect, claim: StreamClaim) -> bool {
+    let mut seen = seen_at_far_end(evidence, claim);
     match deed {
         StreamEffect::Held => seen
-            .find(|s| s.sight == Sight::Arrived && s.offset + u64::from(s.length) > told.offset)
-            .is_some_and(|first| first.at + told.delay / DRIFT >= told.at + told.delay),
+            .find(|s| s.sight == Sight::Arrived && s.offset + u64::from(s.length) > claim.offset)
+            .is_some_and(|first| first.at + claim.delay / DRIFT >= claim.at + claim.delay),
         StreamEffect::Damaged => seen.any(|s| {
-            let same = (s.offset, s.length, s.hash) == (told.offset, told.length, told.hash);
-            s.sight == Sight::Arrived && same && s.at >= told.at
+            let same = (s.offset, s.length, s.hash) == (claim.offset, claim.length, claim.hash);
+            s.sight == Sight::Arrived && same && s.at >= claim.at
         }),
-        // What was still held is lost with the connection, so the end may come before the place.
+        // Bytes still held are lost with the connection, so the end may come before the place.
         StreamEffect::HalfClosed | StreamEffect::Reset => {
             let last = seen.find(|s| matches!(s.sight, Sight::Closed | Sight::HungUp));
-            let in_place = |s: &Seen| match deed {
-                StreamEffect::HalfClosed => s.offset == told.offset,
-                StreamEffect::Reset | StreamEffect::Held | StreamEffect::Damaged => s.offset <= told.offset,
+            let in_place = |s: &StreamSighting| match deed {
+                StreamEffect::HalfClosed => s.offset == claim.offset,
+                StreamEffect::Reset | StreamEffect::Held | StreamEffect::Damaged => s.offset <= claim.offset,
             };
             last.is_some_and(|s| {
-                s.sight == Sight::Closed && in_place(&s) && s.at >= told.at && s.at < evidence.duration
+                s.sight == Sight::Closed && in_place(&s) && s.at >= claim.at && s.at < evidence.duration
             })
         }
     }
 }
 
-/// Sights of the ingress at the side that `told` leads to, of its direction, in order.
-fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
-    let ingress = match told.side {
+/// Sightings of the ingress at the side that the claim leads to, in its direction, in order.
+fn seen_at_far_end(evidence: &Evidence, claim: StreamClaim) -> impl Iterator<Item = StreamSighting> {
+    let ingress = match claim.side {
         Side::Client => evidence.under.guard(),
         Side::Server => NodeId::BROKER.guard(),
     };
-    evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Any::Instrument(Note::StreamSaw { sight, stream, offset, length, hash })
-            if stream == told.stream && Some(w.entry.node) == ingress =>
-        {
-            Some(Seen { at: w.at, sight, offset, length, hash })
-        }
-        _ => None,
-    })
+    sightings(evidence).filter(move |s| s.stream == claim.stream && Some(s.ingress) == ingress)
 }

@@ -3,6 +3,8 @@
 use evidence::{Evidence, Micros, Plan};
 use instrument::{Any, Note};
 
+use crate::facts::Span;
+
 /// Time by which an actor's clock and the host may put its action before or behind its window.
 const EARLY: Micros = 5_000;
 const LATE: Micros = 100_000;
@@ -15,10 +17,10 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    /// Of a plan; none where its step never began.
-    pub(crate) fn of(evidence: &Evidence, plan: &Plan) -> Option<Window> {
+    /// Window of a plan; none where its step never began.
+    pub(crate) fn of_plan(evidence: &Evidence, plan: &Plan) -> Option<Window> {
         let Some(wanted) = plan.step else { return Some(Window { from: plan.from, until: plan.until }) };
-        let told = |begins: bool| {
+        let step_entries = |begins: bool| {
             evidence.entries.iter().filter(move |w| {
                 matches!(
                     w.entry.event,
@@ -26,22 +28,22 @@ impl Window {
                 )
             })
         };
-        let from = told(true).next()?.at;
-        Some(Window { from, until: told(false).next_back().map_or(Micros::MAX, |w| w.at) })
+        let from = step_entries(true).next()?.at;
+        Some(Window { from, until: step_entries(false).next_back().map_or(Micros::MAX, |w| w.at) })
     }
 
-    /// From then to then.
-    pub(crate) fn between((from, until): (Micros, Micros)) -> Window {
+    /// Window over a span.
+    pub(crate) fn between((from, until): Span) -> Window {
         Window { from, until }
     }
 
-    /// From, to, within a run of this length.
-    pub(crate) fn span(self, duration: Micros) -> (Micros, Micros) {
+    /// Span of the window within a run of this length.
+    pub(crate) fn span(self, duration: Micros) -> Span {
         (self.from, self.until.min(duration).max(self.from))
     }
 
     /// True if an action at `at` is within it.
-    pub(crate) fn has(self, at: Micros) -> bool {
+    pub(crate) fn contains(self, at: Micros) -> bool {
         at.saturating_add(EARLY) >= self.from && at <= self.until.saturating_add(LATE)
     }
 }

@@ -1,4 +1,4 @@
-//! P8 beyond the unit's word on its executions: the effect of an execution is looked for in the unit's modes and
+//! Effects of executions, beyond the unit's word on them: the effect is looked for in the unit's modes and
 //! at its plant, and an effect seen there has to go back to an execution.
 //!
 //! A HOLD holds and its plant stands, until an operator lets the unit go on; a DISARM leaves no authority; a change of mode
@@ -7,26 +7,27 @@
 
 use std::collections::BTreeSet;
 
-use evidence::{Evidence, Finding, Micros, Property};
+use evidence::{Evidence, Micros};
 use instrument::{Any, Note};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::CommandId;
 use wire::mode::{Because, Cause, Mode};
 
-use crate::SLACK;
-use crate::motion::STANDING;
-use crate::speed::{braked, followed};
-use crate::timeline::Timeline;
-use crate::{finding, life};
+use super::{Finding, Property, finding};
+use crate::facts::braking::{braked_to, set_point_lapsed};
+use crate::facts::motion::STANDING;
+use crate::facts::timeline::Timeline;
+use crate::facts::{Facts, SLACK, process};
 
-/// Judges the effects of executions.
-pub(crate) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+/// Executions without their effect, and effects without an execution.
+pub(super) fn check(facts: &Facts) -> Vec<Finding> {
+    let Facts { evidence, timeline, .. } = facts;
     let mut found = Vec::new();
-    for (at, id, kind) in &line.executed {
+    for (at, id, kind) in &timeline.executed {
         found.extend(match kind {
-            CommandKind::Hold => hold(evidence, line, *at, *id),
-            CommandKind::Disarm => disarm(line, *at, *id),
+            CommandKind::Hold => hold_without_effect(evidence, timeline, *at, *id),
+            CommandKind::Disarm => disarm_without_effect(timeline, *at, *id),
             CommandKind::Enable
             | CommandKind::Resume
             | CommandKind::Arm(_)
@@ -34,44 +35,47 @@ pub(crate) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             | CommandKind::Configure(_) => None,
         });
     }
-    found.extend(unsaid(evidence, line));
+    found.extend(changes_without_execution(evidence, timeline));
     found.extend(acted_twice(evidence));
     found
 }
 
-fn hold(evidence: &Evidence, line: &Timeline, at: Micros, id: CommandId) -> Option<Finding> {
-    if !line.was_in(Mode::HoldSafe, at.saturating_sub(SLACK), at + SLACK) {
-        let mode = line.mode_at(at + SLACK).name();
+fn hold_without_effect(evidence: &Evidence, timeline: &Timeline, at: Micros, id: CommandId) -> Option<Finding> {
+    if !timeline.was_in(Mode::HoldSafe, at.saturating_sub(SLACK), at + SLACK) {
+        let mode = timeline.mode_at(at + SLACK).name();
         return Some(finding(Property::P8, at, format!("{id}, a hold, is executed and the unit is {mode}")));
     }
     let goes_on = |kind: &CommandKind| matches!(kind, CommandKind::Resume | CommandKind::Enable);
-    let resumed = line.executed.iter().find(|(t, _, kind)| *t > at && goes_on(kind)).map(|(t, ..)| *t);
-    let started = line.first_change(at + 1, |c| c.cause == Cause::Start).map(|c| c.at);
+    let resumed = timeline.executed.iter().find(|(t, _, kind)| *t > at && goes_on(kind)).map(|(t, ..)| *t);
+    let started = timeline.first_change(at + 1, |c| c.cause == Cause::Start).map(|c| c.at);
     let until = resumed.into_iter().chain(started).min().unwrap_or(Micros::MAX);
-    let due = followed(evidence, at);
-    let slow = braked(evidence, due, STANDING);
-    let drives =
-        line.truth.iter().filter(|t| t.at < until).find(|t| t.at >= due && !t.asked_safe || t.at >= slow && !t.safe)?;
+    let due = set_point_lapsed(evidence, at);
+    let slow = braked_to(evidence, due, STANDING);
+    let drives = timeline
+        .truth
+        .iter()
+        .filter(|t| t.at < until)
+        .find(|t| t.at >= due && !t.asked_safe || t.at >= slow && !t.safe)?;
     let what = format!("{id}, a hold, is executed and the plant goes {} mm/s", drives.speed.max(drives.set_speed));
     Some(finding(Property::P8, drives.at, what))
 }
 
-fn disarm(line: &Timeline, at: Micros, id: CommandId) -> Option<Finding> {
-    let by = at + SLACK;
-    let anew = line.minted.iter().any(|(minted, ..)| *minted > at && *minted <= by);
+fn disarm_without_effect(timeline: &Timeline, at: Micros, id: CommandId) -> Option<Finding> {
+    let due = at + SLACK;
+    let minted_anew = timeline.minted.iter().any(|(minted, ..)| *minted > at && *minted <= due);
     let what = || format!("{id}, a disarm, is executed and authority is still held");
-    (line.authority_at(by) && !anew).then(|| finding(Property::P8, by, what()))
+    (timeline.held_authority_at(due) && !minted_anew).then(|| finding(Property::P8, due, what()))
 }
 
-/// Changes of mode for the sake of a command that the unit does not say it executed then, or more than one for the same. The last
+/// Changes of mode for the sake of a command that the unit does not say it executed then, or more than one for one command. The last
 /// words of a dying unit are lost with it.
-fn unsaid(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let dead = life::dead(evidence, evidence.under.node());
+fn changes_without_execution(evidence: &Evidence, timeline: &Timeline) -> Vec<Finding> {
+    let dead = process::dead_spans(evidence, evidence.under.node());
     let mut once = BTreeSet::new();
     let mut found = Vec::new();
     for w in evidence.entries.iter().filter(|w| w.entry.node == evidence.under.node()) {
         let Any::Service(Event::Transition { to, because: Because::Command(id), .. }) = w.entry.event else { continue };
-        let executed = line.executed.iter().any(|(at, command, _)| *command == id && at.abs_diff(w.at) <= SLACK);
+        let executed = timeline.executed.iter().any(|(at, command, _)| *command == id && at.abs_diff(w.at) <= SLACK);
         let died = dead.iter().any(|(from, _)| (w.at..=w.at + SLACK).contains(from));
         if !executed && !died {
             let what = format!("{} for {id}, of which no execution is on record", to.name());
@@ -84,12 +88,13 @@ fn unsaid(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
+/// Commands on which the plant acts more than once.
 fn acted_twice(evidence: &Evidence) -> Vec<Finding> {
     let mut once = BTreeSet::new();
     let acts = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Any::Instrument(Note::PlantAct { command, .. }) => Some((w.at, command)),
         _ => None,
     });
-    let again = acts.filter(|(_, command)| !once.insert(*command));
-    again.map(|(at, id)| finding(Property::P8, at, format!("the plant acts on {id} again"))).collect()
+    let repeated = acts.filter(|(_, command)| !once.insert(*command));
+    repeated.map(|(at, id)| finding(Property::P8, at, format!("the plant acts on {id} again"))).collect()
 }

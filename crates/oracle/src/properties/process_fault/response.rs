@@ -1,4 +1,4 @@
-//! The table of owed responses, stated before any run.
+//! Table of the owed responses, stated before any run.
 
 use wire::bounds::Bounds;
 use wire::id::NodeId;
@@ -9,12 +9,12 @@ use evidence::process_fault::From;
 
 /// Response owed when one process is killed while the platform is READY or holds authority.
 #[derive(Clone, Copy, Debug)]
-pub struct Owed {
+pub struct OwedResponse {
     /// The process; those of the unit under test by the names that they have if it is unit A.
     pub node: NodeId,
-    /// The mode the platform ends in.
+    /// Mode that the platform ends in.
     pub ends_in: Mode,
-    /// From when the bounds count.
+    /// Moment from which the bounds count.
     pub from: From,
     /// Latest time without READY or authority, ms; none where there is no loss to expect.
     pub restricted: Option<fn(&Bounds) -> u64>,
@@ -39,8 +39,8 @@ fn unsealed(b: &Bounds) -> u64 {
 }
 
 /// Every process that can be killed.
-pub const OWED: [Owed; 8] = [
-    Owed {
+pub const OWED_RESPONSES: [OwedResponse; 8] = [
+    OwedResponse {
         node: NodeId::SIM,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -49,7 +49,7 @@ pub const OWED: [Owed; 8] = [
         reason: "no localisation and no frames: degraded after the product limit, held when driving blind is not made \
                  good; the plant dies with its world",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::PERCEPTION,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -57,7 +57,7 @@ pub const OWED: [Owed; 8] = [
         settled: Some(th),
         reason: "every stage and all tracks are lost at once: degraded, and with no measured range left, held",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::UNIT_A,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -65,7 +65,7 @@ pub const OWED: [Owed; 8] = [
         settled: Some(th),
         reason: "nobody renews the set-point: the plant brakes when its lease ends; read from ground truth",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::GATEWAY,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -73,7 +73,7 @@ pub const OWED: [Owed; 8] = [
         settled: Some(th),
         reason: "no more grants: the supervision lease lapses",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::RELAY_TELEMETRY,
         ends_in: Mode::HoldSafe,
         from: From::Kill,
@@ -81,7 +81,7 @@ pub const OWED: [Owed; 8] = [
         settled: Some(th),
         reason: "the telemetry link is cut both ways: the supervision lease lapses",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::BROKER,
         ends_in: Mode::HoldSafe,
         from: From::Hold,
@@ -90,7 +90,7 @@ pub const OWED: [Owed; 8] = [
         reason: "commands do not come through, telemetry and grants do: READY goes on, unused authority expires, and a \
                  HOLD that stays unacknowledged ends the grants",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::RECORDER,
         ends_in: Mode::Degraded,
         from: From::Kill,
@@ -98,7 +98,7 @@ pub const OWED: [Owed; 8] = [
         settled: Some(unsealed),
         reason: "no sealed log for the seal limit: no authority, reduced speed; driving does not depend on it",
     },
-    Owed {
+    OwedResponse {
         node: NodeId::CONSOLE,
         ends_in: Mode::Ready,
         from: From::Kill,
@@ -110,12 +110,12 @@ pub const OWED: [Owed; 8] = [
 ];
 
 /// Response owed for `node` in a run with this unit under test.
-pub fn owed(under: Under, node: NodeId) -> Option<&'static Owed> {
-    let named = |owed: &Owed| match owed.node {
+pub fn owed_response(under: Under, node: NodeId) -> Option<&'static OwedResponse> {
+    let process = |owed: &OwedResponse| match owed.node {
         NodeId::UNIT_A => under.node(),
         NodeId::SIM => under.sim,
         NodeId::PERCEPTION => under.perception,
         other => other,
     };
-    OWED.iter().find(|owed| named(owed) == node)
+    OWED_RESPONSES.iter().find(|owed| process(owed) == node)
 }
