@@ -1,10 +1,10 @@
 //! Trials that are evidence only where their mission took place: the operator's steps before the attack, done; and the
 //! obstacles to seeing it.
 
-use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, root, shipped};
 use instrument::Any;
+use oracle::Property;
 use scenario::{Name, Settings, Setup, parse, template};
 use serde_json::json;
 use twin::trial::Run;

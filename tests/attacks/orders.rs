@@ -1,9 +1,9 @@
 //! Attacks by holders of a key or certificate: rights, roles, standing, counters, rates, values.
 
-use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
 use instrument::{Any, Note};
+use oracle::Property;
 use scenario::Settings;
 use twin::trial::Run;
 use wire::command::CommandKind;

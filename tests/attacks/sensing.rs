@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use evidence::trial::Outcome;
-use evidence::{Fate, Property, Witnessed};
+use evidence::{Fate, Witnessed};
 use explain::{Explanation, Place, explain};
 use holdsafe_tests::{Ready, rendered, shipped, variations};
 use instrument::{Any, Note, Sensor};
-use oracle::judge;
+use oracle::{Property, judge};
 use scenario::Settings;
 use twin::trial::Run;
 use wire::bounds::Bounds;

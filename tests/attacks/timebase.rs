@@ -1,10 +1,9 @@
 //! Time and delay: a receiver's time that is steered, delays that hover, creep or were always there, contact by turns.
 
-use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
 use instrument::{Action, Any, Note};
-use oracle::judge;
+use oracle::{Finding, Property, judge};
 use twin::trial::Run;
 use wire::event::Event;
 use wire::id::Nonce;
@@ -84,7 +83,7 @@ fn freshness_waiver_accepts_stale_and_is_detected() {
     let mut ready = shipped("delay");
     ready.setup.policy.boundary.insert(Check::Freshness, Requirement::Waived);
     let run = ready.run(1);
-    let stale = |p: &[evidence::Finding]| p.iter().any(|f| f.property == Property::P7 && f.what.contains("accepted"));
+    let stale = |p: &[Finding]| p.iter().any(|f| f.property == Property::P7 && f.what.contains("accepted"));
     assert!(stale(&run.verdict.findings), "{:?}", run.verdict.findings);
     // And it rests on the relay's log: a relay that held nothing back leaves nothing to find.
     let mut evidence = run.evidence;

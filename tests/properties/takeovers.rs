@@ -1,8 +1,9 @@
 //! The oracle's requirements on a session that was taken over or cut: three witnesses, an alarm, and no order from before.
 
 use evidence::trial::Outcome;
-use evidence::{Plan, Planned, Property};
+use evidence::{Plan, Planned};
 use instrument::{Any, Note};
+use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{NodeId, PeerId, TrackId};

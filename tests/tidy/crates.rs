@@ -120,6 +120,8 @@ const MAY_KNOW: [(&str, &[&str]); 32] = [
             "autonomy",
             "stats",
             "evidence",
+            // The table of properties, for their statements.
+            "oracle",
             "explain",
             "scenario",
             "assess",

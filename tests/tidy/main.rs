@@ -7,6 +7,7 @@ mod confinement;
 mod crates;
 mod domains;
 mod figures;
+mod judge;
 mod links;
 mod measurements;
 mod results;

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use evidence::trial::Outcome;
-use results::report::{FindingRow, MatrixRow, SearchObject};
+use results::report::{FindingRow, MatrixRow, SearchObject, property_statement};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 
@@ -16,22 +16,6 @@ use crate::tried::{Tried, meaning, tried};
 
 /// Published address of the schema.
 const SCHEMA: &str = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
-
-/// The properties that a run is judged by, in few words; the oracle's documentation has them in full.
-const PROPERTIES: [(&str, &str); 12] = [
-    ("P1", "No act without authority, a fresh confirmation and all guards"),
-    ("P2", "The loss of a subsystem revokes authority and degrades in time"),
-    ("P3", "The loss or inconsistency of trust reaches HOLD_SAFE in time"),
-    ("P4", "Never outside the envelope"),
-    ("P5", "No content of a record that was not accepted influences state"),
-    ("P6", "The accounts balance: every record is accounted for once"),
-    ("P7", "Nothing is shown fresh beyond its limit"),
-    ("P8", "A command is executed at most once, and never late"),
-    ("P9", "Nothing recovers without the consent that it takes"),
-    ("P10", "The log verifies"),
-    ("P11", "No authority and no act on an object that was not designated"),
-    ("P12", "Energy for the way to safety and the least distance to the surface below are kept"),
-];
 
 /// Rules by their id.
 type Rules = BTreeMap<String, Value>;
@@ -88,8 +72,7 @@ fn threat(row: &MatrixRow) -> Value {
 /// The rule of a property, or of a class where no property is named.
 fn rule(rules: &mut Rules, finding: Option<&str>, class: Outcome) -> String {
     let named = finding.and_then(|text| text.split(|c: char| !c.is_ascii_alphanumeric()).next());
-    let property = PROPERTIES.iter().find(|(id, _)| named == Some(id));
-    let (id, text) = property.copied().unwrap_or((class.name(), meaning(class)));
+    let (id, text) = named.and_then(property_statement).unwrap_or((class.name(), meaning(class)));
     rules.entry(id.to_owned()).or_insert_with(|| json!({ "id": id, "shortDescription": { "text": text } }));
     id.to_owned()
 }

@@ -1,8 +1,8 @@
 //! The evidence of a trial: the types between those crates that run one, the oracle that judges it, and those that report it.
 //!
 //! `log` is the log as it is kept, with the two hashes of a trial; `verification` verifies it against keys and heads from elsewhere; `reading` gives the
-//! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`), of the operator (`mission`) and of the way (`progress`); [`Verdict`] is its answer,
-//! in parts (`fate`, `process_fault`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `delivery` the receipt of
+//! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`), of the operator (`mission`) and of the way (`progress`); `fate`, `process_fault` and `claims`
+//! are parts of its answer, and [`trial::Trial`] is the verdict as a row. `cue` has the triggers of attack steps, `delivery` the receipt of
 //! insiders' messages, `truth` the injected faults and attacks in words, `messages` the messages between services, `diff` two logs side by side,
 //! `ablation` the checks that a policy can waive. Nothing here judges.
 
@@ -23,7 +23,6 @@ pub mod reading;
 pub mod trial;
 pub mod truth;
 mod under;
-mod verdict;
 pub mod verification;
 mod witnessed;
 
@@ -31,7 +30,6 @@ pub use evidence::Evidence;
 pub use fate::{Fate, FateName, Injection, InjectionRow, Mask};
 pub use plan::{Needs, Plan, Planned, Takes};
 pub use under::Under;
-pub use verdict::{Finding, Property, Verdict};
 pub use witnessed::{Micros, Witnessed};
 
 /// Version of every JSON object that this build prints.

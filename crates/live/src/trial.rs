@@ -9,8 +9,8 @@ use evidence::log::Logged;
 use evidence::reading::read;
 use evidence::trial::Outcome;
 use evidence::verification::{Held, LogVerifier, Verification};
-use evidence::{Evidence, Micros, Verdict};
-use oracle::{judge, stalled};
+use evidence::{Evidence, Micros};
+use oracle::{Verdict, judge, stalled};
 use scenario::{Scenario, Setup};
 use topology::{RunSecret, Topology, lay_out};
 

@@ -1,4 +1,4 @@
-//! From a judged run to the row that reports are made of.
+//! Row of a judged run, as reports are made of.
 
 use std::collections::BTreeMap;
 
@@ -6,14 +6,15 @@ use evidence::claims::Claims;
 use evidence::log::hashes;
 use evidence::progress::Progress;
 use evidence::trial::{GuestFailure, Knowledge, Outcome, StepRow, Trial};
-use evidence::{Evidence, InjectionRow, Micros, Verdict};
+use evidence::{Evidence, InjectionRow, Micros};
 use instrument::{Any, GuardVerdict, Note};
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 
-use crate::peers;
+use crate::facts::peers;
+use crate::verdict::Verdict;
 
-/// The row of one trial, with that much `knowledge` of its adversary. `received`, `accepted` and `dropped` add up the
+/// Row of a trial, with the `knowledge` that its adversary has. `received`, `accepted` and `dropped` add up the
 /// two ends of the telemetry link of the unit under test: the gateway's uplink and the unit's downlink.
 pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Verdict) -> Trial {
     let (log_hash, decision_hash) = hashes(&evidence.entries);
@@ -51,7 +52,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
     };
     for w in &evidence.entries {
         if let Any::Service(Event::Count { account, n }) = w.entry.event {
-            add(&mut trial, evidence, w.entry.node, account, n);
+            add_account(&mut trial, evidence, w.entry.node, account, n);
         }
         if let Any::Instrument(Note::Step { step, begun: true }) = w.entry.event {
             trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
@@ -93,15 +94,15 @@ fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
     Some(peers::claims(evidence, reaction)).filter(|claims| claims.said > 0)
 }
 
-fn add(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Account, n: u64) {
-    let ours = |interface: Interface| {
+fn add_account(trial: &mut Trial, evidence: &Evidence, node: NodeId, account: Account, n: u64) {
+    let of_unit_link = |interface: Interface| {
         (node == NodeId::GATEWAY && interface == Interface::Uplink)
             || (node == evidence.under.node() && interface == Interface::Downlink)
     };
     match account {
-        Account::Received(i) if ours(i) => trial.received += n,
-        Account::Accepted(i) if ours(i) => trial.accepted += n,
-        Account::Refused(i, reason) if ours(i) && n > 0 => {
+        Account::Received(i) if of_unit_link(i) => trial.received += n,
+        Account::Accepted(i) if of_unit_link(i) => trial.accepted += n,
+        Account::Refused(i, reason) if of_unit_link(i) && n > 0 => {
             *trial.dropped.entry(reason.name().to_owned()).or_default() += n;
         }
         Account::Received(_)

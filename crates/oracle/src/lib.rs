@@ -6,121 +6,42 @@
 //! The unit's mode, its authority and its executions are its own word, held against these. `ARCHITECTURE.md`
 //! gives the witness of each property, and the parts for which there is the unit's word alone.
 //!
-//! | module | part |
-//! |---|---|
-//! | `timeline` | the events by subject |
-//! | `window` | the time of a planned action |
-//! | `receipt` | did the fault provably arrive: `datagram`, `stream`, `planes`, `view`, `delivery`, `life`, `disguise`, one kind of injection each |
-//! | `masked`, `arrived` | the obstacle that kept an injection from arriving; the facts then established |
-//! | `conservation` | the sums of the accounts (P6) |
-//! | `properties` | P1 to P12 |
-//! | `guards` | P1: the facts that others than the unit know of its guards |
-//! | `motion`, `speed`, `effect` | the true motion of the plant; the speed of every mode; the effects of executions |
-//! | `link` | P3 on the telemetry link |
-//! | `content`, `display` | P5; P7 |
-//! | `place` | the place at which the unit takes itself to be |
-//! | `takeover` | sessions at the broker that another took |
-//! | `stale` | the age of accepted records |
-//! | `orders` | the values that a unit was set to, and a rogue's orders |
-//! | `process_fault` | the responses owed when a process is killed |
-//! | `outcome` | the one class |
-//! | `mission` | the mission that the scenario presumes |
-//! | `progress` | the progress along the route |
-//! | `guest` | runs of guests: what truth supports |
-//! | `approach` | the approach to each limit; no verdict |
+//! | folder or module | part | reads |
+//! |---|---|---|
+//! | `facts` | the statements of the logs, sorted and joined; nothing is judged | |
+//! | `receipts` | did the injection provably arrive, or which obstacle kept it from arriving | `facts` |
+//! | `properties` | P1 to P12, a file or folder each, in the table [`PROPERTIES`] | `facts` |
+//! | `mission` | the mission that the scenario presumes, against the one that took place | `facts` |
+//! | `outcome`, `verdict` | the one class of a trial; the verdict | all |
+//! | `approach` | the approach to each limit; no verdict | `properties` |
+//! | `judged` | the verdict as a row of reports | `facts` |
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod approach;
-mod arrived;
-mod conservation;
-mod contact;
-mod content;
-mod datagram;
-mod delivery;
-mod disguise;
-mod display;
-mod effect;
-mod guards;
-mod guest;
+mod facts;
 pub mod judged;
-mod life;
-mod link;
-mod masked;
 mod mission;
-mod motion;
-mod orders;
 mod outcome;
-pub mod peers;
-mod place;
-mod planes;
-pub mod process_fault;
-mod progress;
 mod properties;
-mod receipt;
-mod speed;
-mod stale;
-mod stream;
-mod takeover;
-mod timeline;
-mod view;
-mod window;
+mod receipts;
+mod verdict;
 
-use evidence::process_fault::Response;
-use evidence::{Evidence, Finding, Micros, Property, Verdict};
-use wire::bounds::Bounds;
+use evidence::Evidence;
 
-use arrived::Receipt;
+use facts::Facts;
 
-pub use approach::{AT_LIMIT, Approaches, Limit, approaches};
+pub use approach::{Approaches, approaches};
+pub use facts::peers;
 pub use outcome::stalled;
-pub use timeline::Timeline;
-
-/// Time that one trip through the live host may add between an event and its trace time, and between a command leaving the
-/// operator and reaching the unit.
-const SLACK: Micros = 50_000;
-
-/// A navigation period and a step of the plant with its actuators, milliseconds: the simulation's, on every platform.
-const READING_AND_PLANT_MS: u64 = 100;
-
-/// Time from a decision to the brakes, milliseconds, whatever allowance the unit's own fence guard makes for it
-/// (`docs/reference/bounds.md`).
-fn reaction_ms(bounds: &Bounds) -> u64 {
-    READING_AND_PLANT_MS + bounds.control_period_ms
-}
+pub use properties::{AT_LIMIT, Breach, Finding, Limit, PROPERTIES, Property, PropertyRow, process_fault};
+pub use verdict::Verdict;
 
 /// Judges a trial.
 pub fn judge(evidence: &Evidence) -> Verdict {
-    let timeline = Timeline::of(evidence);
-    let receipt = receipt::find(evidence);
-    let (mut findings, responses) = if guest::is_bare(evidence) {
-        (of_bare_guest(evidence, &timeline), Vec::new())
-    } else {
-        of_platform(evidence, &timeline, &receipt)
-    };
+    let facts = Facts::new(evidence);
+    let receipts = receipts::find(&facts);
+    let mut findings = properties::check(&facts);
     findings.sort_by_key(|f| (f.at_us, f.property));
-    Verdict { responses, guest: guest::row(evidence), ..outcome::verdict(evidence, &timeline, receipt, findings) }
-}
-
-fn of_platform(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> (Vec<Finding>, Vec<Response>) {
-    let mut findings = properties::check(evidence, line, receipt);
-    findings.extend(conservation::check(evidence));
-    findings.extend(orders::check(evidence));
-    findings.extend(takeover::check(evidence));
-    findings.extend(place::check(evidence, line));
-    findings.extend(stale::check(evidence, receipt));
-    let (responses, owed) = process_fault::judge(evidence, line);
-    findings.extend(owed);
-    (findings, responses)
-}
-
-fn of_bare_guest(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let mut findings = properties::of_bare_guest(evidence, line);
-    findings.extend(conservation::check(evidence));
-    findings.extend(guest::astray(evidence, line));
-    findings
-}
-
-fn finding(property: Property, at_us: Micros, what: impl Into<String>) -> Finding {
-    Finding { property, at_us, what: what.into() }
+    outcome::verdict(&facts, &receipts, findings)
 }

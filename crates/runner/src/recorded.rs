@@ -1,8 +1,9 @@
 //! The log of a run, at times of that run: read back from its directory, or of a run in the twin.
 
 use evidence::trial::Outcome;
-use evidence::{Evidence, Verdict, Witnessed};
+use evidence::{Evidence, Witnessed};
 use live::store;
+use oracle::Verdict;
 use oracle::judged::findings;
 use wire::bounds::Bounds;
 use wire::id::NodeId;

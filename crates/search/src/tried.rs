@@ -4,9 +4,8 @@ use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
 use super::sequence::{Action, AttackSequence};
-use evidence::Property;
 use evidence::trial::{Outcome, Trial};
-use oracle::{Approaches, judged};
+use oracle::{Approaches, Breach, Property, Verdict, judged};
 use scenario::{AttackSpace, Scenario, Setup};
 use serde::{Deserialize, Serialize};
 use twin::part::baseline::Baseline;
@@ -185,9 +184,9 @@ impl SearchConfig {
     }
 }
 
-fn first_broken(verdict: &evidence::Verdict) -> Option<Property> {
-    // A lack of evidence is not what broke.
-    let breaks = |property: &Property| !matches!(property, Property::P6 | Property::P10);
+fn first_broken(verdict: &Verdict) -> Option<Property> {
+    // A lack of evidence is no break by the platform.
+    let breaks = |property: &Property| property.row().breach != Breach::NoEvidence;
     verdict.findings.iter().map(|finding| finding.property).find(breaks)
 }
 

@@ -26,7 +26,7 @@ impl Drawer<'_> {
 
     /// The same sequence with one of its times moved by the distance to the limit, earlier or later, or a little more.
     fn aimed(&mut self, near: &Near) -> Option<AttackSequence> {
-        let limit = near.limit.ms(self.bounds())?;
+        let limit = near.limit.length_ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.space().tick_ms.unsigned();
         let beyond = BEYOND[self.below(BEYOND.len() as u32) as usize];

@@ -6,9 +6,9 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use evidence::{Evidence, Plan, Planned, Verdict, Witnessed};
+use evidence::{Evidence, Plan, Planned, Witnessed};
 use instrument::{Any, Note};
-use oracle::judge;
+use oracle::{Verdict, judge};
 use scenario::{Scenario, Setup};
 use topology::{RunSecret, lay_out};
 use wire::event::Event;

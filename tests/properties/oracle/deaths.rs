@@ -1,8 +1,8 @@
 //! Obligations after the kill of a process, and requirements on a restarted one.
 
-use evidence::Property;
 use evidence::trial::Outcome;
 use instrument::{Any, Note, Suspension};
+use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};

@@ -1,7 +1,7 @@
 //! P1's guards at an act, by the reports of others than the unit, each just within and just beyond its guard's limit.
 
-use evidence::Property;
 use instrument::{Any, Note};
+use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::NodeId;

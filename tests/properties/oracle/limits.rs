@@ -3,10 +3,9 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use evidence::Property;
 use evidence::trial::Outcome;
 use instrument::Any;
-use oracle::judge;
+use oracle::{Property, judge};
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Account, Event, Interface, ShownAs};

@@ -1,7 +1,8 @@
 //! The limits of P2 to P4 from both sides: a log just within each is no finding, one just beyond it is.
 
-use evidence::{Planned, Property};
+use evidence::Planned;
 use instrument::{Any, FaultKind, Note, Sensor, Suspension};
+use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{FrameId, NodeId, ObjectId, UnitId};

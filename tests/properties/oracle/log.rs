@@ -2,9 +2,9 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use evidence::{Evidence, Plan, Planned, Property, Under, Verdict, Witnessed};
+use evidence::{Evidence, Plan, Planned, Under, Witnessed};
 use instrument::{Any, Entry, FaultKind, GuardVerdict, Note, Sensor};
-use oracle::{Approaches, approaches, judge};
+use oracle::{Approaches, Property, Verdict, approaches, judge};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Topic;

@@ -5,9 +5,9 @@
 use evidence::mission::{Due, Script, Stage, Verb};
 use evidence::progress::{Route, Standstill};
 use evidence::trial::Outcome;
-use evidence::{Evidence, Needs, Plan, Planned, Verdict};
+use evidence::{Evidence, Needs, Plan, Planned};
 use instrument::{Any, FaultKind, Note, Sensor};
-use oracle::judge;
+use oracle::{Verdict, judge};
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::event::Event;

@@ -19,9 +19,9 @@ mod trust;
 mod under;
 
 use evidence::trial::Outcome;
-use evidence::{Evidence, Property, Under};
+use evidence::{Evidence, Under};
 use instrument::Note;
-use oracle::judge;
+use oracle::{Property, judge};
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Cause, Guard, Mode};

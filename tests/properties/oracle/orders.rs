@@ -1,8 +1,9 @@
 //! P5 and P8: a unit's executed order was given, under a key that is that operator's, once and in time.
 
+use evidence::Planned;
 use evidence::trial::Outcome;
-use evidence::{Planned, Property};
 use instrument::Note;
+use oracle::Property;
 use wire::command::{CommandKind, TimeTag};
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};

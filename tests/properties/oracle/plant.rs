@@ -1,9 +1,9 @@
 //! Speeds and executions are judged at the plant and in the unit's modes, independently of the unit's own statements (P2,
 //! P3, P4, P8, P9); findings against a teammate and displays of a unit come from that one's accepted records (P5).
 
-use evidence::Property;
 use evidence::trial::Outcome;
 use instrument::{Any, Note};
+use oracle::Property;
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::id::{Boot, NodeId, PeerId, RecordId, Sequence, UnitId};

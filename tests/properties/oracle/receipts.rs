@@ -1,8 +1,9 @@
 //! Receipts: an injection is believed when another party saw it, and where it was planned.
 
 use evidence::trial::Outcome;
-use evidence::{Plan, Planned, Verdict};
+use evidence::{Plan, Planned};
 use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor, Sight, StreamEffect, Suspension};
+use oracle::Verdict;
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::core::{Side, Topic};

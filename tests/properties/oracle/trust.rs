@@ -3,9 +3,9 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::trial::Outcome;
-use evidence::{Evidence, Planned, Property};
+use evidence::{Evidence, Planned};
 use instrument::{Action, Any, FaultKind, GuardVerdict, Note, Sensor};
-use oracle::judge;
+use oracle::{Property, judge};
 use wire::command::CommandKind;
 use wire::contact::{Contact, Contacts};
 use wire::core::Side;

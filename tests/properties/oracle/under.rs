@@ -2,9 +2,9 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use evidence::{Evidence, Finding, Under, Verdict};
+use evidence::{Evidence, Under};
 use instrument::{Any, Note};
-use oracle::judge;
+use oracle::{Finding, Verdict, judge};
 use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Cause, Guard, Mode};

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use evidence::Evidence;
 use evidence::trial::Outcome;
-use evidence::{Evidence, Property};
 use instrument::{Any, Note};
 use link::input_journal::{Entry, Reader, Writer};
 use live::child::Services;
@@ -123,7 +123,7 @@ fn short_live_trial_is_nominal_and_replays() {
     let Judged { evidence, verdict, .. } = conclude(&topology, &setup, &after);
     assert_eq!(verdict.outcome, Outcome::Invalid, "{:?}", verdict.findings);
     let named = format!("gateway, replayed from its input journal: differs after input {input}, ");
-    let found = verdict.findings.iter().find(|f| f.property == Property::P10 && f.what.starts_with(&named));
+    let found = verdict.findings.iter().find(|f| f.property.row().name == "P10" && f.what.starts_with(&named));
     let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
     assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");
     let mut lines = Vec::new();

@@ -7,26 +7,11 @@ use assess::log::{Format, Log};
 use assess::map::Map;
 use assess::{Assessment, Check, Facts, Injected, Moment, Tripped};
 use evidence::SCHEMA_VERSION;
+use oracle::PROPERTIES;
 use serde::{Deserialize, Serialize};
 use stats::{EventRate, Share};
 
 use crate::report::{Table, new_table};
-
-/// Properties of the closed loop, which no recording can show: a recorded vehicle reacts to no guard.
-const NOT_ASSESSED: [(&str, &str); 12] = [
-    ("P1", "no act without authority"),
-    ("P2", "loss of a subsystem degrades in time"),
-    ("P3", "loss of trust reaches HOLD_SAFE in time"),
-    ("P4", "never outside the envelope"),
-    ("P5", "no influence of unaccepted records"),
-    ("P6", "conservation"),
-    ("P7", "no stale value shown as fresh"),
-    ("P8", "commands at most once, never late"),
-    ("P9", "recovery by consent only"),
-    ("P10", "the log verifies and replays"),
-    ("P11", "no act on the wrong object"),
-    ("P12", "reserve of energy and least distance to the surface below"),
-];
 
 /// The object of `assess --json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -146,9 +131,14 @@ impl AssessObject {
             tests: result.trips.iter().map(TestRow::of).collect(),
             injections: result.injected.iter().map(InjectionRow::of).collect(),
             window_s: *map.inject.window_s.as_ref(),
-            not_assessed: NOT_ASSESSED.iter().map(|(name, title)| format!("{name}, {title}")).collect(),
+            not_assessed: not_assessed(),
         }
     }
+}
+
+/// Properties of the closed loop, which no recording can show: a recorded vehicle reacts to no guard.
+fn not_assessed() -> Vec<String> {
+    PROPERTIES.iter().map(|row| format!("{}, {}", row.name, row.brief)).collect()
 }
 
 impl TestRow {

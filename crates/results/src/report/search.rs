@@ -190,7 +190,7 @@ fn nearest_told(hunt: &SearchRow) -> String {
     for row in &hunt.nearest {
         let percent = format!("{:.1} %", f64::from(row.thousandths) / 10.0);
         let word = if row.sequence.is_empty() { "none" } else { &row.sequence };
-        table.add_row(vec![row.limit.told().to_owned(), percent, word.to_owned()]);
+        table.add_row(vec![row.limit.name(), percent, word.to_owned()]);
     }
     format!("{table}\nBeyond 100 % the oracle still allows for clocks and periods, which its verdict has in it.\n")
 }

@@ -13,8 +13,9 @@ use std::sync::{Mutex, PoisonError};
 
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
-use evidence::{Evidence, SCHEMA_VERSION, Verdict};
+use evidence::{Evidence, SCHEMA_VERSION};
 use live::store;
+use oracle::Verdict;
 use parallel::progress::Progress;
 use runner::failure::{Exit, Failure};
 use runner::plan::Planned;

@@ -12,7 +12,7 @@ use evidence::process_fault::Response;
 use evidence::trial::{Outcome, Trial};
 use evidence::{SCHEMA_VERSION, Under};
 use oracle::process_fault;
-use oracle::process_fault::Owed;
+use oracle::process_fault::OwedResponse;
 use results::mode::Mode;
 use runner::batch::Batch;
 use runner::failure::{Exit, Failure};
@@ -132,9 +132,9 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
     Ok(all)
 }
 
-fn owed(process: Process) -> Result<&'static Owed, Failure> {
+fn owed(process: Process) -> Result<&'static OwedResponse, Failure> {
     let node = node_of(process);
-    process_fault::owed(Under::A, node)
+    process_fault::owed_response(Under::A, node)
         .ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
 }
 
@@ -163,6 +163,6 @@ mod tests {
     #[test]
     fn every_killed_process_has_a_stated_response() {
         assert!(PROCESSES.iter().all(|(_, process)| owed(*process).is_ok()));
-        assert_eq!(PROCESSES.len(), process_fault::OWED.len());
+        assert_eq!(PROCESSES.len(), process_fault::OWED_RESPONSES.len());
     }
 }
