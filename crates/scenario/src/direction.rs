@@ -8,9 +8,9 @@ use wire::core::Side;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {
-    /// From the platform to the gateway.
+    /// Path from the platform to the gateway.
     Up,
-    /// From the gateway to the platform.
+    /// Path from the gateway to the platform.
     Down,
     /// Both ways.
     #[default]

@@ -14,13 +14,13 @@ pub enum Tampering {
     Delete,
     /// Everything from some entry on is taken away.
     Truncate,
-    /// An entry is left out and every chain and seal written anew around the gap.
+    /// An entry is left out and every chain and seal written again around the gap.
     Omit,
-    /// An entry says another time and every chain and seal is written anew.
+    /// An entry says another time and every chain and seal is written again.
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,
-    /// A service is given an earlier life, under a boot that never was, and every seal is written anew.
+    /// A service is given an earlier life, under a boot that never was, and every seal is written again.
     Feign,
     /// An entry is kept as it was written, under another time.
     Retime,
