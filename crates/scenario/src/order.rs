@@ -1,6 +1,6 @@
 //! Orders that a rogue or a hostile broker gives, or picks out among others.
 
-use adversary::plan::Kind;
+use adversary::plan::OrderKind;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -26,20 +26,20 @@ pub enum Order {
 
 impl Order {
     /// The order as an adversary's plan has it.
-    pub fn kind(self) -> Kind {
+    pub fn kind(self) -> OrderKind {
         match self {
-            Order::Enable => Kind::Enable,
-            Order::Arm => Kind::Arm,
-            Order::Confirm => Kind::Confirm,
-            Order::Hold => Kind::Hold,
-            Order::Resume => Kind::Resume,
-            Order::Disarm => Kind::Disarm,
-            Order::Configure => Kind::Configure,
+            Order::Enable => OrderKind::Enable,
+            Order::Arm => OrderKind::Arm,
+            Order::Confirm => OrderKind::Confirm,
+            Order::Hold => OrderKind::Hold,
+            Order::Resume => OrderKind::Resume,
+            Order::Disarm => OrderKind::Disarm,
+            Order::Configure => OrderKind::Configure,
         }
     }
 
     /// The request of the order, by its name in the log.
-    pub(crate) fn asked(self) -> &'static str {
+    pub(crate) fn request_name(self) -> &'static str {
         match self {
             Order::Hold => "hold",
             Order::Disarm => "disarm",

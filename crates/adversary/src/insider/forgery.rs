@@ -12,7 +12,7 @@ use wire::mode::Mode;
 use wire::sign::{Key, Purpose, Signed};
 
 use super::voice::under_signature;
-use crate::plan::{AckForgery, Kind, OrderForgery};
+use crate::plan::{AckForgery, OrderForgery, OrderKind};
 
 /// Most orders remembered with their kind, for telling the subject of an acknowledgement.
 const MAX_KINDS: usize = 64;
@@ -23,7 +23,7 @@ pub(super) struct Forger {
     key: Key,
     /// The two newest orders with a confirmation, newest first.
     orders: [Option<Vec<u8>>; 2],
-    kinds: Vec<(CommandId, Kind)>,
+    kinds: Vec<(CommandId, OrderKind)>,
     newest: Option<Intent>,
     track: TrackId,
     ack: Option<Vec<u8>>,
@@ -35,7 +35,7 @@ impl Forger {
         Self { key, orders: [None, None], kinds: Vec::new(), newest: None, track: TrackId(1), ack: None }
     }
 
-    /// The same forger in a forked world.
+    /// Copy of the forger for a forked world.
     pub(super) fn fork(&self) -> Self {
         Self {
             key: self.key.fork(),
@@ -48,7 +48,7 @@ impl Forger {
     }
 
     /// Reads a passing message; gives the kind of the order that it is or is about, if known.
-    pub(super) fn note(&mut self, subject: Subject, bytes: &[u8]) -> Option<Kind> {
+    pub(super) fn note(&mut self, subject: Subject, bytes: &[u8]) -> Option<OrderKind> {
         match subject {
             Subject::Command(_) => self.note_order(bytes),
             Subject::Ack(_) => {
@@ -59,9 +59,9 @@ impl Forger {
         }
     }
 
-    fn note_order(&mut self, bytes: &[u8]) -> Option<Kind> {
+    fn note_order(&mut self, bytes: &[u8]) -> Option<OrderKind> {
         let (intent, order) = read(bytes)?;
-        let kind = Kind::from(intent.kind);
+        let kind = OrderKind::from(intent.kind);
         if let CommandKind::Arm(track) | CommandKind::Confirm(track) = intent.kind {
             self.track = track;
         }
@@ -79,7 +79,7 @@ impl Forger {
     }
 
     /// An order that asks for `kind`; `None` while no message was seen to make it from.
-    pub(super) fn order(&self, forgery: OrderForgery, kind: Kind) -> Option<Vec<u8>> {
+    pub(super) fn order(&self, forgery: OrderForgery, kind: OrderKind) -> Option<Vec<u8>> {
         match forgery {
             OrderForgery::OwnKey => Some(self.own_order(kind)),
             OrderForgery::Altered => self.altered(kind),
@@ -87,7 +87,7 @@ impl Forger {
         }
     }
 
-    fn own_order(&self, kind: Kind) -> Vec<u8> {
+    fn own_order(&self, kind: OrderKind) -> Vec<u8> {
         let payload = codec::encode(&self.intent(kind));
         let intent = self.key.sign(Purpose::Intent, &payload);
         let statement = Confirmation { id: self.intent(kind).id, intent: Sha256::digest(&intent).into() };
@@ -96,8 +96,8 @@ impl Forger {
         codec::encode(&Order { intent: intent.as_slice().into(), confirmation: Some(confirmation.into()) })
     }
 
-    /// In the name of the operator that was heard last, after everything that was heard.
-    fn intent(&self, kind: Kind) -> Intent {
+    /// An intent in the name of the operator that was heard last, after everything that was heard.
+    fn intent(&self, kind: OrderKind) -> Intent {
         let first = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(0) };
         let id = self.newest.map_or(first, |newest| newest.id);
         Intent {
@@ -111,7 +111,7 @@ impl Forger {
         }
     }
 
-    fn altered(&self, kind: Kind) -> Option<Vec<u8>> {
+    fn altered(&self, kind: OrderKind) -> Option<Vec<u8>> {
         let (_, order) = read(self.orders[0].as_deref()?)?;
         let signature = order.intent.last_chunk::<64>()?;
         let intent = under_signature(&codec::encode(&self.intent(kind)), signature);
@@ -127,11 +127,11 @@ impl Forger {
     /// An acknowledgement that says that `order` was executed; `None` if it cannot be made from the messages seen.
     pub(super) fn acknowledgement(&self, forgery: AckForgery, order: &[u8]) -> Option<Vec<u8>> {
         let (intent, order) = read(order)?;
-        let mode = match Kind::from(intent.kind) {
-            Kind::Hold => Mode::HoldSafe,
-            Kind::Arm => Mode::PrepareToAct,
-            Kind::Disarm | Kind::Enable | Kind::Resume | Kind::Confirm => Mode::Ready,
-            Kind::Configure => Mode::Idle,
+        let mode = match OrderKind::from(intent.kind) {
+            OrderKind::Hold => Mode::HoldSafe,
+            OrderKind::Arm => Mode::PrepareToAct,
+            OrderKind::Disarm | OrderKind::Enable | OrderKind::Resume | OrderKind::Confirm => Mode::Ready,
+            OrderKind::Configure => Mode::Idle,
         };
         let ack =
             Ack { id: intent.id, intent: Sha256::digest(&order.intent[..]).into(), refused: None, mode, due: None };

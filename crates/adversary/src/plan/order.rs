@@ -12,7 +12,7 @@ const BOLDEST: Settings = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permi
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[expect(missing_docs, reason = "named as in `wire::command::CommandKind`")]
-pub enum Kind {
+pub enum OrderKind {
     Hold,
     Disarm,
     Enable,
@@ -22,31 +22,31 @@ pub enum Kind {
     Configure,
 }
 
-impl Kind {
+impl OrderKind {
     /// The command, with the tracks that it arms on or confirms.
     pub fn command(self, arm: TrackId, confirm: TrackId, values: Option<Settings>) -> CommandKind {
         match self {
-            Kind::Hold => CommandKind::Hold,
-            Kind::Disarm => CommandKind::Disarm,
-            Kind::Enable => CommandKind::Enable,
-            Kind::Resume => CommandKind::Resume,
-            Kind::Arm => CommandKind::Arm(arm),
-            Kind::Confirm => CommandKind::Confirm(confirm),
-            Kind::Configure => CommandKind::Configure(values.unwrap_or(BOLDEST)),
+            OrderKind::Hold => CommandKind::Hold,
+            OrderKind::Disarm => CommandKind::Disarm,
+            OrderKind::Enable => CommandKind::Enable,
+            OrderKind::Resume => CommandKind::Resume,
+            OrderKind::Arm => CommandKind::Arm(arm),
+            OrderKind::Confirm => CommandKind::Confirm(confirm),
+            OrderKind::Configure => CommandKind::Configure(values.unwrap_or(BOLDEST)),
         }
     }
 }
 
-impl From<CommandKind> for Kind {
+impl From<CommandKind> for OrderKind {
     fn from(kind: CommandKind) -> Self {
         match kind {
-            CommandKind::Hold => Kind::Hold,
-            CommandKind::Disarm => Kind::Disarm,
-            CommandKind::Enable => Kind::Enable,
-            CommandKind::Resume => Kind::Resume,
-            CommandKind::Arm(_) => Kind::Arm,
-            CommandKind::Confirm(_) => Kind::Confirm,
-            CommandKind::Configure(_) => Kind::Configure,
+            CommandKind::Hold => OrderKind::Hold,
+            CommandKind::Disarm => OrderKind::Disarm,
+            CommandKind::Enable => OrderKind::Enable,
+            CommandKind::Resume => OrderKind::Resume,
+            CommandKind::Arm(_) => OrderKind::Arm,
+            CommandKind::Confirm(_) => OrderKind::Confirm,
+            CommandKind::Configure(_) => OrderKind::Configure,
         }
     }
 }

@@ -49,15 +49,15 @@ impl Attack for Falsehood {
             drift_mm_s: (self.drift_m_s.get() * 1000.0) as u32,
             towards_mrad: (self.towards_rad.get() * 1000.0) as i32,
             motion: match self.motion {
-                Motion::Hidden => plan::Motion::Hidden,
-                Motion::Owned => plan::Motion::Owned,
-                Motion::Feigned => plan::Motion::Feigned,
+                Motion::Hidden => plan::MotionClaim::Hidden,
+                Motion::Owned => plan::MotionClaim::Owned,
+                Motion::Feigned => plan::MotionClaim::Feigned,
             },
         })))
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Lie)))
+        Some(Injection::new(Planned::Action(Action::Lie)))
     }
 }
 

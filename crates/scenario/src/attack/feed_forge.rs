@@ -34,7 +34,7 @@ impl Attack for FeedForge {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Feed(Action::Forge)).taking(Takes::Reports))
+        Some(Injection::new(Planned::Feed(Action::Forge)).taking(Takes::Reports))
     }
 }
 

@@ -33,7 +33,7 @@ impl Attack for Malformed {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Malformed).longer_by(self.count.unsigned() * self.every_ms.unsigned()))
+        Some(Injection::new(Planned::Malformed).longer_by(self.count.unsigned() * self.every_ms.unsigned()))
     }
 }
 
@@ -53,13 +53,13 @@ pub enum Flaw {
     Count,
     /// Random bytes.
     Noise,
-    /// Sound, but for the session that it says it is of.
+    /// Sound except for its stated session.
     Session,
     /// Sound, but of another version of the session layer.
     Version,
     /// Sound, its sequence far ahead of the one before; the sender goes on from there.
     Jump,
-    /// Sound, around a report that says it is of an identity that is no vehicle.
+    /// Sound, around a report whose stated identity is no vehicle.
     Origin,
 }
 

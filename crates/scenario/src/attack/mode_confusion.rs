@@ -54,7 +54,7 @@ impl Attack for ModeConfusion {
     }
 
     fn injection(&self) -> Option<Injection> {
-        Some(Injection::of(Planned::Action(Action::Confuse)))
+        Some(Injection::new(Planned::Action(Action::Confuse)))
     }
 }
 
